@@ -379,18 +379,16 @@ class Canvas(EditableView):
 
     def _has_open(self) -> bool:
         """Return whether a drag, an editor or a list is active."""
-        nodes = self.patch_scene.nodes.values()
-        return self._dragged_wire is not None or self._is_dragging() or any(node.shows_all_ports for node in nodes)
+        return self._is_dragging() or any(node.shows_all_ports for node in self.patch_scene.nodes.values())
 
     def _is_held(self) -> bool:
-        """Return whether the left button holds a wire, a group or a node."""
-        held = self._dragged_wire, self._dragged_group, self.patch_scene.mouseGrabberItem()
-        return any(one is not None for one in held)
+        """Return whether the left button holds something, moved or not."""
+        return self._is_dragging() or self.patch_scene.mouseGrabberItem() is not None
 
     def _is_dragging(self) -> bool:
-        return self._dragged_group is not None or (
-            self.patch_scene.mouseGrabberItem() is not None and bool(self.patch_scene.places())
-        )
+        """Return whether a wire, a group, a rubber band, or a node or note is being dragged."""
+        dragged = self._dragged_wire is not None or self._dragged_group is not None or self.has_band
+        return dragged or (self.patch_scene.mouseGrabberItem() is not None and bool(self.patch_scene.places()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Space:
@@ -421,7 +419,7 @@ class Canvas(EditableView):
 
     def _escape(self) -> None:
         self.show_message("")
-        if self._dragged_wire is not None or self._is_dragging():
+        if self._is_dragging():
             self._cancel_drag()
         elif any(node.shows_all_ports for node in self.patch_scene.nodes.values()):
             for node in self.patch_scene.nodes.values():
@@ -431,7 +429,8 @@ class Canvas(EditableView):
             self.patch_scene.select([])
 
     def _cancel_drag(self) -> None:
-        """Cancel the drag, and restore the previous positions."""
+        """Cancel the drag, and restore the previous positions, selection and view."""
+        self.end_band()
         if self._dragged_wire is not None:
             self._dragged_wire.end()
             self._dragged_wire = None
@@ -448,9 +447,10 @@ class Canvas(EditableView):
         for note in self.patch_scene.notes.values():
             note.setPos(*note.note.at)
         self.patch_scene.adjust_group_frames()
+        self.edge_scrolling.undo()
 
     def _show(self) -> None:
-        if self._dragged_wire is not None or self._is_dragging():
+        if self._is_dragging():
             self._cancel_drag()  # by a key the patch is edited meanwhile, and what is dragged may be gone
         super()._show()
 

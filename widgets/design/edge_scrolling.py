@@ -24,6 +24,8 @@ class EdgeScrolling(QObject):
         super().__init__(view)
         self._view, self._is_held = view, is_held
         self._pressed_at = QPoint()
+        self._scrolled = QPoint()
+        """By how many pixels the drag has scrolled the view."""
         self._move: QMouseEvent | None = None
         self._timer = QTimer(self, interval=_INTERVAL_MS)
         self._timer.timeout.connect(self._scroll)
@@ -34,6 +36,13 @@ class EdgeScrolling(QObject):
         """Whether it scrolls now."""
         return self._timer.isActive()
 
+    def undo(self) -> None:
+        """Bring the view back to where it was before the drag."""
+        self._timer.stop()
+        if not self._scrolled.isNull():
+            self._view.pan(-self._scrolled.x(), -self._scrolled.y())
+        self._scrolled = QPoint()
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QMouseEvent):
             self._follow(event)
@@ -41,8 +50,8 @@ class EdgeScrolling(QObject):
 
     def _follow(self, event: QMouseEvent) -> None:
         at = event.position().toPoint()
-        if event.type() == QEvent.Type.MouseButtonPress:
-            self._pressed_at = at
+        if event.button() == Qt.MouseButton.LeftButton:  # it goes down or up
+            self._pressed_at, self._scrolled = at, QPoint()
         is_drag = event.type() == QEvent.Type.MouseMove and event.buttons() == Qt.MouseButton.LeftButton
         far = (at - self._pressed_at).manhattanLength() >= QApplication.startDragDistance()
         if is_drag and (far or self.is_scrolling) and self._step(at) != QPoint():
@@ -60,10 +69,11 @@ class EdgeScrolling(QObject):
     def _scroll(self) -> None:
         view, move = self._view, self._move
         is_interrupted = QApplication.activePopupWidget() or QApplication.activeModalWidget()  # which take the release
-        if move is None or is_interrupted or not (self._is_held() or not view.rubberBandRect().isNull()):
+        if move is None or is_interrupted or not self._is_held():
             self._timer.stop()
             return
         by = self._step(move.position().toPoint())
+        self._scrolled += by
         view.pan(by.x(), by.y())
         QApplication.sendEvent(view.viewport(), move)  # what is dragged stays under the mouse
 

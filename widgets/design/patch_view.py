@@ -51,6 +51,7 @@ class PatchView(QGraphicsView):
         self.setAccessibleName("Canvas")
         self.setMinimumSize(240, 160)
         self.inside = ""
+        self._selected_before: list[str] = []
         self.brought: list[str] = []
         """What the last edit, undo or redo has brought onto the canvas, unless it was another patch."""
         self._keeps_fitting = False
@@ -71,6 +72,7 @@ class PatchView(QGraphicsView):
     # --- selecting ---
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._selected_before = self.patch_scene.selected()
         super().mousePressEvent(_extending(event))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -78,6 +80,18 @@ class PatchView(QGraphicsView):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(_extending(event))
+
+    @property
+    def has_band(self) -> bool:
+        """Whether a rubber band is being dragged."""
+        return not self.rubberBandRect().isNull()
+
+    def end_band(self) -> None:
+        """End a rubber band without effect: select what was selected before it."""
+        if self.has_band:
+            self.setDragMode(QGraphicsView.DragMode.NoDrag)
+            self.setDragMode(QGraphicsView.DragMode.RubberBandDrag)
+            self.patch_scene.select(self._selected_before)
 
     # --- which part ---
 

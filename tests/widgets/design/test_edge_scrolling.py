@@ -7,6 +7,8 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+CANCELS = ("escape", "right button")
+
 
 @pytest.fixture
 def canvas(workspace):
@@ -21,6 +23,15 @@ def left_edge(canvas):
 def right_of(canvas, beyond_px=0):
     """Return a position at the right edge of the view, or further right."""
     return QPoint(canvas.viewport().width() - 1 + beyond_px, canvas.viewport().height() // 2)
+
+
+def give_up(canvas, how, at):
+    """Cancel a drag by Escape or by the right button."""
+    if how == "escape":
+        QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    else:
+        asked = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, canvas.viewport().mapToGlobal(at))
+        QApplication.sendEvent(canvas.viewport(), asked)
 
 
 def test_a_node_at_the_edge_scrolls_the_view_and_stays_under_the_mouse(workspace, canvas, qtbot):
@@ -71,20 +82,37 @@ def test_a_frame_is_dragged_on_over_the_edge(chain, qtbot):
     assert through1[0] - through[0] == 200
 
 
-@pytest.mark.parametrize("cancel", ["escape", "right button"])
+@pytest.mark.parametrize("cancel", CANCELS)
 def test_a_drag_that_is_cancelled_at_the_edge_ends_there(workspace, canvas, qtbot, cancel):
     item, patch, before = canvas.patch_scene.nodes["hum"], workspace.patch(), left_edge(canvas)
     end = right_of(canvas, 40)
     drag(workspace, middle(workspace, "hum"), end, release=False)
     qtbot.waitUntil(lambda: left_edge(canvas) > before + 200)
-    if cancel == "escape":
-        QTest.keyClick(canvas, Qt.Key.Key_Escape)
-    else:
-        asked = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, end, canvas.viewport().mapToGlobal(end))
-        QApplication.sendEvent(canvas.viewport(), asked)
+    give_up(canvas, cancel, end)
     qtbot.waitUntil(lambda: not canvas.edge_scrolling.is_scrolling)
     assert item.pos().toTuple() == (0.0, 160.0)
     assert workspace.patch() == patch
+    assert left_edge(canvas) == before  # and the view is back
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
+    assert left_edge(canvas) == before
+
+
+@pytest.mark.parametrize("cancel", CANCELS)
+def test_a_rubber_band_that_is_cancelled_leaves_selection_and_view(workspace, canvas, qtbot, cancel):
+    canvas.patch_scene.select(["hum"])
+    before, panics = left_edge(canvas), []
+    workspace.window().addAction("panic", "Esc", lambda: panics.append(1))
+    end = QPoint(canvas.viewport().width() + 40, canvas.mapFromScene(0.0, 120.0).y())
+    drag(workspace, canvas.mapFromScene(-20.0, -20.0), end, release=False)
+    qtbot.waitUntil(lambda: left_edge(canvas) > before + 200)
+    assert set(canvas.selected_ids()) == {"push", "step"}
+    give_up(canvas, cancel, end)
+    assert canvas.rubberBandRect().isNull()
+    send(canvas.viewport(), QEvent.Type.MouseMove, end + QPoint(0, 90), LEFT)
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
+    assert canvas.selected_ids() == ["hum"]
+    assert left_edge(canvas) == before
+    assert not panics
 
 
 def test_a_press_at_the_edge_scrolls_nothing(workspace, canvas):
