@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
-from PySide6.QtGui import QMouseEvent
+from PySide6.QtGui import QDragMoveEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from underfoot.widgets.design.patch_view import PatchView
@@ -18,7 +18,11 @@ _SLOWNESS = 8
 
 
 class EdgeScrolling(QObject):
-    """Scrolls a view for as long as the left button holds something at its edge or beyond, the faster the further."""
+    """Scrolls a view for as long as the left button holds something at its edge or beyond, the faster the further.
+
+    What is dragged here from elsewhere, such as a node of the list, crosses an edge on its way. It scrolls only after
+    it was further within.
+    """
 
     def __init__(self, view: PatchView, is_held: Callable[[], bool]) -> None:
         super().__init__(view)
@@ -26,7 +30,8 @@ class EdgeScrolling(QObject):
         self._pressed_at = QPoint()
         self._scrolled = QPoint()
         """By how many pixels the drag has scrolled the view."""
-        self._move: QMouseEvent | None = None
+        self._was_within = False
+        self._move: QMouseEvent | QDragMoveEvent | None = None
         self._timer = QTimer(self, interval=_INTERVAL_MS)
         self._timer.timeout.connect(self._scroll)
         view.viewport().installEventFilter(self)
@@ -46,6 +51,11 @@ class EdgeScrolling(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QMouseEvent):
             self._follow(event)
+        elif isinstance(event, QDragMoveEvent):
+            self._follow_from_elsewhere(event)
+        elif event.type() in (QEvent.Type.DragLeave, QEvent.Type.Drop):
+            self._timer.stop()
+            self._scrolled = QPoint()
         return False
 
     def _follow(self, event: QMouseEvent) -> None:
@@ -54,12 +64,22 @@ class EdgeScrolling(QObject):
             self._pressed_at, self._scrolled = at, QPoint()
         is_drag = event.type() == QEvent.Type.MouseMove and event.buttons() == Qt.MouseButton.LeftButton
         far = (at - self._pressed_at).manhattanLength() >= QApplication.startDragDistance()
-        if is_drag and (far or self.is_scrolling) and self._step(at) != QPoint():
-            self._move = event.clone()
-            if not self.is_scrolling:
-                self._timer.start()
-        else:
+        self._scroll_for(event.clone() if is_drag and (far or self.is_scrolling) else None)
+
+    def _follow_from_elsewhere(self, event: QDragMoveEvent) -> None:
+        at = event.position().toPoint()
+        if event.type() == QEvent.Type.DragEnter or self._step(at).isNull():
+            self._was_within = event.type() != QEvent.Type.DragEnter
+        how = event.possibleActions(), event.mimeData(), event.buttons(), event.modifiers()
+        self._scroll_for(QDragMoveEvent(at, *how) if self._was_within else None)
+
+    def _scroll_for(self, move: QMouseEvent | QDragMoveEvent | None) -> None:
+        """Scroll from now on if this move is at the edge, and repeat it; else stop."""
+        self._move = move
+        if move is None or self._step(move.position().toPoint()).isNull():
             self._timer.stop()
+        elif not self.is_scrolling:
+            self._timer.start()
 
     def _step(self, at: QPoint) -> QPoint:
         """Return by how many pixels the view scrolls with the mouse here."""
@@ -69,7 +89,7 @@ class EdgeScrolling(QObject):
     def _scroll(self) -> None:
         view, move = self._view, self._move
         is_interrupted = QApplication.activePopupWidget() or QApplication.activeModalWidget()  # which take the release
-        if move is None or is_interrupted or not self._is_held():
+        if move is None or (isinstance(move, QMouseEvent) and (is_interrupted or not self._is_held())):
             self._timer.stop()
             return
         by = self._step(move.position().toPoint())

@@ -1,9 +1,9 @@
 """What is dragged to the canvas's edge scrolls the view."""
 
 import pytest
-from design_samples import LEFT, drag, middle, port, send
+from design_samples import LEFT, NONE, drag, middle, port, send
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -120,3 +120,23 @@ def test_a_press_at_the_edge_scrolls_nothing(workspace, canvas):
     send(canvas.viewport(), QEvent.Type.MouseButtonPress, at, LEFT)
     send(canvas.viewport(), QEvent.Type.MouseMove, at + QPoint(1, 1), LEFT)
     assert not canvas.edge_scrolling.is_scrolling
+
+
+def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(workspace, canvas, qtbot):
+    view, before, end = canvas.viewport(), left_edge(canvas), right_of(canvas, -4)
+    palette = workspace.node_palette.list
+    data = palette.mimeData(palette.findItems("Hum", Qt.MatchFlag.MatchContains))
+    how = Qt.DropAction.CopyAction, data, LEFT, NONE
+    QApplication.sendEvent(view, QDragEnterEvent(QPoint(1, end.y()), *how))
+    QApplication.sendEvent(view, QDragMoveEvent(QPoint(2, end.y()), *how))
+    assert not canvas.edge_scrolling.is_scrolling  # the list is beside this edge
+    QApplication.sendEvent(view, QDragMoveEvent(view.rect().center(), *how))
+    QApplication.sendEvent(view, QDragMoveEvent(end, *how))
+    qtbot.waitUntil(lambda: left_edge(canvas) > before + 100)
+    place = canvas.mapToScene(end)
+    QApplication.sendEvent(view, QDropEvent(QPointF(end), *how))
+    assert not canvas.edge_scrolling.is_scrolling
+    assert abs(workspace.patch().nodes[-1].at[0] - place.x()) <= 24
+    stays = left_edge(canvas)
+    workspace.hide()
+    assert left_edge(canvas) == stays
