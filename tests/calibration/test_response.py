@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import freqz, lfilter, sosfreqz
 
-from underfoot.calibration.procedure import run
+from underfoot.calibration.procedure import run, step
 from underfoot.calibration.procedures.response import LOUDEST, ResponseProcedure
 from underfoot.calibration.results.response import result_of
 from underfoot.calibration.rig import Sound
@@ -194,11 +194,14 @@ def test_the_pages_come_in_order_and_back_forgets():
     procedure.back()
     procedure.back()
     assert procedure.page.key == "none"
+    assert [drawing.title for drawing in procedure.drawings] == ["Noise floor: 0.009 m/s^2 RMS"]
+    procedure.back()
     assert procedure.drawings == ()
+    go_on()
     while not procedure.page.last:
         go_on()
     assert keys[4:] == [
-        "none", "standing-place", "standing", "corner-place", "corner", "leave", "tones", "again",
+        "quiet", "none", "standing-place", "standing", "corner-place", "corner", "leave", "tones", "again",
     ]  # fmt: skip
     assert procedure.result is not None
     shares = [0.0, 1.0]
@@ -310,6 +313,23 @@ def test_hum_of_the_mains_that_bends_the_response_is_warned_of():
     (warning,) = (line for line in result.warnings if "signal-to-noise" in line)
     assert warning.startswith("at 50 Hz the signal-to-noise ratio is only ")
     assert not any("signal-to-noise" in line for line in finished()[0].warnings)
+
+
+def test_hum_is_seen_before_the_first_sweep():
+    def hum(heard):
+        return heard + 0.004 * np.sin(2.0 * np.pi * 50.0 * np.arange(heard.size) / RATE)
+
+    procedure, rig = ResponseProcedure(TILE, RATE), Listening(spoil=hum)
+    for page in ("setup", "quiet"):
+        assert (procedure.page.key, procedure.drawings) == (page, ())
+        step(procedure, rig, QUICK)
+    (drawn,) = procedure.drawings
+    assert drawn.title.startswith("Noise floor: 0.28 m/s^2 RMS, strongest at 50 Hz")
+    (spectrum,) = drawn.series
+    assert spectrum.y.max() == pytest.approx(100.0 * 0.004 / math.sqrt(2.0), rel=0.02)  # of the sine, m/s^2
+    assert np.median(spectrum.y) < 0.01 * spectrum.y.max()
+    step(procedure, rig)
+    assert [drawing.title for drawing in procedure.drawings] == ["Response by load"]
 
 
 def test_a_tile_that_cannot_be_made_flat_is_not_good():

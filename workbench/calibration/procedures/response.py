@@ -133,6 +133,7 @@ class ResponseProcedure(SoundProcedure):
         self._rate_hz = rate_hz
         self._settings: Answers = {}
         self._noise: float | None = None
+        self._noise_drawn: tuple[Drawing, ...] = ()
         self._measured: dict[str, SweepMeasurement] = {}
         self._tones: DistortionOverLevel | None = None
         self._equalised_sweeps: tuple[Array, float] | None = None
@@ -176,19 +177,21 @@ class ResponseProcedure(SoundProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """Return the responses so far; at the end, the drawings of the result."""
+        """Return the responses so far, or the noise before there are any; at the end, the drawings of the result."""
         if self._result is not None:
             return self._result.drawings
         from underfoot.calibration.results.response import loads_drawn
 
         loads = self._loads()
-        return (loads_drawn(loads, self._settings["sensitivity"]),) if loads else ()
+        return (loads_drawn(loads, self._settings["sensitivity"]),) if loads else self._noise_drawn
 
     def back(self) -> None:
         """Return to the previous page, and discard the data taken since."""
         super().back()
         for step in self._steps[self._at :]:
             self._measured.pop(step.page.key, None)
+            if step.page.key == "quiet":
+                self._noise_drawn = ()
         self._equalised_sweeps = None
 
     def conclude(self) -> Result:
@@ -251,8 +254,11 @@ class ResponseProcedure(SoundProcedure):
 
         match key:
             case "quiet":
+                from underfoot.calibration.results.response import noise_drawn
+
                 require_not_clipped(recording)
                 self._noise = _noise_floor(recording)
+                self._noise_drawn = (noise_drawn(recording, self._rate_hz, self._settings["sensitivity"]),)
             case "tones":
                 require_not_silent(recording)
                 require_not_clipped(recording)

@@ -18,7 +18,7 @@ from underfoot.calibration.science.response import (
 )
 from underfoot.calibration.science.tones import TONE_HZ, DistortionOverLevel
 from underfoot.calibration.science.transfer_function import ORDERS, SweepMeasurement
-from underfoot.drawing import Drawing, series
+from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.floor.profile import Response
 from underfoot.models.filtering import equaliser
 
@@ -39,6 +39,8 @@ _MOST_DISTORTION = 0.10
 """Distortion, as a share, above which a warning is given."""
 _LEAST_SNR_DB = 20.0
 """Below it, noise can change a response by 1 dB."""
+_OUTSTANDING = 10.0
+"""From this factor on over the median of noise, a peak is more than its chance: that of white noise is 3 to 4."""
 _HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 at full scale"
 _SPAN_HZ = (20.0, 2000.0)
 _KEPT_AN_OCTAVE = 48
@@ -270,6 +272,25 @@ def loads_drawn(loads: Mapping[str, SweepMeasurement], sensitivity: float) -> Dr
         line = _db(sensitivity * measured.magnitude)[shown]
         lines.append(series(LOAD_NAMES.get(load, load), f, line, colour=_COLOURS.get(load, "muted")))
     return Drawing("Response by load", _HZ, _DB_LABEL, tuple(lines), x_log=True)
+
+
+def noise_drawn(silence: Array, rate_hz: float, sensitivity: float) -> Drawing:
+    """Draw the spectrum of recorded silence: hum of the mains is a peak at 50 or 60 Hz and their multiples."""
+    window = np.hanning(silence.size)
+    rms = sensitivity * math.sqrt(2.0) * np.abs(np.fft.rfft(window * (silence - silence.mean()))) / window.sum()
+    f, shown = _shown(np.asarray(np.fft.rfftfreq(silence.size, 1.0 / rate_hz), dtype=np.float64))
+    line = np.maximum(rms[shown], 1e-12)
+    title, at_hz = f"Noise floor: {sensitivity * float(np.std(silence)):.2g} m/s^2 RMS", float(f[line.argmax()])
+    stands_out = line.max() > _OUTSTANDING * np.median(line)
+    return Drawing(
+        f"{title}, strongest at {at_hz:.0f} Hz" if stands_out else title,
+        _HZ,
+        "RMS at each frequency, m/s^2",
+        (series("", f, line),),
+        x_log=True,
+        y_log=True,
+        lines=(ReferenceLine("x", at_hz, dashed=True),) if stands_out else (),
+    )
 
 
 def _correction_drawn(found: ResponseMeasurements) -> Drawing:
