@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 from on_screen import show
-from PySide6.QtCore import QRect, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidget
 from recordings_shown import recordings_shown
 from study_hand import Hand
@@ -113,20 +113,35 @@ def test_all_of_design_and_of_monitor_can_be_scrolled_to(qtbot):
     assert all(button.width() >= button.sizeHint().width() for button in monitor.force.span_buttons.values())
 
 
-def test_all_of_calibrate_can_be_scrolled_to(driver, qtbot):
-    workspace = driver.workspace
+def test_all_of_calibrate_can_be_scrolled_to_and_the_buttons_stay_in_sight(driver, qtbot):
+    workspace, wizard = driver.workspace, driver.workspace.wizard
     workspace.resize(640, 340)
     qtbot.waitUntil(lambda: workspace.size().toTuple() == (640, 340))
-    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.overview))
-
-    def is_whole(*parts):
-        held = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
-        assert not [pair for pair in combinations(held, 2) if pair[0].intersects(pair[1])]
-        assert all(area.widget().rect().contains(place) for place in held)
-        assert all(bar.maximum() > 0 for bar in (area.horizontalScrollBar(), area.verticalScrollBar()))
-
-    qtbot.waitUntil(lambda: area.horizontalScrollBar().maximum() > 0)
-    is_whole(workspace.overview.begin, workspace.overview.drawings)
+    area_of(workspace.overview.begin, workspace.overview.drawings, qtbot=qtbot)
     driver.begin()
-    is_whole(workspace.wizard.leaving, workspace.wizard.going, workspace.wizard.drawings)
-    assert workspace.wizard.drawings.width() >= 280
+    area = area_of(wizard.page, wizard.drawings, qtbot=qtbot)
+    assert area.horizontalScrollBar().maximum() == 0
+    assert wizard.drawings.width() >= 280
+    area.verticalScrollBar().setValue(100)
+    for button in (button for button in wizard.findChildren(QPushButton) if button.isVisible()):
+        assert workspace.rect().contains(QRect(button.mapTo(workspace, QPoint()), button.size()))
+    assert not workspace.choice.isVisible()  # it would leave no room for them
+    driver.go("tare")
+    assert area.verticalScrollBar().value() == 0
+    driver.click(wizard.leaving)
+    assert workspace.choice.isVisible()
+
+
+def area_of(*parts, qtbot):
+    """Return what the parts scroll in, upwards; they are whole in there, and beside each other."""
+    area = next(area for area in ancestors(parts[0]) if isinstance(area, QScrollArea))
+    qtbot.waitUntil(lambda: area.verticalScrollBar().maximum() > 0)
+    held = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
+    assert not [pair for pair in combinations(held, 2) if pair[0].intersects(pair[1])]
+    assert all(area.widget().rect().contains(place) for place in held)
+    return area
+
+
+def ancestors(widget):
+    while widget := widget.parentWidget():
+        yield widget

@@ -16,6 +16,7 @@ from underfoot.widgets.calibrate.quantity_views import QuantityTable
 from underfoot.widgets.calibrate.tile_picture import TilePicture
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.controls.scrolled import scroll_in
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 
@@ -49,7 +50,7 @@ class Overview(QWidget):
         self.editor: ParameterEditor | None = None
         self.table = QuantityTable("Figures of the calibration in use")
         self.drawings = DrawingColumn()
-        layout = QHBoxLayout(self)
+        layout = QHBoxLayout(body := QWidget())
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         left = QWidget()
@@ -78,6 +79,7 @@ class Overview(QWidget):
         self.picture = TilePicture()
         column.addWidget(self.picture, 2)
         layout.addWidget(self.drawings, 1)
+        scroll_in(self, body)
         self.begin.clicked.connect(lambda: self.begin_requested.emit(False))
         self.begin_automatic.clicked.connect(lambda: self.begin_requested.emit(True))
 

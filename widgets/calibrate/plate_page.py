@@ -26,6 +26,7 @@ from underfoot.parameters import Choice, Number, Parameter
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.controls.scrolled import scroll_in
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 _COLUMNS = ("E\nGPa", "h\nmm", "mass\nkg", "sag\nmm", "f1\nHz", "dip\nHz")
@@ -169,11 +170,12 @@ class PlatePage(QWidget):
         for button in buttons:
             row.addWidget(button)
         column.addLayout(row)
-        layout = QHBoxLayout(self)
+        layout = QHBoxLayout(body := QWidget())
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(side, 1)
         layout.addWidget(self.drawings, 1)
+        scroll_in(self, body)
 
 
 def parameters_of(simulation: str) -> TileParameters:

@@ -26,6 +26,7 @@ from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, plays_sound
 from underfoot.widgets.calibrate.result_view import ResultView
 from underfoot.widgets.controls.question import ask
+from underfoot.widgets.controls.scrolled import scroll_in
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 BUSY_S = 0.4
@@ -130,6 +131,7 @@ class Wizard(QWidget):
         self._share.setText(f"{100 * new.page.share:.0f} % done")
         self._show_refusal(new.rejection)
         if turned:
+            self._scrolled.verticalScrollBar().setValue(0)
             self._order_stops()
             if had_focus:
                 self._focus_page()
@@ -232,15 +234,13 @@ class Wizard(QWidget):
         return None if self.snapshot is None else self.snapshot.result or self.snapshot.inconclusive
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Return continues, or activates the button with the focus; Alt and an arrow go back."""
+        """Return continues, or activates the button with the focus."""
         focus = self.window().focusWidget()
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             if isinstance(focus, QAbstractButton) and self.isAncestorOf(focus):
                 focus.click()
             else:
                 self.go_on()
-        elif event.key() == Qt.Key.Key_Left and event.modifiers() & Qt.KeyboardModifier.AltModifier:
-            self.backing.click()
         else:
             super().keyPressEvent(event)
 
@@ -312,12 +312,10 @@ class Wizard(QWidget):
         keep.setRetainSizeWhenHidden(True)
         self.busy.setSizePolicy(keep)
         self.busy_words = theme.label(" ", "small")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        across, closed = QHBoxLayout(), QWidget()
+        body, closed = QWidget(), QWidget()
+        across = QHBoxLayout(body)
+        across.setContentsMargins(0, 0, 0, 0)
         across.setSpacing(0)
-        layout.addLayout(across, 1)
         across.addWidget(closed, 1)
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
@@ -339,7 +337,7 @@ class Wizard(QWidget):
         self.drawings = DrawingColumn()
         across.addWidget(self.drawings, 1)
         self._buttons = self._button_line()
-        layout.addWidget(self._buttons)
+        self._scrolled = scroll_in(self, body, self._buttons)
 
     def _button_line(self) -> QWidget:
         self.leaving = _button("Cancel", "Leave; the profile stays as it is", self.cancel)
@@ -356,6 +354,7 @@ class Wizard(QWidget):
             "The previous page, or place; what was measured since is discarded, other places stay (Alt+Left)",
             self._back,
         )
+        self.backing.setShortcut("Alt+Left")
         self.skipping = _button("Skip", "Leave out this sensor, place or load, and what was measured of it", self._skip)
         self.going = _button("Continue", "Go on (Return)", self.go_on)
         self.going.setProperty("role", "primary")
@@ -375,7 +374,7 @@ class Wizard(QWidget):
         for button in (self.running, self.backing, self.skipping, self.reporting, self.going, self.saving):
             layout.addWidget(button)
         for button in (self.going, self.saving):
-            button.setMinimumWidth(15 * theme.GRID)
+            button.setMinimumWidth(12 * theme.GRID)
         return line
 
 

@@ -6,8 +6,8 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtGui import QGuiApplication, QResizeEvent
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
 
 from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Result
@@ -24,10 +24,10 @@ from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
-from underfoot.widgets.controls.scrolled import scrolling_pages
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.window_state import MINIMUM_SIZE
 from underfoot.widgets.workspace import WorkspaceContext
 
 SHORTCUTS = (
@@ -78,10 +78,11 @@ class CalibrateWorkspace(ProjectingWorkspace):
         for view in (self.overview, self.wizard):
             self._stack.addWidget(view)
         layout = QHBoxLayout(self)
+        layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)  # the choice gives way where it must
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.choice)
-        layout.addWidget(scrolling_pages(self._stack), 1)
+        layout.addWidget(self._stack, 1)
         self.focused_first = self.choice
         self._connect()
 
@@ -126,6 +127,15 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.profiles.close()
 
     # --- display ---
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_choice()
+
+    def _fit_choice(self) -> None:
+        """Hide the choice, which is of no use during a measurement, on a screen too small for both."""
+        is_measured = self._stack.currentWidget() is self.wizard
+        self.choice.setVisible(not is_measured or self.width() >= MINIMUM_SIZE.width())
 
     def set_target(self, target: Target) -> None:
         """Show the floor of this target and its profiles. A measurement on another one ends without changes."""
@@ -356,6 +366,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.wizard.report_requested.connect(self._ask_report)
         self.wizard.projection_requested.connect(self.project)
         self.wizard.page_shown.connect(self._project_page)
+        self._stack.currentChanged.connect(self._fit_choice)
         self.profiles.changed.connect(self._show_profiles)
         self.profiles.saved.connect(self._saved)
         self.profiles.not_saved.connect(self._not_saved)

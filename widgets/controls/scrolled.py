@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QWidget
+from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
 
@@ -69,6 +69,18 @@ def scrolling(held: QWidget) -> QScrollArea:
     area.setWidgetResizable(True)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     area.setWidget(held)
+    return area
+
+
+def scroll_in(page: QWidget, held: QWidget, *below: QWidget) -> QScrollArea:
+    """Fill a page without a layout with what is held, so that it scrolls; what is below it stays in sight."""
+    area = scrolling(held)
+    layout = QVBoxLayout(page)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(0)
+    layout.addWidget(area, 1)
+    for part in below:
+        layout.addWidget(part)
     return area
 
 
