@@ -130,10 +130,18 @@ def test_what_another_program_notes_beside_the_trials_is_no_factor(stimulus, tmp
     assert found.remarks[-1] == "No factors of the stimuli, and left out: age, sex, thisRepN, thisN, rt."
 
 
-@pytest.mark.parametrize(("axis", "beside"), [("stiffness_n_mm", True), ("frequency", False)])
-def test_the_thesis_stands_beside_curves_over_stiffness_only(axis, beside, tmp_path):
+@pytest.mark.parametrize(
+    ("axis", "levels", "beside"),
+    [
+        ("stiffness_n_mm", ("0", "0.43"), True),
+        ("stiffness_n_mm", ("0", "1"), False),
+        ("frequency", ("0", "0.43"), False),
+    ],
+)
+def test_the_thesis_stands_beside_curves_over_stiffness_at_its_levels_only(axis, levels, beside, tmp_path):
     """Its slope of 0.025 mm/N stood beside one of 0.026 s."""
-    (found,) = analysis_of(tmp_path, "\n".join(constant_stimuli(people=4, columns=f"stimulus,{axis},condition")))
+    columns = f"stimulus,{axis},level_m_s2"
+    (found,) = analysis_of(tmp_path, "\n".join(constant_stimuli(people=4, conditions=levels, columns=columns)))
     (over_people,) = (table for table in found.tables if table.title == "Curves over people")
     assert ("thesis, median" in over_people.columns) == beside
     assert any("Thesis" in table.note for table in found.tables) == beside

@@ -162,7 +162,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
-    is_thesis = axis == _STIFFNESS
+    is_thesis = _is_of_thesis(rows, axis, condition)
     found.tables.append(_medians(by_name, beside_thesis=is_thesis))
     found.tables.append(_shares(rows, axis, condition))
     found.drawings.append(_curves_drawn(rows, axis, condition))
@@ -175,6 +175,15 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
                 _THESIS.get(name, "") if is_thesis else "",
             )
     return found
+
+
+def _is_of_thesis(rows: Sequence[Row], axis: str, condition: str) -> bool:
+    """Return whether the curves are over stiffness, at levels that table 6.3 has.
+
+    >>> [_is_of_thesis([{"level_m_s2": a}], "stiffness_n_mm", "level_m_s2") for a in (0.43, 0.5)]
+    [True, False]
+    """
+    return axis == _STIFFNESS and condition == LEVEL and {row[LEVEL] for row in rows} <= set(thesis.LEVELS_M_S2)
 
 
 def _jnd(slope: Estimate) -> list[Estimate]:
@@ -269,7 +278,7 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
             drawn.append(series("", fine, fit(x, yes, of).at(fine), "line", colour))
         except BadMeasurement:
             continue
-        if axis == _STIFFNESS and value in thesis.JUDGED_STIFFER:
+        if _is_of_thesis(rows, axis, condition):
             label = f"thesis, {value}"
             drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
     half = (ReferenceLine("y", 0.5, dashed=True),)

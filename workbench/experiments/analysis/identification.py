@@ -40,7 +40,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             lines.append((f"session {block}", mean_interval("rate", values)))
         stimuli, answers, counts = confusion(part, settings)
         lines.append(("all people together", information(counts)))
-        found.tables.append(estimates_table(title, "of", lines, _THESIS if name in _THESIS_SETS else ""))
+        found.tables.append(estimates_table(title, "of", lines, _THESIS if name in thesis.SETS else ""))
         found.tables.append(_confusion_table(title, stimuli, answers, counts))
         found.drawings.append(_confusion_drawn(title, counts))
     found.drawings.insert(0, _learning_drawn(sets, 1.0 / counts.shape[1]))
@@ -49,7 +49,6 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     return found
 
 
-_THESIS_SETS = ("WS", "IT")
 _THESIS = (
     f"Thesis 3.4.2: mean {thesis.IDENTIFIED_MEAN:.0%}, standard deviation {thesis.IDENTIFIED_SD:.0%}, chance "
     f"{thesis.CHANCE:.1%}; the best stimulus {thesis.LEAST_CONFUSED:.0%}, the worst {thesis.MOST_CONFUSED:.0%}."
@@ -130,6 +129,6 @@ def _learning_drawn(sets: dict[tuple[str, ...], list[Row]], chance: float) -> Dr
         for k, label in ((0, "95 %"), (1, "")):
             lines.append(series(label, blocks, [end[k] for end in ends], "dashed", colour))
     marks = [ReferenceLine("y", chance, dashed=True, name="chance")]
-    if any(name in _THESIS_SETS for (name,) in sets):
+    if any(name in thesis.SETS for (name,) in sets):
         marks.append(ReferenceLine("y", thesis.IDENTIFIED_MEAN, dashed=True, name="thesis, mean"))
     return Drawing("Learning", "session", "right answers", tuple(lines), y_range=(0.0, 1.0), lines=tuple(marks))

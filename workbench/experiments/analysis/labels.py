@@ -35,16 +35,20 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if not sorts:
         found.remarks.append("No label was sorted yet: fill in the column sort of the table of trials.")
         return found
-    printed = ", ".join(f"{name} {share:.0%}" for name, share in thesis.IMPACT_LABELS.items())
-    note = f"Thesis 3.4.2, labels that name an impact: {printed}."
+    sets = sorted(grouped(rows, "set").items())
+    note = _THESIS if any(name in thesis.SETS for (name,), _ in sets) else ""
     found.tables.append(
         estimates_table("Sorts", "of", [("all people", estimate) for estimate in estimates(rows, settings)], note)
     )
-    sets = sorted(grouped(rows, "set").items())
     if len(sets) == 2 and len(sorts) == 2:
         table = [[sum(row.get("sort") == sort for row in part) for sort in sorts] for _, part in sets]
         found.add_tests("Do the sets differ?", lambda: [fisher("set by sort", table)])
     return found
+
+
+_THESIS = (
+    f"Thesis 3.4.2, labels that name an impact: {', '.join(f'{k} {v:.0%}' for k, v in thesis.IMPACT_LABELS.items())}."
+)
 
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:

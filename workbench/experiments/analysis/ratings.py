@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from underfoot.drawing import Drawing, series
+from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import paired_t, repeated_measures_anova
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
@@ -13,8 +14,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
 _NOTE = (
-    "Thesis 6.4.1 tests the same. p assumes sphericity: where the differences between three or more levels do not all "
-    "vary alike, it is too small."
+    "p assumes sphericity: where the differences between three or more levels do not all vary alike, it is too small."
 )
 
 
@@ -40,7 +40,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks.append(f"{title}: the test needs all combinations of their values among the conditions")
         factors = ()
     if factors:
-        found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), _NOTE)
+        note = f"Thesis 6.4.1 tests the same. {_NOTE}" if set(factors) == set(thesis.RATED_FACTORS) else _NOTE
+        found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), note)
     people = sorted({person for person, _ in means})
     whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
     plain = _without_vibration(rows)

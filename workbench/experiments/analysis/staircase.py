@@ -81,7 +81,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
         if levels:
             over.append(("m/s^2", mean_interval(name, levels, "m/s^2")))
-    found.tables.append(estimates_table("Thresholds over people", "in", over, _THESIS))
+    found.tables.append(estimates_table("Thresholds over people", "in", over, _beside(rows)))
     alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
     if any(row[2] for row in alarms):
         found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
@@ -94,10 +94,15 @@ def _least_reversals(settings: Settings) -> int:
     return min(int(settings.given.get("reversals", 12)), int(settings.given.get("last", 8)))
 
 
-_THESIS = (
-    f"Thesis 6.4.2, detection of TD: {thesis.THRESHOLD_M_S2:g} m/s^2 peak, standard deviation "
-    f"{thesis.THRESHOLD_SD_M_S2:g}; equal intensity: the peaks of table 6.1."
-)
+def _beside(rows: Sequence[Row]) -> str:
+    """Return what the thesis found of these stimuli, "" for stimuli that are not its own."""
+    names = {row.get("comparison") for row in rows} & set(thesis.STIMULI)
+    if not names:
+        return ""
+    if any(row.get("comparison_at") for row in rows):
+        return "Thesis 6.3.5, equal intensity: the peaks of table 6.1."
+    level, spread = thesis.THRESHOLD_M_S2, thesis.THRESHOLD_SD_M_S2
+    return f"Thesis 6.4.2: {level:g} m/s^2 peak, standard deviation {spread:g}." if "TD" in names else ""
 
 
 def _references(rows: Sequence[Row]) -> dict[tuple[str, str], float]:

@@ -40,6 +40,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             "Rates of each person", "participant", people, "Wilson's intervals of the widths, put together."
         )
     )
+    widths = {float(row["width_m"]) for row in rows}
+    is_thesis = (min(widths), max(widths)) == thesis.WIDTHS_M
     for name, (column, factor, unit) in FACTORS.items():
         parts = by_value(rows, column)
         lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for value, part in parts]
@@ -47,13 +49,14 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             (text, mean_interval("time", [float(r["time_s"]) for r in part if r["selected"] == "yes"], "s"))
             for (text, _), (_, part) in zip(lines, parts, strict=True)
         ]
-        found.tables.append(estimates_table(f"By {name}", name, lines + times, _THESIS if name == "width" else ""))
-        found.drawings.append(_drawn(name, column, factor, unit, rows))
+        found.tables.append(
+            estimates_table(f"By {name}", name, lines + times, _THESIS if name == "width" and is_thesis else "")
+        )
+        found.drawings.append(_drawn(name, rows, beside=name == "width" and is_thesis))
     columns = {f"{n}, {u}": [f * float(row[c]) for row in rows] for n, (c, f, u) in FACTORS.items()}
     success = [row["selected"] == "yes" for row in rows]
-    found.add_tests(
-        "Logistic regression", lambda: logistic_regression(success, columns), f"Printed: {thesis.SELECTION_LOGIT}."
-    )
+    note = f"Printed: {thesis.SELECTION_LOGIT}." if is_thesis else ""
+    found.add_tests("Logistic regression", lambda: logistic_regression(success, columns), note)
     near, far = (
         [row["selected"] == "yes" for row in rows if math.isclose(float(row["distance_m"]), at)]
         for at in (NEAR_M, FAR_M)
@@ -76,7 +79,8 @@ def _rate(name: str, rows: Sequence[Row]) -> Estimate:
     return mixed_share_interval(name, [(sum(row["selected"] == "yes" for row in part), len(part)) for part in parts])
 
 
-def _drawn(name: str, column: str, factor: float, unit: str, rows: Sequence[Row]) -> Drawing:
+def _drawn(name: str, rows: Sequence[Row], *, beside: bool) -> Drawing:
+    column, factor, unit = FACTORS[name]
     parts = [(factor * float(value), _rate("", part)) for value, part in by_value(rows, column)]
     x = np.array([value for value, _ in parts])
     lines = (
@@ -84,6 +88,6 @@ def _drawn(name: str, column: str, factor: float, unit: str, rows: Sequence[Row]
         series("95 %", x, [one.low for _, one in parts], "dashed"),
         series("", x, [one.high for _, one in parts], "dashed"),
     )
-    printed = (thesis.SELECTED_SMALLEST, thesis.SELECTED_LARGEST) if name == "width" else ()
+    printed = (thesis.SELECTED_SMALLEST, thesis.SELECTED_LARGEST) if beside else ()
     marks = tuple(ReferenceLine("y", at, dashed=True, name="thesis") for at in printed)
     return Drawing(f"Selected by {name}", f"{name}, {unit}", "share", lines, y_range=(0.0, 1.0), lines=marks)

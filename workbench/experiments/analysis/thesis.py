@@ -10,6 +10,14 @@ LEAST_CONFUSED, MOST_CONFUSED = 0.80, 0.25
 IMPACT_LABELS = {"IT": 0.58, "WS": 0.18}
 """Share of stimuli in each set that were labelled as impacts (3.4.2)."""
 
+SETS = ("WS", "IT")
+"""The sets of tactons (3.4)."""
+
+STIMULI = tuple(waveform + envelope for waveform in "SWT" for envelope in "CPD")
+"""The stimuli that were made equally intense (table 6.1)."""
+RATED_FACTORS = ("waveform", "envelope", "amplitude")
+"""The factors of the conditions whose compliance was rated (6.4.1)."""
+
 STIFFNESS_N_MM = (52.0, 64.0, 76.0, 90.0, 106.0, 124.0, 146.0)
 LEVELS_M_S2 = (0.0, 0.43, 0.86)
 JUDGED_STIFFER = {
@@ -26,6 +34,8 @@ INTERCEPT = {0.0: -2.50, 0.43: -2.70, 0.86: -2.77}
 THRESHOLD_M_S2, THRESHOLD_SD_M_S2 = 0.46, 0.18
 """Detection of TD: mean and standard deviation over 20 people (6.4.2)."""
 
+WIDTHS_M = (0.045, 0.165)
+"""The smallest and the largest button (5.6.1)."""
 SELECTED_LARGEST, SELECTED_SMALLEST = 0.98, 0.44
 """Rates of selection of the largest and the smallest button (5.6.1)."""
 SELECTION_LOGIT = "z = 1.4 + 0.071 w - 0.062 d - 0.6 theta, w and d in cm, theta in rad"
