@@ -23,13 +23,55 @@ def test_partial_eta_squared_is_the_share_of_the_sums_of_squares():
     random = np.random.default_rng(3)
     scores = random.normal(loc=(0.0, 0.5, 1.0), size=(10, 3))
     table = [{"participant": p, "level": k, "rating": scores[p, k]} for p in range(10) for k in range(3)]
-    (found,) = repeated_measures_anova(table, "rating", ["level"])
+    found, _ = repeated_measures_anova(table, "rating", ["level"])
     grand = scores.mean()
     effect = 10 * ((scores.mean(axis=0) - grand) ** 2).sum()
     error = ((scores - scores.mean(axis=0) - scores.mean(axis=1, keepdims=True) + grand) ** 2).sum()
     assert found.size == pytest.approx(effect / (effect + error))
     assert found.value == pytest.approx((effect / 2) / (error / 18))
     assert found.df == (2, 18)
+
+
+def winers_epsilon(scores):
+    """Epsilon from the covariances of the levels, by Winer's formula (Statistical Principles, 1971)."""
+    spread, k = np.cov(scores, rowvar=False), scores.shape[1]
+    above = k**2 * (np.diag(spread).mean() - spread.mean()) ** 2
+    below = (spread**2).sum() - 2 * k * (spread.mean(axis=1) ** 2).sum() + k**2 * spread.mean() ** 2
+    return above / ((k - 1) * below)
+
+
+def test_where_differences_do_not_vary_alike_degrees_of_freedom_are_less():
+    random = np.random.default_rng(5)
+    scores = random.normal(size=(12, 2, 4)) * (1.0, 1.0, 1.0, 5.0) + (0.0, 0.0, 0.0, 3.0)
+    table = [
+        {"participant": p, "place": "ht"[k], "level": level, "rating": scores[p, k, level]}
+        for p in range(12)
+        for k in range(2)
+        for level in range(4)
+    ]
+    found = {test.name: test for test in repeated_measures_anova(table, "rating", ["place", "level"])}
+    assert list(found) == ["place", "level", "level, corrected", "place x level", "place x level, corrected"]
+    sums = {"level": scores.mean(axis=1), "place x level": scores[:, 1] - scores[:, 0]}
+    for name, of in sums.items():
+        plain, corrected = found[name], found[f"{name}, corrected"]
+        epsilon = winers_epsilon(of)
+        assert 1 / 3 < epsilon < 0.7
+        assert corrected.size == pytest.approx(epsilon)
+        assert corrected.df == pytest.approx((3 * epsilon, 33 * epsilon))
+        assert corrected.value == plain.value
+        assert corrected.p == pytest.approx(stats.f.sf(plain.value, 3 * epsilon, 33 * epsilon))
+
+
+def test_an_effect_that_is_the_same_in_everybody_has_no_statistic_beside_one_that_is_not():
+    table = [
+        {"participant": p, "level": k, "place": m, "rating": 0.1 * (k * p + m)}
+        for p in range(4)
+        for k in range(3)
+        for m in range(3)
+    ]
+    found = {test.name: test.value for test in repeated_measures_anova(table, "rating", ["level", "place"])}
+    assert found["level"] == pytest.approx(5.4)
+    assert np.isnan([found["place"], found["level x place"]]).all()
 
 
 def test_two_factors_have_the_degrees_of_freedom_that_the_errata_ask_for():
@@ -42,7 +84,8 @@ def test_two_factors_have_the_degrees_of_freedom_that_the_errata_ask_for():
         for w in "SWT"
         for _ in range(2)
     ]
-    found = {test.name: test.df for test in repeated_measures_anova(table, "rating", ["amplitude", "waveform"])}
+    tests = repeated_measures_anova(table, "rating", ["amplitude", "waveform"])
+    found = {test.name: test.df for test in tests if test.effect != "epsilon"}
     assert found == {"amplitude": (1, 19), "waveform": (2, 38), "amplitude x waveform": (2, 38)}
     with pytest.raises(BadMeasurement, match="lacks a condition"):
         repeated_measures_anova(table[:-2], "rating", ["amplitude", "waveform"])

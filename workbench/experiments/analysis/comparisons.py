@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis.libraries import statsmodels
@@ -59,9 +59,12 @@ def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
 def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, factors: Sequence[str]) -> list[Test]:
     """Test effects of within-subject factors and their interactions, with partial eta squared (statsmodels' AnovaRM).
 
+    An effect with more than one degree of freedom is followed by its test with Greenhouse and Geisser's correction.
     `table` has rows with `participant`, the factors and `value`; several rows of one cell are averaged. Each person
     must have every cell.
     """
+    from scipy.special import fdtrc
+
     pandas = _pandas()
     columns = ["participant", *factors, value]
     frame = pandas.DataFrame([{column: row[column] for column in columns} for row in table])
@@ -82,12 +85,42 @@ def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, fact
         warnings.simplefilter("ignore")  # from pandas, inside statsmodels
         model = anova(frame, value, "participant", within=list(factors), aggregate_func="mean")
         rows = model.fit().anova_table
+    means = people.reshape(len(people), *(frame[factor].nunique() for factor in factors))
     found = []
     for name, row in rows.iterrows():
-        f, above, below = float(row["F Value"]), float(row["Num DF"]), float(row["Den DF"])
+        contrasts = _contrasts(means, [factor in str(name).split(":") for factor in factors])
+        vary = any(_vary(contrast, people) for contrast in contrasts.T)
+        f, p = (float(row["F Value"]), float(row["Pr > F"])) if vary else (math.nan, math.nan)
+        above, below = float(row["Num DF"]), float(row["Den DF"])
         size = f * above / (f * above + below)
-        found.append(Test(str(name).replace(":", " x "), "F", f, (above, below), float(row["Pr > F"]), _PARTIAL, size))
+        effect = str(name).replace(":", " x ")
+        found.append(Test(effect, "F", f, (above, below), p, _PARTIAL, size))
+        if vary and above > 1.0:
+            epsilon = greenhouse_geisser(contrasts)
+            df = (epsilon * above, epsilon * below)
+            found.append(Test(f"{effect}, corrected", "F", f, df, float(fdtrc(*df, f)), "epsilon", epsilon))
     return found
+
+
+def _contrasts(means: NDArray[np.float64], is_within: Sequence[bool]) -> NDArray[np.float64]:
+    """Return an effect's orthonormal contrasts of each person, [person, contrast]. `means` has an axis of people, and
+    one for each factor; `is_within` says which of these the effect is of.
+    """
+    found = np.ones((1, 1))
+    for count, within in zip(means.shape[1:], is_within, strict=True):
+        steps = np.linalg.qr(np.eye(count)[:, 1:] - 1.0 / count)[0]  # orthonormal, and orthogonal to the mean
+        found = np.kron(found, steps if within else np.full((count, 1), count**-0.5))
+    return np.asarray(means.reshape(len(means), -1) @ found)
+
+
+def greenhouse_geisser(contrasts: ArrayLike) -> float:
+    """Return epsilon of orthonormal contrasts, [person, contrast]: 1 where all vary alike (Psychometrika 24, 1959).
+
+    >>> round(greenhouse_geisser([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]), 9)
+    1.0
+    """
+    spread = np.atleast_2d(np.cov(np.asarray(contrasts, np.float64), rowvar=False))
+    return float(np.trace(spread) ** 2 / (len(spread) * (spread**2).sum()))
 
 
 _PARTIAL = "partial eta squared"

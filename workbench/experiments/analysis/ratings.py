@@ -14,7 +14,8 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
 _NOTE = (
-    "p assumes sphericity: where the differences between three or more levels do not all vary alike, it is too small."
+    "Corrected: by Greenhouse and Geisser, with df times epsilon. The p above it assumes sphericity: where the "
+    "differences between three or more levels do not all vary alike, it is too small."
 )
 
 
