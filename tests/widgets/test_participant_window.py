@@ -57,6 +57,23 @@ def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, ans
     assert bench.entries()[0].answers == {"tired": answer}
 
 
+def test_a_free_number_is_typed_and_zero_is_refused(bench):
+    """A slider would suggest a range."""
+    use = {"kind": "magnitude-estimation", "parameters": {"blocks": 1}}
+    bench.choose(stages=[{"id": "main", "kind": "trials", "method": use}], stimuli={"TD": TD, "X": {}})
+    for typed, answer in (("0", None), ("12,5", 12.5), ("0.02", 0.02)):
+        if answer != 12.5:  # the refused number is selected, and typed over
+            bench.until(Phase.READY)
+            bench.key(Qt.Key.Key_Space)
+            bench.until(Phase.ANSWERING)
+        bench.qtbot.keyClicks(bench.person.focusWidget(), typed)
+        bench.qtbot.keyClick(bench.person.focusWidget(), Qt.Key.Key_Return)
+        if answer is None:
+            assert "allowed: a number above 0" in bench.person.hint.text()
+        else:
+            bench.wait(lambda answer=answer: answer in [entry.answers["magnitude"] for entry in bench.entries()])
+
+
 def test_the_words_of_every_answer_can_be_read(bench):
     words = ("strongly disagree", "neither agree nor disagree", "strongly agree", "salt & pepper", "rather not say")
     form = ask(bench, chosen(*words))

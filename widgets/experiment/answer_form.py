@@ -17,7 +17,16 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.errors import BadValue
-from underfoot.experiments.questions import OpenChoice, Scale, ask, keys_of, needs_answer, typed_answer, unanswered
+from underfoot.experiments.questions import (
+    FreeNumber,
+    OpenChoice,
+    Scale,
+    ask,
+    keys_of,
+    needs_answer,
+    typed_answer,
+    unanswered,
+)
 from underfoot.parameters import Choice, Count, Number, Parameter
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
@@ -174,7 +183,7 @@ class AnswerForm(QWidget):
             return self._make_buttons(question, list(question.options))
         if isinstance(question, Count) and question.high - question.low < MAX_BUTTONS:
             return self._make_buttons(question, list(range(question.low, question.high + 1)))
-        if isinstance(question, Number) and len(self._questions) == 1:
+        if isinstance(question, Number) and not isinstance(question, FreeNumber) and len(self._questions) == 1:
             return self._make_slider(question)
         field = QLineEdit()
         field.setFont(theme.font(self._text_px))

@@ -19,7 +19,7 @@ NOT_FACTORS = frozenset(
             "run",
         ),
         *("level_db", "catch", "announced", "width_m", "distance_m", "bearing_rad", "x_m", "y_m"),
-        *("number", "answer", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
+        *("number", "answer", "interval", "felt", "rating", "magnitude", "label", "sort", "selected", "time_s"),
         *("started_at", "onset_s", "onset_after_step_s", "shown_s", "response_s", "plays", "frames", "commanded_m_s2"),
         *("most_force_n", "latency_s", "software", "measured_m_s2", "answered_by", "foot_after_s"),
     )

@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from underfoot.errors import BadValue, require
-from underfoot.experiments.analysis import thesis
+from underfoot.experiments.analysis import magnitudes, thesis
+from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
@@ -283,6 +284,36 @@ class Rater(Observer):
         return float(self.truth["without"] + more)
 
 
+class MagnitudeEstimator(Observer):
+    """Gives numbers in proportion to a power of the level, with a modulus of the person's own."""
+
+    methods = ("magnitude-estimation",)
+    exponent = Number(0.6, -5.0, 5.0, doc="Of the power law of magnitude over level.")
+    numbers_spread = Number(0.2, 0.0, 3.0, doc="Standard deviation of a number's logarithm from trial to trial.")
+    moduli_differ = Number(1.0, 0.0, 5.0, doc="Standard deviation of the modulus's logarithm from person to person.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        modulus = 10.0 * math.exp(self.truth["moduli_differ"] * self.place)
+        noise = math.exp(self.truth["numbers_spread"] * random.standard_normal())
+        return {"magnitude": min(max(modulus * noise * self._magnitude(trial.intervals[0].stimulus), 1e-6), 1e6)}
+
+    def truths(self) -> dict[str, float]:
+        """Return what the analysis finds where every answer is the true magnitude."""
+        rows = [
+            {
+                "stimulus": name,
+                _LEVEL: self.protocol.stimuli[name].peak_m_s2(),
+                **self.protocol.stimuli[name].factors,
+                "magnitude": self._magnitude(name),
+            }
+            for name in self.given["estimated"]
+        ]
+        return {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
+
+    def _magnitude(self, stimulus: str) -> float:
+        return float(max(self.protocol.stimuli[stimulus].peak_m_s2(), 0.01) ** self.truth["exponent"])
+
+
 class Labeller(Observer):
     """Gives a label of the first sort at a rate that depends on the set, and otherwise of the last sort."""
 
@@ -344,7 +375,16 @@ class FootSelector(Observer):
 
 OBSERVERS: Mapping[str, type[Observer]] = {
     kind: observer
-    for observer in (Identifier, Detector, SlopedDetector, Discriminator, Rater, Labeller, FootSelector)
+    for observer in (
+        Identifier,
+        Detector,
+        SlopedDetector,
+        Discriminator,
+        Rater,
+        MagnitudeEstimator,
+        Labeller,
+        FootSelector,
+    )
     for kind in observer.methods
 }
 """The observer of each method by its kind."""

@@ -36,6 +36,19 @@ class Scale(Number):
 
 
 @dataclass(frozen=True)
+class FreeNumber(Number):
+    """A number that is typed, because no slider suggests a range.
+
+    >>> FreeNumber(1.0, 1e-6, 1e6).allowed
+    'a number above 0, up to 1e+06'
+    """
+
+    @property
+    def allowed(self) -> str:
+        return f"a number above 0, up to {self.high:g}"
+
+
+@dataclass(frozen=True)
 class OpenChoice(Choice):
     """An optional choice; its default means "no answer"."""
 

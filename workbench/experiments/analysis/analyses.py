@@ -6,7 +6,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from underfoot.errors import BadMeasurement, BadValue, require
-from underfoot.experiments.analysis import abx, bayesian, constant, identification, labels, ratings, staircase, targets
+from underfoot.experiments.analysis import (
+    abx,
+    bayesian,
+    constant,
+    identification,
+    labels,
+    magnitudes,
+    ratings,
+    staircase,
+    targets,
+)
 from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
@@ -47,6 +57,7 @@ ANALYSES: Mapping[str, Analysis] = {
         staircase.estimates, staircase.findings, ("staircase", "comparison", "level_db"), needs_protocol=True
     ),
     "rating": Analysis(ratings.estimates, ratings.findings, ("stimulus", "rating")),
+    "magnitude-estimation": Analysis(magnitudes.estimates, magnitudes.findings, ("stimulus", "magnitude")),
     "free-labels": Analysis(labels.estimates, labels.findings, ("stimulus", "label")),
     "target-selection": Analysis(
         targets.estimates, targets.findings, ("selected", "time_s", "width_m", "distance_m", "bearing_rad")
@@ -107,7 +118,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
 
 
 _NUMBERS = (
-    *("trial", "block", "run", "rating", "level_db", "gain_db", "level_m_s2", "time_s"),
+    *("trial", "block", "run", "rating", "magnitude", "level_db", "gain_db", "level_m_s2", "time_s"),
     *("width_m", "distance_m", "bearing_rad"),
 )
 _WHOLE = ("number", "correct")
@@ -162,6 +173,7 @@ def _check_cells(rows: Sequence[Row]) -> None:
         for name in _NUMBERS:
             value = row.get(name, 0)
             require(isinstance(value, int | float) and abs(value) <= _MOST, place + name, value, "a number up to 1e6")
+        require(row.get("magnitude", 1) > 0, place + "magnitude", row.get("magnitude"), "a number above 0")
         require(row.get("right", 0) in (0, 1), place + "right", row.get("right"), "0 or 1")
         for name, words in _WORDS.items():
             require(row.get(name, words[0]) in words, place + name, row.get(name), " or ".join(words))

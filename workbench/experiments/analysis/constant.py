@@ -49,7 +49,7 @@ def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
     return axis, next((name for name in values if name != axis), "")
 
 
-def _prepared(rows: Sequence[Row]) -> tuple[Sequence[Row], str, str]:
+def prepared(rows: Sequence[Row]) -> tuple[Sequence[Row], str, str]:
     """Return the rows, the axis and the condition of the curves.
 
     Who set a level of their own gets other levels than the next. Levels are a condition of all people only as in the
@@ -76,11 +76,11 @@ def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
     ]
 
 
-def _mixed(rows: Sequence[Row], axis: str, condition: str) -> list[str]:
+def further_factors(rows: Sequence[Row], axis: str, condition: str) -> list[str]:
     """Return the factors of which a point of a curve has several values.
 
-    >>> [_mixed([{"n": 1, "on": True, "place": place} for place in places], "n", "on") for places in ("ht", "hh")]
-    [['place'], []]
+    >>> further_factors([{"n": 1, "on": True, "place": place} for place in ("heel", "toe")], "n", "on")
+    ['place']
     """
     points = grouped(rows, axis, condition).values()
     return [name for name in factors_of(rows) if any(len({row.get(name) for row in point}) > 1 for point in points)]
@@ -110,7 +110,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     Without a numeric factor, estimate the share of each stimulus.
     """
     try:
-        rows, axis, condition = _prepared(rows)
+        rows, axis, condition = prepared(rows)
     except BadMeasurement:
         return share_estimates(_counted(rows))
     return _curves(rows, axis, condition, settings)
@@ -137,13 +137,13 @@ def _half_name(rows: Sequence[Row]) -> str:
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     """Report over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
     try:
-        rows, axis, condition = _prepared(rows)
+        rows, axis, condition = prepared(rows)
     except BadMeasurement as error:
         plain = preferences(_counted(rows))
         plain.remarks.append(f"No psychometric curve: {error}.")
         return plain
     found, half = Findings("Constant stimuli"), _half_name(rows)
-    if mixed := ", ".join(_mixed(rows, axis, condition)):
+    if mixed := ", ".join(further_factors(rows, axis, condition)):
         found.remarks.append(f"Each curve is over all values of {mixed}: they are told apart by {condition} only.")
     called = {"pse": "PSE"}.get(half, half)
     people = {

@@ -39,10 +39,17 @@ def mean_interval(name: str, values: Sequence[float], unit: str = "") -> Estimat
     mean = sum(kept) / len(kept)
     if len(kept) < 2:
         return Estimate(name, mean, unit=unit)
+    return student_interval(name, mean, float(np.std(kept, ddof=1) / np.sqrt(len(kept))), len(kept) - 1, unit)
+
+
+def student_interval(name: str, value: float, error: float, free: int, unit: str = "") -> Estimate:
+    """Return a value with Student's 95 % interval of its standard error, which has `free` degrees of freedom; no
+    interval for none.
+    """
     from scipy.special import stdtrit  # scipy.stats takes half a second to load, in each process that simulates people
 
-    half = float(np.std(kept, ddof=1) / np.sqrt(len(kept)) * stdtrit(len(kept) - 1, 0.975))
-    return Estimate(name, mean, mean - half, mean + half, unit)
+    half = float(error * stdtrit(free, 0.975)) if free > 0 else math.nan
+    return Estimate(name, value, value - half, value + half, unit)
 
 
 def mixed_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estimate:

@@ -1,0 +1,33 @@
+"""Magnitude estimation: a number for how strong each stimulus seems, without standard or modulus (Stevens 1957)."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.questions import FreeNumber, ask
+from underfoot.experiments.trials import Presentation, Trial
+from underfoot.parameters import Count, Parameter, Text
+
+
+class MagnitudeEstimation(ListedMethod):
+    """Every stimulus once per block, in random order, answered with any number above 0."""
+
+    kind, name = "magnitude-estimation", "Magnitude estimation"
+    about = (
+        "Each stimulus is given any number above 0, in proportion to how strong it seems; relative magnitudes, and the "
+        "exponent of a power law, come of it."
+    )
+    estimated = StimulusNames((), doc="What is given numbers.", least=2)
+    blocks = Count(4, 1, 1000, doc="Every stimulus comes once in each.")
+    question = Text("How strong was it? Twice as strong: twice the number.", doc="What is asked after each trial.")
+
+    def listed(self) -> Sequence[Trial]:
+        found: list[Trial] = []
+        for block in range(1, self.given["blocks"] + 1):
+            for name in self.draws.shuffled(self.given["estimated"]):
+                found.append(Trial(len(found) + 1, block, (Presentation(name),)))
+        return found
+
+    @classmethod
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+        return (ask("magnitude", FreeNumber(1.0, 1e-6, 1e6, doc=given["question"])),)
