@@ -1,5 +1,6 @@
 """Methods: the trials that the thesis's designs ask for, and levels that follow answers as the rules say."""
 
+import math
 from collections import Counter
 from itertools import pairwise
 
@@ -7,6 +8,7 @@ import pytest
 from made_studies import TD, made_protocol, preset_protocol, trials, walked
 
 from underfoot.experiments.study import Study
+from underfoot.experiments.trials import NOTHING, Presentation
 
 
 def trials_of(name, participant="P1", answers=None):
@@ -47,6 +49,13 @@ def test_targets_are_240_every_button_six_times():
     buttons = Counter((t.facts["width_m"], t.facts["distance_m"], t.facts["bearing_rad"]) for t in found)
     assert (len(found), len(buttons), set(buttons.values())) == (240, 40, {6})
     assert Counter(t.block for t in found) == {1: 120, 2: 120}
+
+
+@pytest.mark.parametrize(("foot", "away"), [("right", -1.0), ("left", 1.0)])
+def test_a_target_lies_at_its_distance_on_the_side_away_from_the_preferred_foot(foot, away):
+    given = {"distances_m": [0.4], "bearings_deg": [30.0], "repeats": 1, "preferred_foot": foot}
+    (trial, *_) = trials(walked(Study(made_protocol("target-selection", given), "P1")))
+    assert (trial.facts["x_m"], trial.facts["y_m"]) == pytest.approx((away * 0.2, 0.4 * math.cos(math.pi / 6.0)))
 
 
 def ideal(threshold_db, nothing_db=-1001.0):
@@ -117,12 +126,33 @@ def test_two_down_one_up_needs_two_of_yes():
     assert above[2] == pytest.approx(above[0] - 10.0)
 
 
-def test_bayesian_levels_come_near_the_threshold():
+@pytest.mark.parametrize("threshold_db", [-9.5, 12.3])
+def test_bayesian_levels_come_near_the_threshold(threshold_db):
+    """It lies far from 0 dB, where they begin."""
     pytest.importorskip("questplus")
     protocol = made_protocol("bayesian", {"trials": 30}, {"TD": TD})
-    found = trials(walked(Study(protocol, "P1"), ideal(4.5)))
+    found = trials(walked(Study(protocol, "P1"), ideal(threshold_db)))
     assert len(found) == 30
-    assert all(abs(t.facts["level_db"] - 4.5) < 6.0 for t in found[-10:])
+    assert all(abs(t.facts["level_db"] - threshold_db) < 6.0 for t in found[-10:])
+    assert all(t.intervals == (Presentation("TD", t.facts["level_db"]),) for t in found)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "other"),
+    [
+        ("staircases", {"followed": ["TD"], "standard": "X"}, "X"),
+        ("bayesian", {"intervals": "two", "trials": 60}, NOTHING),
+    ],
+)
+def test_of_two_intervals_one_has_the_level_and_either_is_as_often_the_first(kind, parameters, other):
+    if kind == "bayesian":
+        pytest.importorskip("questplus")
+    found = trials(walked(Study(made_protocol(kind, parameters), "P1"), most=60))
+    for trial in found:
+        level, nothing = Presentation("TD", trial.facts["level_db"]), Presentation(other)
+        first = trial.facts["comparison_at"] == "first"
+        assert trial.intervals == ((level, nothing) if first else (nothing, level))
+    assert 0.3 < sum(trial.facts["comparison_at"] == "first" for trial in found) / len(found) < 0.7
 
 
 def test_free_labels_have_every_stimulus_once():
