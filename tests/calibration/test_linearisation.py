@@ -172,6 +172,8 @@ def test_what_clips_is_calibrated_up_to_there_and_not_good():
         assert sensor.pairs.saturates_n == pytest.approx(end, rel=0.05)
         assert sensor.curve.force(60000.0) == pytest.approx((60000.0 - 56768.0) / 8767.0 * end, rel=0.03)
     assert not found.good
+    assert found.saturated == tuple((j, sensor.pairs.saturates_n) for j, sensor in enumerate(found.sensors))
+    assert sum("saturated above" in words for words in found.warnings) == 4
     assert "aturated" in verdict_of(found)
 
 
@@ -291,7 +293,23 @@ def test_a_sensor_that_reads_the_other_way_is_pointed_out():
     rows[rows[:, 1] == 2, 2] = 65535.0 - rows[rows[:, 1] == 2, 2]
     found = linearise(pairs(rows), hysteresis=False)
     assert found.calibrated == (0, 1, 2, 3)
-    assert any("sensor 3: its reading falls with force, unlike the others'" in words for words in found.warnings)
+    (words,) = found.warnings
+    assert words.startswith("sensor 3: its reading falls with force, unlike the others'")
+
+
+def test_what_makes_a_curve_doubtful_is_said_of_its_sensor():
+    rows = made_sensors.pairs_rows("soft conductance")
+    empty, heavy = rows[:, 3] < 10.0, rows[:, 3] > 100.0
+    first, second = rows[:, 1] == 0, rows[:, 1] == 1
+    found = linearise(pairs(rows[~(first & empty) & ~(second & heavy)]), hysteresis=False)
+    assert found.warnings == (
+        "sensor 1: the empty tile was not read; its reading there is extrapolated",
+        "sensor 2: loaded up to 99.9 N only, of 200 N",
+    )
+    once = linearise(pairs(rows[rows[:, 0] % 100.0 < 2.0]), hysteresis=False)
+    assert once.warnings == tuple(
+        f"sensor {j}: 1 loading only; three or more show how far they repeat" for j in (1, 2, 3, 4)
+    )
 
 
 def test_the_reason_is_given_where_one_force_alone_was_used():

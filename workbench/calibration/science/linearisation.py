@@ -21,6 +21,7 @@ from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
 from underfoot.models.tile import fsr_curves
 from underfoot.models.tile.fsr_curves import FittedCurve
+from underfoot.quantities import counted
 
 Values = NDArray[np.float64]
 Fit = Callable[[Values, Values, Values], FittedCurve | None]
@@ -225,5 +226,5 @@ def _doubts(pairs: SensorPairs) -> list[str]:
     if np.isfinite(pairs.saturates_n):
         found.append(f"saturated above {pairs.saturates_n:.3g} N, of {pairs.full_scale_n:.4g} N")
     if pairs.timed and pairs.cycles < 3:
-        found.append(f"{pairs.cycles} loadings only; three or more show how far they repeat")
+        found.append(f"{counted(pairs.cycles, 'loading')} only; three or more show how far they repeat")
     return found

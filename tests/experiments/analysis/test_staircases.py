@@ -1,0 +1,45 @@
+"""Staircases: which of a person's trials count, and what is reported of them."""
+
+from collections import Counter
+
+import pytest
+from made_studies import TD, made_protocol
+
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.analysis.staircase import staircases
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of
+
+pytest.importorskip("statsmodels")
+PARAMETERS = {"followed": ["TD"], "catch_share": 0.3, "most_trials": 40}
+
+
+def rows_with(false_alarms):
+    """Return the protocol and the rows of one who feels what is above 2 dB, and nothing, at first, so many times."""
+    protocol, left = made_protocol("staircases", PARAMETERS, {"TD": TD}), false_alarms
+    study = Study(protocol, "P1")
+    while not study.is_done:
+        facts = study.page.trial.facts
+        is_false = left > 0 and bool(facts.get("catch"))
+        left -= is_false
+        study.answer({"felt": "yes" if is_false or facts.get("level_db", -1000.0) > 2.0 else "no"})
+    return protocol, rows_of(protocol, "P1", study.entries)
+
+
+def test_what_was_answered_before_a_false_alarm_does_not_count():
+    _, rows = rows_with(2)
+    trials = [row for row in rows if row.get("staircase")]
+    assert Counter(row["run"] for row in trials).keys() == {0, 1, 2}
+    found = staircases(rows, Settings(given=PARAMETERS))
+    for (_, _, which), run in found.items():
+        assert run.levels_db == [row["level_db"] for row in trials if (row["staircase"], row["run"]) == (which, 2)]
+        turns = zip(run.levels_db, run.levels_db[1:], run.levels_db[2:], strict=False)
+        followed = [level for at, level in zip(run.turned_at, run.turns_db, strict=True) if run.levels_db[at + 1 :]]
+        assert followed == [b for a, b, c in turns if (b - a) * (c - b) < 0.0]
+
+
+def test_false_alarms_are_counted_of_the_trials_without_a_stimulus():
+    protocol, rows = rows_with(2)
+    tables = {table.title: table for table in analysed(rows, protocol, Settings(bootstrap=0))[0].tables}
+    assert tables["False alarms"].rows == (("P1", 2, sum(bool(row.get("catch")) for row in rows)),)
