@@ -227,18 +227,28 @@ def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kin
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3])
-def test_plates_in_kilonewtons_are_as_heavy_as_those_in_newtons(tmp_path, kind):
+@pytest.mark.parametrize(
+    ("force", "moment", "newtons"),
+    [
+        ("kN", "kN.m", 1000.0),
+        ("lbf", "in-lbf", 4.4482216152605),
+        ("lbs", "ft lbs", 4.4482216152605),
+        ("kgf", "kgf mm", 9.80665),
+    ],
+)
+def test_plates_in_other_units_are_as_heavy_as_those_in_newtons(tmp_path, kind, force, moment, newtons):
+    arm_mm = {"kN.m": 1000.0, "in-lbf": 25.4, "ft lbs": 304.8, "kgf mm": 1.0}[moment]
     channels = np.random.default_rng(kind).uniform(100.0, 200.0, (8 if kind == 3 else 6, 20))
-    forces = slice(0, 8 if kind == 3 else 3)
+    forces, moments = slice(0, 8 if kind == 3 else 3), slice(3, 6 if kind == 2 else 3)
     lab = partial(plates_of, kind=kind, corners_mm=DOWN, origin_mm=(120.0, 200.0, -40.0))
-    units = ["N"] * 3 + (["mm"] * 3 if kind == 1 else ["N.m"] * 3 if kind == 2 else ["N"] * 5)
+    units = ["N"] * 3 + (["mm"] * 3 if kind == 1 else ["Nmm"] * 3 if kind == 2 else ["N"] * 5)
     in_n, _ = read_force_file(lab(tmp_path / "n.c3d", channels=channels, units=units))
     scaled = channels.copy()
-    scaled[forces] *= 1e-3
-    in_kn, _ = read_force_file(
-        lab(tmp_path / "kn.c3d", channels=scaled, units=["kN" if unit == "N" else unit for unit in units])
-    )
-    np.testing.assert_allclose(in_kn.force_n, in_n.force_n, atol=1e-3)
+    scaled[forces] /= newtons
+    scaled[moments] /= newtons * arm_mm
+    named = [{"N": force, "Nmm": moment}.get(unit, unit) for unit in units]
+    other, _ = read_force_file(lab(tmp_path / "other.c3d", channels=scaled, units=named))
+    np.testing.assert_allclose(other.force_n, in_n.force_n, atol=1e-3)
 
 
 def test_a_plate_that_tells_its_centre_of_pressure(tmp_path):

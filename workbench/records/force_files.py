@@ -48,7 +48,9 @@ def floor_of(path: str | Path) -> Floor:
         with Recording(path) as recording:
             return Floor.loads(recording.about["floor"], str(path))
     if path.suffix.lower() == ".c3d":
-        return read_force_file(path)[1]
+        from underfoot.records.c3d_plates import floor_of_plates
+
+        return floor_of_plates(path)
     return load_floor_beside(path)
 
 
