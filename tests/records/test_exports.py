@@ -101,8 +101,8 @@ def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
     assert content["tiles"].tolist() == ["t1", "t2"]
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".wav"])
-def test_vibration_need_not_fit_into_memory(tmp_path, suffix):
+@pytest.mark.parametrize(("suffix", "most"), [(".h5", 0.7), (".wav", 0.7), (".mat", 1.7)])
+def test_vibration_need_not_fit_into_memory_more_than_once(tmp_path, suffix, most):
     source = write_recording(tmp_path / "whole.underfoot", 8.0, default_floor(6, 6))
     with Recording(source) as recording:
         export = ExportSource(recording)
@@ -113,7 +113,7 @@ def test_vibration_need_not_fit_into_memory(tmp_path, suffix):
             peak = tracemalloc.get_traced_memory()[1]
         finally:
             tracemalloc.stop()
-    assert peak < 0.7 * 8 * 48_000 * 36 * 4
+    assert peak < most * 8 * 48_000 * 36 * 4
 
 
 def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_path):
