@@ -21,6 +21,11 @@ class DeviceError(UnderfootError):
     """Device or stream that cannot be opened or was lost."""
 
 
+def in_one_line(error: object) -> str:
+    """Return the message of another library's error in one line."""
+    return " ".join(str(error).split())
+
+
 def require(good: bool, name: str, given: object, allowed: str) -> None:
     """Raise `BadValue` unless `good`, with the name, the given value, and what is allowed.
 
@@ -29,5 +34,5 @@ def require(good: bool, name: str, given: object, allowed: str) -> None:
     underfoot.errors.BadValue: mass_kg is -1.0; allowed: above 0
     """
     if not good:
-        text = " ".join(repr(given).split())
+        text = in_one_line(repr(given))
         raise BadValue(f"{name} is {text if len(text) <= 60 else text[:57] + '...'}; allowed: {allowed}")

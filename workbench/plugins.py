@@ -12,6 +12,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeGuard, TypeVar
 
+from underfoot.errors import in_one_line
+
 T = TypeVar("T")
 
 NODES, TRANSPORTS, SCENES = "underfoot.nodes", "underfoot.transports", "underfoot.scenes"
@@ -84,4 +86,4 @@ def _may_declare(group: str) -> bool:
 def refuse(name: str, reason: str) -> None:
     """Report why a plug-in, or a part of one, is left out."""
     if parent_process() is None:  # its children find the same
-        print(f"underfoot: plug-in {name} is left out: {' '.join(reason.split())[:300]}", file=sys.stderr, flush=True)
+        print(f"underfoot: plug-in {name} is left out: {in_one_line(reason)[:300]}", file=sys.stderr, flush=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from underfoot.clock import FADE
 from underfoot.devices.thread_priority import raise_thread_priority
-from underfoot.errors import DeviceError
+from underfoot.errors import DeviceError, in_one_line
 
 if TYPE_CHECKING:
     from sounddevice import CallbackFlags
@@ -166,8 +166,7 @@ class PlayRecord:
                 self._over.wait(len(self._played) / self._rate_hz + patience_s)
         except (device.PortAudioError, ValueError) as error:
             name = next((name for name in self._devices if name), "default")
-            text = " ".join(str(error).split())
-            raise DeviceError(f"sound device {name!r} cannot play and record: {text}") from None
+            raise DeviceError(f"sound device {name!r} cannot play and record: {in_one_line(error)}") from None
         self.lost |= self.played_frames < len(self._played) and not self.silenced
 
     def silence(self) -> None:
@@ -235,11 +234,9 @@ class Stream:
         except (sounddevice.PortAudioError, ValueError) as error:
             if not name and not devices():
                 raise DeviceError("there is no sound device") from None
-            text = " ".join(str(error).split())
             also = "" if recorded is None else f" and hear {recorded.shape[1]}"
-            raise DeviceError(
-                f"sound device {name or 'default'!r} cannot play {channels} channels{also} at {rate:g} Hz: {text}"
-            ) from None
+            what = f"{channels} channels{also} at {rate:g} Hz"
+            raise DeviceError(f"sound device {name or 'default'!r} cannot play {what}: {in_one_line(error)}") from None
 
     @property
     def latency_s(self) -> float:
@@ -272,7 +269,7 @@ class Stream:
         try:
             self._stream.start()
         except self._sounddevice.PortAudioError as error:
-            raise DeviceError(f"the sound device does not start: {' '.join(str(error).split())}") from None
+            raise DeviceError(f"the sound device does not start: {in_one_line(error)}") from None
 
     def abort(self) -> None:
         """Stop at once, and drop what is buffered."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from urllib.parse import urlsplit
 
 from underfoot.engine.worker_pool import MOST_TRIES, Answer, Job
-from underfoot.errors import BadValue, DeviceError, UnderfootError
+from underfoot.errors import BadValue, DeviceError, UnderfootError, in_one_line
 from underfoot.patch.custom_nodes import run_received
 from underfoot.patch.node_files import NodeFile, running
 
@@ -34,7 +34,7 @@ def on_cluster(
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise DeviceError(f"the cluster {address} cannot be reached: {_words(error)}") from None
+        raise DeviceError(f"the cluster {address} cannot be reached: {in_one_line(error)}") from None
     with client:
         waiting, places = deque(enumerate(jobs)), dict[str, int]()
         answers = as_completed(loop=client.loop)
@@ -56,7 +56,7 @@ def on_cluster(
             except UnderfootError as error:
                 result = error
             except Exception as error:
-                raise DeviceError(f"the cluster {address} gave up: {_words(error)[:200]}") from None
+                raise DeviceError(f"the cluster {address} gave up: {in_one_line(error)[:200]}") from None
             yield number, result
             del future, result
             give()
@@ -66,10 +66,6 @@ def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Job], Answer], job: J
     """Run `work` on a worker, with the caller's custom nodes loaded."""
     run_received(nodes)
     return work(job)
-
-
-def _words(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 def _require_reachable(address: str) -> None:
@@ -83,4 +79,4 @@ def _require_reachable(address: str) -> None:
             raise ValueError("allowed: tcp://HOST:PORT")
         socket.create_connection((host, port), CONNECT_S).close()
     except (OSError, ValueError) as error:
-        raise DeviceError(f"the cluster {address} cannot be reached: {_words(error)}") from None
+        raise DeviceError(f"the cluster {address} cannot be reached: {in_one_line(error)}") from None

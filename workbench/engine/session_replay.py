@@ -13,7 +13,7 @@ from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.engine.commands import Swap, TileEqualiser, from_text
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.render import Rendered
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, in_one_line
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
@@ -116,4 +116,4 @@ def _readable(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except (msgspec.MsgspecError, ValueError, TypeError, RecursionError) as error:
-        raise BadFile(f"{path}: {what} cannot be read: {' '.join(str(error).split())}") from None
+        raise BadFile(f"{path}: {what} cannot be read: {in_one_line(error)}") from None

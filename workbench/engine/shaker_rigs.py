@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
 from underfoot.devices.sound import PlayRecord, device_of, portaudio
 from underfoot.engine.safety import limited
-from underfoot.errors import BadMeasurement, DeviceError, require
+from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
 from underfoot.floor.simulated_tile import SimulatedTile
 
 _TAIL_S = 0.5
@@ -96,7 +96,7 @@ class SoundCard:
 
     def _failure(self, error: Exception, name: str = "") -> DeviceError:
         shown = name or next((name for name in self._devices if name), None) or "default"
-        return DeviceError(f"sound device {shown!r} cannot play and record: {' '.join(str(error).split())}")
+        return DeviceError(f"sound device {shown!r} cannot play and record: {in_one_line(error)}")
 
 
 def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:

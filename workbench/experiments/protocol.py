@@ -16,7 +16,7 @@ from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
-from underfoot.experiments.stimuli import Stimulus, patch_path
+from underfoot.experiments.stimuli import Level, Stimulus, patch_path
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch.custom_nodes import files_needed
@@ -28,7 +28,6 @@ FORMAT = "underfoot-protocol"
 VERSION = 1
 
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=86400.0)]
-Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
 
 

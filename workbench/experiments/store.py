@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.documents import parse, placed
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, in_one_line
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
 from underfoot.experiments.stimuli import patch_path, path_beside
@@ -155,7 +155,7 @@ class SessionFile:
                 base.execute("pragma wal_autocheckpoint = 0")  # `add` runs checkpoints in a thread
                 base.execute("pragma synchronous = full")  # answers survive a power cut
             except (sqlite3.Error, UnicodeDecodeError) as error:
-                raise BadFile(f"{path} is not a session of a study: {' '.join(str(error).split())}") from None
+                raise BadFile(f"{path} is not a session of a study: {in_one_line(error)}") from None
             unless_opened.pop_all()
         return SessionFile(path, base)
 
@@ -345,7 +345,7 @@ class SessionFile:
         try:
             yield
         except (sqlite3.Error, zlib.error, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
-            raise BadFile(f"{self.path}: table {table} cannot be read: {' '.join(str(error).split())}") from None
+            raise BadFile(f"{self.path}: table {table} cannot be read: {in_one_line(error)}") from None
 
     def _transaction(self) -> "_Transaction":
         return _Transaction(self._base, self.path)

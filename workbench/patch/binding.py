@@ -25,7 +25,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile, BadValue, UnderfootError, require
+from underfoot.errors import BadFile, BadValue, UnderfootError, in_one_line, require
 from underfoot.kernels import allocating, callback, intrinsic, part
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
@@ -146,7 +146,7 @@ class Binding:
         except UnderfootError:
             raise
         except Exception as error:
-            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            reason = in_one_line(f"{type(error).__name__}: {error}")[:300]
             raise BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}") from error
 
     @property

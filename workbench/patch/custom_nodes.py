@@ -12,7 +12,7 @@ from types import ModuleType
 
 from msgspec.structs import replace
 
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, in_one_line
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import NodeType, Port, Registry, installed_nodes, node
 from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile, has_nodes
@@ -74,7 +74,7 @@ def run_file(file: NodeFile) -> bool:
         exec(compile(file.source, file.path, "exec"), vars(module))
     except (Exception, SystemExit) as error:  # untrusted code can raise anything
         del sys.modules[name]
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+        reason = in_one_line(f"{type(error).__name__}: {error}")[:300]
         raise BadFile(f"{file.path} cannot be run: {reason}") from None
     found = [value for value in vars(module).values() if isinstance(value, NodeType)]
     made = next((one for one in found if one.type == file.type), None)

@@ -21,7 +21,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile, require
+from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of, replaced
 from underfoot.records import envelopes
 
@@ -247,11 +247,11 @@ class Recording:
                 self._tables = {name for (name,) in tables}
             except sqlite3.OperationalError as error:
                 if "full" not in str(error) and "I/O" not in str(error):
-                    raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
+                    raise BadFile(f"{path} is not a recording: {in_one_line(error)}") from None
                 room = "what its writer left has to be put in order first, which takes some room on its disk"
                 raise BadFile(f"{path} cannot be read: {error}; {room}") from None
             except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
-                raise BadFile(f"{path} is not a recording: {' '.join(str(error).split())}") from None
+                raise BadFile(f"{path} is not a recording: {in_one_line(error)}") from None
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
             if missing:
                 raise BadFile(f"{path} is not a whole recording: it does not say its {', '.join(missing)}")
@@ -476,7 +476,7 @@ class Recording:
         try:
             yield
         except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as error:
-            raise BadFile(f"{self.path}: table {table} cannot be read: {' '.join(str(error).split())}") from None
+            raise BadFile(f"{self.path}: table {table} cannot be read: {in_one_line(error)}") from None
 
 
 def _is_said(key: str, value: object) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.sound import device_of, portaudio, settings_of
-from underfoot.errors import DeviceError, require
+from underfoot.errors import DeviceError, in_one_line, require
 from underfoot.experiments.protocol import Sounds
 
 RATE_HZ = 48_000
@@ -76,8 +76,8 @@ class Masking:
             )
             self._stream.start()
         except (library.PortAudioError, ValueError) as error:
-            text = " ".join(str(error).split())
-            raise DeviceError(f"masking sound cannot be played on {device or 'the default device'}: {text}") from None
+            where = device or "the default device"
+            raise DeviceError(f"masking sound cannot be played on {where}: {in_one_line(error)}") from None
 
     def start(self) -> None:
         """Fade in."""

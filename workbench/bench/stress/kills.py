@@ -20,6 +20,7 @@ from underfoot.bench.stress.programs import CpuIdle, Program
 from underfoot.bench.stress.valid_files import FLOOR, tone
 from underfoot.engine.reports import Notice, Started
 from underfoot.engine.session import MOST_DEATHS, WITHIN_S, Session
+from underfoot.engine.shared_blocks import remove_orphans
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
@@ -171,7 +172,7 @@ def _kill_programs(
             left = program.left(40.0)
             orphans += len(left)
             if how == "group":
-                program.remove_blocks()  # as the next start does
+                remove_orphans()  # as the next start does
             blocks += len(program.blocks())
             if record.exists():
                 try:

@@ -15,7 +15,6 @@ import numpy as np
 from underfoot.bench.stress.valid_files import FLOOR, tone
 from underfoot.engine.rings import HEADER
 from underfoot.engine.session import Session
-from underfoot.engine.shared_blocks import remove_orphans
 from underfoot.engine.target import Target
 from underfoot.nodes import REGISTRY
 
@@ -97,10 +96,6 @@ class Program:
     def blocks(self) -> list[str]:
         """Return the names of its shared memory blocks that remain after a wait."""
         return _waited(lambda: [path.name for path in BLOCKS.glob(f"underfoot_{self._process.pid}_*")], 5.0)
-
-    def remove_blocks(self) -> None:
-        """Remove the shared memory that killed programs left behind."""
-        remove_orphans()
 
     def said(self) -> str:
         """Return the last line of its standard error."""

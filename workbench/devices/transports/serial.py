@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport
-from underfoot.errors import BadValue, DeviceError, require
+from underfoot.errors import BadValue, DeviceError, in_one_line, require
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -184,7 +184,7 @@ def opening(refusal: str) -> Iterator[None]:
 
 def port_reason(error: Exception) -> str:
     """Return in words why a serial port cannot be opened, read or written to."""
-    text = " ".join(str(error).split())
+    text = in_one_line(error)
     known = {
         errno.ENOENT: "there is no such port",
         errno.EIO: "it was unplugged",
