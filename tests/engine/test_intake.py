@@ -134,6 +134,14 @@ def test_any_block_size_gives_the_same_bytes(rate, rate_hz):
         assert again.tobytes() == whole.tobytes(), blocks
 
 
+@pytest.mark.parametrize("rate_hz", [8_000.0, 20_000.0])
+def test_no_sample_is_lost_where_a_block_holds_thousands(rate_hz):
+    stamps, forces = standing_forces(rate_hz, 8_000.0)
+    short, long = (intake_signals(GivenForces(rate_hz, stamps, forces), 16_000, 8_000.0, [n]) for n in (64, 1024))
+    assert short[0].max() > 600.0
+    assert long.tobytes() == short.tobytes()
+
+
 def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
     stamps, forces = standing_forces(1000.0)
     forces[:, 0] += np.where(stamps > 0.1 * RATE, 4.0, 0.0)[:, None]

@@ -9,6 +9,7 @@ tile's signals are exactly 0 while nobody stands on it; its gate opens and close
 Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -32,7 +33,7 @@ HOLD_S = 0.020
 GATE_S = 0.005
 """Seconds in which the gate opens or closes."""
 
-_QUEUE = 1024  # samples of a tile that can wait; a power of two, so that indexing needs no division
+_LEAST_QUEUE = 1024  # samples of a tile that can wait, beside those of the block
 _LONG_AGO = -1e18
 
 SAMPLE = np.dtype(
@@ -110,7 +111,9 @@ class Intake:
         self._timing["period"] = rate_hz / source.rate_hz
         self._timing["hold"] = HOLD_S * rate_hz
         self._timing["gate_step"] = 1.0 / (GATE_S * rate_hz)
-        self._queue = np.zeros((tiles, _QUEUE), SAMPLE)
+        # A power of two, so that indexing needs no division.
+        waiting = 1 << math.ceil(math.log2(_LEAST_QUEUE + block * source.rate_hz / rate_hz))
+        self._queue = np.zeros((tiles, waiting), SAMPLE)
         self._segments = np.zeros(tiles, SEGMENT)
         for name in ("from_frame", "at_frame", "last_frame"):
             self._segments[name] = _LONG_AGO
@@ -205,16 +208,16 @@ def _enqueue(
     Where nobody stands, and nothing waits, one that is in time changes no frame before the next sample: it is taken at
     once, in place of being queued.
     """
-    period = timing.period
+    period, places = timing.period, queue.size - 1
     start = max(segment.last_frame, stamp - period, arrival - period)
     waiting = segment.queue_head < segment.queue_tail
     if not (tile.on or waiting) and stamp > start and segment.gate == 0.0 and segment.gate_target == 0.0:
         _rest(segment, start, stamp, tile.load_n, timing.hold)
         return
-    sample = queue[(segment.queue_tail - 1) % _QUEUE]
+    sample = queue[(segment.queue_tail - 1) & places]
     waits = waiting and sample.from_frame >= arrival - period
     if stamp > start or not waits:
-        sample = queue[segment.queue_tail % _QUEUE]
+        sample = queue[segment.queue_tail & places]
         sample.from_frame = start
         sample.at_frame = stamp if stamp > start else start + period
         segment.queue_tail += 1
@@ -244,6 +247,7 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
     """Write `n` frames of signals, tile by tile."""
     m = _memory_at(where)
     signals, queue, segments, timing = m.signals, m.queue, m.segments, m.timing
+    places = queue.shape[1] - 1
     for k in range(len(segments)):
         segment = segments[k]
         begin = 0
@@ -251,7 +255,7 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
             # One segment at a time, up to the frame at which the next sample's segment begins.
             end = n
             while segment.queue_head < segment.queue_tail:
-                sample = queue[k, segment.queue_head % _QUEUE]
+                sample = queue[k, segment.queue_head & places]
                 first = _first_frame(sample.from_frame, timing[0].period) - frame
                 if first > begin:
                     end = min(n, first)
