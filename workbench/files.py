@@ -5,7 +5,6 @@ import os
 import re
 import secrets
 import stat
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -78,10 +77,10 @@ def replaced(path: str | Path) -> Iterator[Path]:
     require_replaceable(path)
     target = Path(os.path.realpath(path_of(path)))
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
-    _remove_left(target)
     with written(path):
         part.touch(exist_ok=False)
     try:
+        _remove_left(target, part.stat().st_mtime)
         yield part
         with written(path):
             with part.open("r+b") as file:
@@ -93,13 +92,16 @@ def replaced(path: str | Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
-def _remove_left(target: Path) -> None:
-    """Remove the parts of a file whose writers were killed: those that nothing was written to for an hour."""
+def _remove_left(target: Path, now_s: float) -> None:
+    """Remove the parts of a file whose writers were killed: those that nothing was written to for an hour.
+
+    `now_s` is by the clock of the disk, which may be another machine's.
+    """
     of_it = re.compile(rf"\.{re.escape(target.name)}\.[0-9a-f]{{8}}")
     with suppress(OSError):  # somebody else's, or removed meanwhile
         for name in filter(of_it.fullmatch, os.listdir(target.parent)):
             part = target.with_name(name)
-            if time.time() - part.stat().st_mtime > _LEFT_S:
+            if now_s - part.stat().st_mtime > _LEFT_S:
                 part.unlink()
 
 
