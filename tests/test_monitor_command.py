@@ -161,6 +161,13 @@ def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):
     assert rehearsed.closed
 
 
+def test_monitor_waits_for_a_sound_card_that_does_not_answer(underfoot, folder, rehearsed):
+    hangs = OutputChanged("the sound card and its server do not answer", "", "the sound card does not answer")
+    rehearsed.acts, rehearsed.running = [([hangs], 0.0), ([], 50.0), ([], 0.0)], False
+    said = underfoot("monitor", "simulator", "--seconds", "0.25")
+    assert (said.status, said.error.splitlines()[0]) == (0, "underfoot: the sound card and its server do not answer")
+
+
 def test_monitor_keeps_its_steps_when_the_engine_fails_for_good(underfoot, folder, rehearsed):
     failed = OutputChanged("the engine fails again and again; it is not started any more", "nothing")
     last = [ProcessDied("engine", "killed", False), failed], 0.0

@@ -190,6 +190,8 @@ def messages_of(report: Report, health: Health) -> Iterator[str]:
     match report:
         case OutputChanged(text, where) if where == NOTHING:
             raise DeviceError(text)
+        case OutputChanged(text):
+            yield text
         case Notice(text) if not health.running and not health.frame:
             raise DeviceError(text)
         case Notice(text) | Started(notice=text) if text:

@@ -96,6 +96,23 @@ def test_a_card_whose_server_stands_still_is_told_with_its_tiles_until_it_goes_o
     assert back.silence == ""
 
 
+def test_a_server_that_stands_still_before_a_card_is_open_is_told_until_it_goes_on(null_sink, until):
+    """The engine waited for it for ever, and nobody was told why nothing played."""
+    server = min(null_sink.threads())
+    os.kill(server, signal.SIGSTOP)
+    try:
+        with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+            playing.until(lambda: playing.of(OutputChanged), "it is told")
+            os.kill(server, signal.SIGCONT)
+            assert playing.started().notice == ""
+            (told,) = playing.of(OutputChanged)
+            assert (
+                told.text == told.silence == "the sound card and its server do not answer; nothing plays until they do"
+            )
+    finally:
+        os.kill(server, signal.SIGCONT)
+
+
 def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):
     first, second = two_sinks
     with listening(first) as left, playing_on(until) as playing:

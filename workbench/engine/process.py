@@ -3,7 +3,10 @@
 import gc
 import os
 import sys
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -18,10 +21,11 @@ from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.child_process import leave_to_session
 from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play
+from underfoot.engine.engine_supervisor import STALL_S
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import Notice, PatchRefused, Started
+from underfoot.engine.reports import Notice, OutputChanged, PatchRefused, Started
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -67,7 +71,8 @@ class Engine:
         cards: tuple[CardChannels, ...] = ()
         if target.sound is not None:
             behind = max(channels) + 1
-            cards = card_channels(target.sound, behind + 1)
+            with _told_of_waiting(connection):
+                cards = card_channels(target.sound, behind + 1)
             most = cards[-1].first + cards[-1].count
             channels = [channel if channel < most else -1 for channel in channels]
             # Open only the needed channels: a sound server mixes channels that its card lacks into the others.
@@ -105,7 +110,8 @@ class Engine:
 
     def run(self) -> None:
         """Play until the supervisor sends `Quit` or is gone."""
-        notice = self.pacer.open()
+        with _told_of_waiting(self._connection):
+            notice = self.pacer.open()
         gc.collect()
         gc.freeze()
         gc.disable()
@@ -125,6 +131,19 @@ class Engine:
 
     def _notify(self, notice: Notice) -> None:
         self.listener.notices.append(notice)
+
+
+@contextmanager
+def _told_of_waiting(connection: Connection) -> Iterator[None]:
+    """Report that the sound card is waited for in this block, if it does not answer: its server may hang."""
+    line = "the sound card and its server do not answer; nothing plays until they do"
+    told = threading.Timer(STALL_S, lambda: connection.send(OutputChanged(line, "", line)))
+    told.start()
+    try:
+        yield
+    finally:
+        told.cancel()
+        told.join()  # before anything else is sent
 
 
 def _drop_library_messages() -> None:

@@ -74,7 +74,9 @@ class PatchRefused(Notice, frozen=True):
 
 
 class OutputChanged(Notice, frozen=True):
-    """A sound card has disappeared or returned, or cannot be reopened after a panic; or no engine plays any more."""
+    """A sound card does not answer, has disappeared or returned, or cannot be reopened after a panic; or no engine
+    plays any more.
+    """
 
     where: str
     silence: str = ""
