@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from underfoot.errors import BadValue
 from underfoot.experiments.analysis.estimate import mean_interval, share_interval
 
 
@@ -46,3 +47,9 @@ def test_people_are_simulated_without_what_takes_long_to_load():
         text=True,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("count", [-1, 11])
+def test_a_share_of_more_than_all_is_refused(count):
+    with pytest.raises(BadValue, match=f"^count is {count}; allowed: 0 to of, 10$"):
+        share_interval("share", count, 10)

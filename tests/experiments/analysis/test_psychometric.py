@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import norm
 
-from underfoot.errors import BadMeasurement
+from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import psychometric, thesis
 
 pytest.importorskip("statsmodels")
@@ -116,6 +116,12 @@ def test_draws_bound_the_pse_only_if_the_slope_is_not_none(yes, is_bounded, with
 def test_what_has_no_curve_is_refused(x, yes):
     with pytest.raises(BadMeasurement, match="no curve to fit"):
         psychometric.fit(x, yes, TWENTY)
+
+
+@pytest.mark.parametrize("yes", [TWENTY + 1, [-1, 3, 7, 12, 13, 15, 19], [0, 3, 7, 12, 13, 15, 20.5]])
+def test_more_answers_than_trials_or_fewer_than_none_are_refused(yes):
+    with pytest.raises(BadValue, match=r"^yes is \[.*; allowed: 0 to of, \[20\.0"):
+        psychometric.estimates(X, yes, TWENTY)
 
 
 def test_a_steep_slope_has_no_upper_bound_where_answers_drawn_from_it_turn_at_once():

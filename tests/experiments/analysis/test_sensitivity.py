@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from underfoot.errors import BadValue
 from underfoot.experiments.analysis.sensitivity import d_prime, sensitivity
 
 
@@ -33,3 +34,9 @@ def test_who_is_never_wrong_has_a_finite_d_prime_and_other_answers_have_none():
     assert all(math.isfinite(cell) for cell in table.rows[0][1:])
     assert sensitivity([row for row in rows if row["correct"] == "yes"]) == []
     assert sensitivity([{"participant": "P1", "correct": "sand", "answer": "ice"}]) == []
+
+
+@pytest.mark.parametrize("hits", [(12, 10), (-1, 10), (0, 0)])
+def test_more_hits_than_trials_and_no_trials_are_refused(hits):
+    with pytest.raises(BadValue, match=r"^count, of is \(.*\); allowed: a count of 0 to of, of at least 1$"):
+        d_prime(hits, (1, 10))

@@ -7,6 +7,8 @@ from statistics import NormalDist
 
 import numpy as np
 
+from underfoot.errors import require
+
 Z_95 = NormalDist().inv_cdf(0.975)
 """Standard normal deviate with 2.5 % of the distribution above it: half a 95 % interval."""
 
@@ -75,6 +77,7 @@ def share_interval(name: str, count: int, of: int) -> Estimate:
     >>> found.value, round(found.low, 4), round(found.high, 4)
     (0.8, 0.4902, 0.9433)
     """
+    require(0 <= count <= of, "count", count, f"0 to of, {of}")
     if of == 0:
         return Estimate(name, math.nan)
     share, z2 = count / of, Z_95**2

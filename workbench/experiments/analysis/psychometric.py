@@ -84,7 +84,8 @@ class Curve:
 def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = False) -> Curve:
     """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1.
 
-    Raises `BadMeasurement` if all answers are alike, or fewer than two levels were presented.
+    Raises `BadMeasurement` if all answers are alike, or fewer than two levels were presented, and `BadValue` for more
+    answers than trials, or fewer than none.
 
     >>> x = [52, 64, 76, 90, 106, 124, 146]
     >>> round(fit(x, [0.034, 0.13, 0.33, 0.557, 0.64, 0.69, 0.77], np.ones(7)).pse, 1)
@@ -92,7 +93,8 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = Fals
     """
     levels, counts, totals = numbers("x", x), numbers("yes", yes), numbers("of", of)
     alike = len(levels) == len(counts) == len(totals)
-    require(alike, "yes", list(counts), f"as many values as x, {len(levels)}, and as of, {len(totals)}")
+    require(alike, "yes", counts.tolist(), f"as many values as x, {len(levels)}, and as of, {len(totals)}")
+    require(bool(((counts >= 0.0) & (counts <= totals)).all()), "yes", counts.tolist(), f"0 to of, {totals.tolist()}")
     if len(np.unique(levels[totals > 0])) < 2 or not 0.0 < counts.sum() < totals.sum():
         raise BadMeasurement("the answers are all alike, or of one level only; there is no curve to fit")
     curve = _probit(levels, counts, totals)

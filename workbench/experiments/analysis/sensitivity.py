@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from statistics import NormalDist
 
+from underfoot.errors import require
 from underfoot.experiments.analysis.estimate import Z_95, Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Cell, Table
 from underfoot.experiments.questions import NO, YES
@@ -47,6 +48,7 @@ def d_prime(hits: tuple[int, int], false_alarms: tuple[int, int]) -> tuple[Estim
     """
     normal, z, variance = NormalDist(), [], 0.0
     for count, of in (hits, false_alarms):
+        require(0 <= count <= of and of > 0, "count, of", (count, of), "a count of 0 to of, of at least 1")
         rate = (count + 0.5) / (of + 1.0)
         z.append(normal.inv_cdf(rate))
         variance += rate * (1.0 - rate) / (of * normal.pdf(z[-1]) ** 2)
