@@ -1,12 +1,13 @@
 """The window: the transport bar, the workspaces below it, and a line of messages."""
 
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.child_process import ChildProcess
@@ -14,6 +15,7 @@ from underfoot.engine.target import Target
 from underfoot.file_places import file_place, place_in, readable
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.controls.fields import end_typing
+from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.dialogs.shortcuts import keys_of
 from underfoot.widgets.main_bar import MainBar
@@ -66,7 +68,8 @@ class MainWindow(QMainWindow):
         """
         super().__init__()
         self._folder = folder
-        self._is_leaving = self._was_painted = False
+        self._is_leaving = self._was_painted = self._is_closing = False
+        self._last_words: list[str] = []
         self.is_restarting = False
         """Whether it was closed to be opened anew."""
         self._settings_file = SettingsFile(folder, self.show_message, self)
@@ -113,7 +116,13 @@ class MainWindow(QMainWindow):
         workspace.files_pasted.connect(self._dropped_files.open)
 
     def show_message(self, text: str) -> None:
-        """Show a line at the bottom of the window; if it names a place in a file, show that place, too."""
+        """Show a line at the bottom of the window; if it names a place in a file, show that place, too.
+
+        A line that comes while the window closes is kept for `_show_last_words`.
+        """
+        if self._is_closing:
+            self._last_words.append(readable(text))
+            return
         self.status.show_message(readable(text))
         place = file_place(text)
         if place is not None:
@@ -207,13 +216,24 @@ class MainWindow(QMainWindow):
         save_window(self, self.settings)
         self.settings.workspace = self.workspaces.chosen
         self.hide()
+        self._is_closing = True
         self.workspaces.close_down()
         self._exchange.close()
         self.network.close()
         self.controller.close()
         self.open_patch.close()
         self._settings_file.close()
+        self._show_last_words()
         super().closeEvent(event)
+
+    def _show_last_words(self) -> None:
+        """Say what could not be kept: on standard error, and in a box of its own if a person closes the window."""
+        for line in self._last_words:
+            print(f"underfoot: {line}", file=sys.stderr, flush=True)
+        if self._last_words and not (self.open_patch.keeps_autosave or self.open_patch.reopens):
+            self.last_box = message_box(None, "Underfoot", "Not all could be kept", "\n".join(self._last_words))
+            self.last_box.setIcon(QMessageBox.Icon.Warning)
+            self.last_box.show()
 
     def leave(self) -> None:
         """Close without a question; unsaved work comes back at the next start."""

@@ -7,14 +7,17 @@ from functools import partial
 
 import pytest
 from live import LONG_BLOCK
+from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMenu, QMessageBox, QPushButton
 from windows import (
     LONG_MS,
     VibrationRecorder,
     calibrate,
     choose_file,
+    delete_widgets,
     design,
     dialog_of,
     end_window,
@@ -359,6 +362,27 @@ def test_a_window_leaves_no_process_behind(qtbot, tmp_path):
     assert set(multiprocessing.active_children()) <= before
     assert window not in [w for w in QApplication.topLevelWidgets() if w.isVisible()]
     end_window(window)
+
+
+@pytest.mark.parametrize("by", ["a person", "a signal"])
+def test_what_cannot_be_kept_is_said_after_the_window_too(qtbot, tmp_path, capfd, by):
+    """Whoever started it by an icon sees no standard error, and the window is gone."""
+    made = MainWindow(tmp_path / "kept", Target(default_floor()))
+    with qtbot.waitSignal(made.painted):
+        show(qtbot, made)
+    path = tmp_path / "kept" / "settings.json"
+    path.unlink(missing_ok=True)
+    path.mkdir(parents=True)  # the disk takes no settings there
+    (made.close if by == "a person" else made.leave)()
+    boxes = [box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible()]
+    assert str(path) in capfd.readouterr().err
+    assert len(boxes) == (by == "a person")
+    for box in boxes:
+        assert str(path) in box.informativeText()
+        QTest.keyClick(box, Qt.Key.Key_Return)
+        assert not box.isVisible()
+    made.deleteLater()
+    delete_widgets()
 
 
 def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):

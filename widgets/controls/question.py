@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QMessageBox, QWidget
 
 
-def message_box(parent: QWidget, title: str, text: str, more: str = "") -> QMessageBox:
+def message_box(parent: QWidget | None, title: str, text: str, more: str = "") -> QMessageBox:
     """Return a box, not yet open, that shows a text, and `more` in smaller letters, as they are: names may have signs
     that would be markup.
     """

@@ -1,6 +1,5 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
-import sys
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -208,14 +207,14 @@ class SessionController(QObject):
             self.reopen()
 
     def close(self) -> None:
-        """End the session, and wait for it."""
+        """End the session, and wait for it; say what that could not keep."""
         self._is_leaving = True
         self.bridge.detach()
         self._opener.close()
         session, self.session = self.session, None
         if session is not None:
             for line in session.close():
-                print(f"underfoot: {line}", file=sys.stderr, flush=True)
+                self.notified.emit(line)
 
     @property
     def played_s(self) -> float:

@@ -80,9 +80,11 @@ def test_what_a_disk_refuses_of_a_recording_that_another_target_ends_is_told(con
     assert any(line.startswith(f"{refused} is not recorded any further: ") for line in said)
 
 
-def test_what_a_disk_refuses_of_a_recording_that_the_end_of_the_window_ends_is_printed(controller, refused, capfd):
+def test_what_a_disk_refuses_of_a_recording_that_the_end_of_the_window_ends_is_told(controller, refused):
+    said = []
+    controller.notified.connect(said.append)
     controller.close()
-    assert f"underfoot: {refused} is not recorded any further: " in capfd.readouterr().err
+    assert any(line.startswith(f"{refused} is not recorded any further: ") for line in said)
 
 
 def test_the_target_is_released_and_opened_again(controller, qtbot):
