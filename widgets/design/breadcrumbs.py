@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
@@ -16,8 +16,9 @@ class Breadcrumbs(QFrame):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
+        self._view = parent
         self.buttons: list[QPushButton] = []
-        self._parts: list[QWidget] = []
+        self._parts: list[QPushButton | QLabel] = []
         self._path: list[tuple[str, str]] = []
         self.setObjectName("crumbs")
         self.setStyleSheet(
@@ -43,15 +44,29 @@ class Breadcrumbs(QFrame):
         for i, (id, name) in enumerate(steps):
             if i:
                 self._parts.append(theme.label("›", "muted"))
-                self._row.addWidget(self._parts[-1])
             button = QPushButton(literal(name))
             button.setProperty("role", "tab")
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             button.setEnabled(i < len(steps) - 1)
             button.clicked.connect(lambda _=False, id=id: self.group_requested.emit(id))
-            self._row.addWidget(button)
             self.buttons.append(button)
             self._parts.append(button)
+        for part in self._parts:
+            self._row.addWidget(part)
         self.setVisible(bool(path))
-        self.adjustSize()
+        self.fit()
         self.raise_()
+
+    def fit(self) -> None:
+        """Take the width of the path; where the view is narrower, leave out the outermost groups."""
+        for part in self._parts:
+            part.show()  # what is new in a row on the screen has no width before
+        room = self._view.width() - 2 * self.x()
+        gone = 0
+        while self.sizeHint().width() > room and gone < len(self.buttons) - 2:
+            gone += 1
+            self._parts[2 * gone].hide()
+            self._parts[2 * gone + 1].hide()
+        for sign in self._parts[1:2]:
+            sign.setText("› … ›" if gone else "›")
+        self.adjustSize()

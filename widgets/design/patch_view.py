@@ -263,6 +263,7 @@ class PatchView(QGraphicsView):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.map.fit_size(self.width(), self.height())
+        self.breadcrumbs.fit()
         self.hint.setGeometry(self.rect())
         if self._keeps_fitting:
             self.fit_new_patch()

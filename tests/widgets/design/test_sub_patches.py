@@ -86,6 +86,25 @@ def test_enter_goes_in_and_the_crumbs_lead_out(row):
     assert not row.canvas.breadcrumbs.isVisible()
 
 
+def test_the_path_of_deep_sub_patches_is_in_sight(row):
+    collapse(row, "through", "through1")
+    crumbs, seen = row.canvas.breadcrumbs, []
+    for _ in range(12):
+        for key, how in ((Qt.Key.Key_Return, NONE), (Qt.Key.Key_A, CONTROL), (Qt.Key.Key_E, CONTROL)):
+            QTest.keyClick(row.canvas, key, how)
+        shown = [button for button in crumbs.buttons if button.isVisibleTo(crumbs)]
+        assert shown[0].text() == "Patch"
+        assert shown[-1] is crumbs.buttons[-1]
+        assert all(crumbs.width() > button.sizeHint().width() for button in shown)
+        assert crumbs.width() >= crumbs.sizeHint().width()
+        assert crumbs.geometry().right() <= row.canvas.width()
+        seen.append(len(shown))
+    assert seen[:4] == [2, 3, 4, 5]
+    assert seen[-1] < 13  # the outermost are left out
+    QTest.mouseClick(shown[-2], LEFT)
+    assert len(crumbs.buttons) == 12
+
+
 def test_a_sub_patch_opens_on_its_leftmost_node_and_the_way_out_leads_to_the_former_view(row):
     places = {"hum": (1200.0, -900.0), "through": (0.0, 900.0), "through1": (2400.0, 0.0)}
     row.document.edit(row.patch().move(places), "Move")
