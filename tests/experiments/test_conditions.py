@@ -3,11 +3,12 @@
 import msgspec
 import pytest
 from made_patches import patch_of
-from made_studies import TD, made_protocol, preset_protocol
+from made_studies import TD, made_protocol, preset_protocol, protocol_text
 
 from underfoot.errors import BadFile
 from underfoot.experiments.conditions import read_conditions, with_conditions
 from underfoot.experiments.draft import Draft
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
@@ -34,7 +35,7 @@ def refused(folder, text):
 
 
 def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path):
-    made = with_conditions(made_protocol("rating"), table(tmp_path), REGISTRY)
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, table(tmp_path), REGISTRY)
     assert list(made.stimuli) == ["soft", "loud", "none"]
     soft, loud, none = made.stimuli.values()
     assert (soft.patch, soft.measured_m_s2, soft.level_m_s2, soft.stiffness_n_mm) == ("stimulus-td", 6.8, 0.2, 60.0)
@@ -46,14 +47,14 @@ def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path):
 def test_a_standard_that_a_stage_names_alone_stays(tmp_path):
     parameters = {"standard": "TD", "comparisons": ["A"]}
     protocol = made_protocol("constant-stimuli", parameters, {"TD": TD, "A": {**TD, "level_m_s2": 0.1}, "B": {}})
-    made = with_conditions(protocol, table(tmp_path), REGISTRY)
+    made, _ = with_conditions(protocol, tmp_path, table(tmp_path), REGISTRY)
     assert list(made.stimuli) == ["TD", "soft", "loud", "none"]
     assert made.stages[0].method.parameters == {"standard": "TD", "comparisons": ["soft", "loud", "none"]}
 
 
 def test_semicolons_settings_of_the_patch_and_lines_without_a_name(tmp_path):
     path = table(tmp_path, "patch;gain.gain;strong\nstimulus-td;0.5;true\n;;\nstimulus-td;0.25;false\n")
-    made = with_conditions(made_protocol("rating"), path, REGISTRY)
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, path, REGISTRY)
     assert {name: one.factors for name, one in made.stimuli.items()} == {
         "c1": {"strong": "true"},
         "c3": {"strong": "false"},
@@ -70,6 +71,45 @@ def test_a_patch_beside_the_table_is_copied_beside_the_draft(tmp_path):
     draft.take_conditions(read_conditions(table(tables, "stimulus,patch\na,mine.json\n"), draft))
     assert draft.checked().stimuli["a"].patch == "patches/mine.json"
     assert (own / "patches" / "mine.json").read_bytes() == (tables / "mine.json").read_bytes()
+
+
+def test_a_table_in_another_folder_keeps_the_patches_of_the_protocol_where_they_are(tmp_path):
+    """A standard beside the protocol was sought beside the table."""
+    study, tables = tmp_path / "study", tmp_path / "tables" / "first"
+    for folder in (study, tables):
+        folder.mkdir(parents=True)
+        patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "ice.wav"}).save(folder / "p.json")
+    snow = {"patch": "p.json", "settings": {"wav-player.file": "snow.wav"}}
+    parameters = {"standard": "plain", "comparisons": ["snow"]}
+    use = {"kind": "constant-stimuli", "parameters": parameters}
+    text = protocol_text(
+        stimuli={"plain": {"patch": "p.json"}, "snow": snow}, stages=[{"id": "main", "kind": "trials", "method": use}]
+    )
+    protocol = Protocol.loads(text, REGISTRY, "", study)
+    path = table(tables, "stimulus,like,patch,wav-player.file\na,snow,,\nb,,p.json,\nc,,p.json,snow.wav\n")
+    made, folder = with_conditions(protocol, study, path, REGISTRY)
+    played = {name: one.at(0.0, REGISTRY, folder).node("wav-player").parameters for name, one in made.stimuli.items()}
+    assert {name: of["file"] for name, of in played.items()} == {
+        "plain": str(study / "ice.wav"),
+        "a": str(study / "snow.wav"),
+        "b": str(tables / "ice.wav"),
+        "c": str(tables / "snow.wav"),
+    }
+    assert sorted(path.name for path in tmp_path.rglob("*")) == [
+        "first", "p.json", "p.json", "study", "tables", "trials.csv"
+    ]  # fmt: skip
+
+
+def test_a_copy_of_a_study_reads_the_sound_files_that_its_settings_name(tmp_path):
+    there, own = tmp_path / "there", tmp_path / "own"
+    there.mkdir()
+    patch_of(("wav-player.out", "tile-output.acceleration")).save(there / "p.json")
+    ice = {"patch": "p.json", "settings": {"wav-player.file": "ice.wav"}}
+    protocol = Protocol.loads(protocol_text(stimuli={"ice": ice, "X": {}}), REGISTRY, "", there)
+    draft = Draft.of(protocol, REGISTRY, own)
+    draft.take_patches(there)
+    played = draft.checked().stimuli["ice"].at(0.0, REGISTRY, own)
+    assert played.node("wav-player").parameters["file"] == str(there / "ice.wav")
 
 
 def test_each_mistake_is_one_line_with_its_place(tmp_path):

@@ -23,7 +23,7 @@ def words(tmp_path):
     path.write_text(TABLE)
     stimuli = {"TD": {**TD, "correct": "ice"}, "X": {"correct": "ice"}}
     made = made_protocol("absolute-identification", WORDS, stimuli, feedback=True)
-    return with_conditions(made, path, REGISTRY)
+    return with_conditions(made, path.parent, path, REGISTRY)[0]
 
 
 def always(word):

@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -156,6 +157,27 @@ def test_a_patch_that_was_changed_since_reads_the_sound_files_beside_it_as_befor
         played = begun.stimuli["mine"].at(0.0, REGISTRY, folder)
     assert played.node("wav-player").parameters["file"] == str(tmp_path / "ice.wav")
     assert played.node("tile-output").parameters == {}
+
+
+@pytest.mark.parametrize("file", ["ice.wav", "../sounds/ice.wav"])
+def test_a_sound_file_that_a_setting_names_is_there_though_the_patch_was_changed_since(file, tmp_path):
+    """Also where the session lies in another folder, and the terminal is given only that."""
+    study, sessions = tmp_path / "study", tmp_path / "sessions"
+    for folder in (study, sessions, tmp_path / "sounds"):
+        folder.mkdir()
+    (study / file).write_bytes(b"as it was")
+    patch = patch_of(("wav-player.out", "tile-output.acceleration"))
+    patch.save(study / "mine.json")
+    stimuli = {"mine": {"patch": "mine.json", "settings": {"wav-player.file": file}}, "X": {}}
+    protocol = Protocol.loads(protocol_text(stimuli=stimuli), REGISTRY, "", study)
+    SessionFile.create(sessions / "a.session", protocol, "P1", study).close()
+    with closing(SessionFile.open(sessions / "a.session")) as session:
+        assert session.as_begun(REGISTRY) == (protocol, study)
+        patch.set("tile-output", "level", 0.5, REGISTRY).save(study / "mine.json")
+        begun, folder = session.as_begun(REGISTRY)
+        played = begun.stimuli["mine"].at(0.0, REGISTRY, folder)
+        assert Path(played.node("wav-player").parameters["file"]).read_bytes() == b"as it was"
+        assert folder != study
 
 
 def test_a_session_is_read_though_its_protocol_would_not_be_begun_any_more(tmp_path):

@@ -53,10 +53,10 @@ def go_on_as_begun(options: "ExperimentOptions") -> None:
     from underfoot.experiments.store import SessionFile
 
     path = Path(options.protocol)
-    _run(options, lambda: SessionFile.open(path), path.parent)
+    _run(options, lambda: SessionFile.open(path))
 
 
-def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", beside: Path) -> None:
+def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", beside: Path | None = None) -> None:
     """Run or go on with a session; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
     from underfoot.engine.session import Session
     from underfoot.nodes import REGISTRY
@@ -71,6 +71,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
     with ExitStack() as opened:
         file = open_file()
         opened.callback(file.close)
+        beside = beside or file.folder
         protocol, folder = file.as_begun(REGISTRY, beside)
         session = Session(target, Patch(title="study"), REGISTRY, beside)
         opened.callback(session.close)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protocol, Path]":
     """Return the protocol of a preset or of a file, and the folder of its patches; raise `BadFile` if there is none.
 
-    With a table `conditions`, the protocol presents these, and its patches are beside the table.
+    With a table `conditions`, the protocol presents these.
     """
     from underfoot.experiments.protocol import Protocol
     from underfoot.nodes import REGISTRY
@@ -27,4 +27,4 @@ def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protoc
         return protocol, path.parent
     from underfoot.experiments.conditions import with_conditions
 
-    return with_conditions(protocol, conditions, REGISTRY), conditions.parent
+    return with_conditions(protocol, path.parent, conditions, REGISTRY)

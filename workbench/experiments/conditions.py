@@ -7,6 +7,7 @@ patch. Every other column is a factor, which the analysis compares. An empty cel
 """
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,9 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.draft import Draft
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
+from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, settings_kept, usually_scaled
 from underfoot.experiments.trial_files import cells_of, value_of
-from underfoot.parameters import IDENTIFIER, FilePath
+from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 
@@ -30,14 +31,28 @@ _PSYCHOPY_CORRECT = "corrAns"
 _COLUMNS = ("stimulus", "like", *_FIELDS)
 
 
-def with_conditions(protocol: Protocol, path: Path, registry: Registry) -> Protocol:
-    """Return the protocol with the stimuli of a table instead of those that its methods list.
+def with_conditions(protocol: Protocol, folder: Path, path: Path, registry: Registry) -> tuple[Protocol, Path]:
+    """Return the protocol with the stimuli of a table instead of those that its methods list, and their folder.
 
-    Patches are presets, or files beside the table. Raises `BadFile` with the line of a mistake.
+    Patches are presets, or files: the table's own lie beside it, the protocol's in `folder`. Raises `BadFile` with the
+    line of a mistake.
     """
-    draft = Draft.of(protocol, registry, path.parent)
+    presets, there = preset_files.patches(), path.parent
+    draft = Draft.of(protocol, registry, there)
+    has_files = any(one.patch and one.patch not in presets for one in protocol.stimuli.values())
+    if has_files and folder.resolve() != there.resolve():
+        draft = _Above(draft.raw, registry, Path(os.path.commonpath((folder.resolve(), there.resolve()))))
+        draft.take_patches(folder)
     draft.take_conditions(read_conditions(path, draft))
-    return draft.checked()
+    return draft.checked(), draft.folder
+
+
+class _Above(Draft):
+    """A draft in a folder above all of its patches, which stay where they are."""
+
+    def take_patch(self, path: Path) -> str:
+        """Return the patch's name in this folder."""
+        return path.resolve().relative_to(self.folder).as_posix()
 
 
 def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
@@ -107,8 +122,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
         made["patch"] = draft.take_patch(patch_path(given["patch"], folder))
     parameters = parameters_of(made["patch"], draft.registry, draft.folder)
     if folder != draft.folder:
-        files = [column for column in settings if isinstance(parameters.get(column), FilePath)]
-        made["settings"] |= {column: str(folder.absolute() / given[column]) for column in files}
+        made["settings"] |= settings_kept(settings, parameters, folder)
     made["scaled_by"] = made.get("scaled_by") or usually_scaled(parameters)
     if not made.get("measured_m_s2"):
         if made.get("level_m_s2"):

@@ -11,6 +11,7 @@ from underfoot.errors import BadFile, UnderfootError
 from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
+from underfoot.experiments.stimuli import parameters_of, settings_kept
 from underfoot.files import make_folder, read_file, stem_of, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.custom_nodes import copy_needed
@@ -108,10 +109,15 @@ class Draft:
         raise BadFile(f"{path} cannot be copied to {self.folder / PATCHES}: a thousand of this name are there")
 
     def take_patches(self, folder: Path) -> None:
-        """Copy the patches of all stimuli from `folder` to the folder of this protocol."""
+        """Copy the patches of all stimuli from `folder` to the folder of this protocol. Settings name the same sound
+        files as before.
+        """
         presets = preset_files.patches()
         for stimulus in self.raw["stimuli"].values():
             name = stimulus.get("patch", "")
+            if name and stimulus.get("settings"):
+                parameters = parameters_of(name, self.registry, folder)
+                stimulus["settings"] = settings_kept(stimulus["settings"], parameters, folder)
             if name and name not in presets:
                 stimulus["patch"] = self.take_patch(folder / name)
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.parameters import Number, Parameter
+from underfoot.parameters import FilePath, Number, Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
@@ -121,6 +121,14 @@ def parameters_of(name: str, registry: Registry, folder: Path | None) -> dict[st
     """Return the parameters of a patch by "node.parameter". `name` is a preset's, or a file's in `folder`."""
     patch = _loaded(name, registry, folder)
     return {f"{node.id}.{p}": one for node in patch.nodes for p, one in registry[node.type].parameters.items()}
+
+
+def settings_kept(settings: Mapping[str, Any], parameters: Mapping[str, Parameter], folder: Path) -> dict[str, Any]:
+    """Return settings with the paths of files in `folder` as absolute ones, for use in another folder."""
+    return {
+        name: str(folder.absolute() / value) if isinstance(parameters.get(name), FilePath) and value else value
+        for name, value in settings.items()
+    }
 
 
 def patch_path(name: str, folder: Path | None) -> Path:

@@ -27,9 +27,9 @@ from underfoot.documents import parse, placed
 from underfoot.errors import BadFile, in_one_line
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
-from underfoot.experiments.stimuli import patch_path, path_beside
+from underfoot.experiments.stimuli import parameters_of, patch_path, path_beside, settings_kept
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import make_folder, replaced, write_file
+from underfoot.files import make_folder, read_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
@@ -116,6 +116,7 @@ class SessionFile:
             raise BadFile(f"{path} is there already; go on with it, or choose another name for the session")
         known = {
             **(about or {}),
+            **({"folder": str(folder.absolute())} if folder is not None else {}),
             "protocol": protocol.dumps().decode(),
             "participant": participant,
             "begun": time_of_day(),
@@ -176,6 +177,12 @@ class SessionFile:
         """The participant's id."""
         return self.about["participant"]
 
+    @property
+    def folder(self) -> Path:
+        """The folder of the protocol's files when the session was begun; where that is gone, the session's own."""
+        begun = Path(self.about.get("folder", ""))
+        return begun if begun.is_absolute() and begun.is_dir() else self.path.parent
+
     def patches(self) -> dict[str, bytes]:
         """Return the protocol's patches as they were at the start of the session, by name."""
         with self._readable("patch"):
@@ -208,24 +215,26 @@ class SessionFile:
     def as_begun(self, registry: Registry, beside: Path | None = None) -> tuple[Protocol, Path | None]:
         """Return the protocol that the session was begun with, and the folder of its patches.
 
-        The folder is `beside` if its patches are unchanged; otherwise a temporary one, until `close`, without the files
-        of nodes that were beside them. Presets are those of this version.
+        The folder is `beside`, by default the one where the session was begun, if its patches are unchanged. Otherwise
+        it is a temporary one, until `close`, without the files of nodes that were beside them. Presets are those of
+        this version.
         """
-        folder = beside
+        folder = beside = beside or self.folder
         if not self._has_patches_of(beside):
             if self._unpacked is None:
                 self._unpacked = TemporaryDirectory(prefix="underfoot-")
-            folder = Path(self._unpacked.name)
+            root = beside.absolute()
+            folder = self._unpacked.name / root.relative_to(root.anchor)  # so that ../ stays within
             for name, body in self._own_patches().items():
                 path = path_beside(name, folder)
                 make_folder(path.parent)
-                if beside is not None:  # its sound files are still there
-                    there = path_beside(name, beside).absolute().parent
-                    body = text_with_files_kept(body, name, registry, there, None)
-                write_file(path, body)
-        return Protocol.loads(
-            self.about["protocol"], registry, f"{self.path}, protocol", folder, of_session=True
-        ), folder
+                there = path_beside(name, beside).absolute().parent  # its sound files are still there
+                write_file(path, text_with_files_kept(body, name, registry, there, None))
+        source = f"{self.path}, protocol"
+        protocol = Protocol.loads(self.about["protocol"], registry, source, folder, of_session=True)
+        if folder != beside:
+            _copy_files_of_settings(protocol, registry, beside, folder)
+        return protocol, folder
 
     def study(self, protocol: Protocol) -> Study:
         """Return the study in its current state; raise `BadFile` if the session belongs to another protocol."""
@@ -376,6 +385,17 @@ class _Transaction:
             raise BadFile(f"{self._path} cannot be written: {failed}") from None
         if isinstance(error, sqlite3.Error):
             raise BadFile(f"{self._path} cannot be written: {error}") from None
+
+
+def _copy_files_of_settings(protocol: Protocol, registry: Registry, before: Path, after: Path) -> None:
+    """Copy the sound files that settings name from one folder to another, as far as they are there."""
+    for stimulus in protocol.stimuli.values():
+        parameters = parameters_of(stimulus.patch, registry, after) if stimulus.patch and stimulus.settings else {}
+        for name, path in settings_kept(stimulus.settings, parameters, before).items():
+            if path != stimulus.settings[name] and Path(path).is_file():
+                copy = Path(os.path.normpath(after / stimulus.settings[name]))
+                make_folder(copy.parent)
+                write_file(copy, read_file(Path(path)))
 
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
