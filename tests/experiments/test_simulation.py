@@ -123,6 +123,8 @@ def test_two_patches_without_a_number_are_compared_by_the_share_that_is_judged_m
     p = binomtest(judged, 40).pvalue
     assert line[8] == pytest.approx(p) if standard else math.isnan(line[8])
     assert [drawing.title for drawing in findings.drawings] == ["Judged more, so far"]
+    (remark,) = findings.remarks
+    assert remark.startswith("No psychometric curve: ")
 
 
 def test_the_same_people_come_of_any_jobs_in_any_order():

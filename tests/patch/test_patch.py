@@ -253,6 +253,8 @@ WRONG = [
     (with_node("tone", parameters={"harmonics": [True]}), "nodes[0].parameters.harmonics is [True]"),
     (with_node("tile-output", parameters={"tiles": "t1,t2"}), "nodes[0].parameters.tiles is 't1,t2'"),
     (with_node("wav-player", parameters={"file": "a\0b"}), "nodes[0].parameters.file is 'a\\x00b'"),
+    ({**with_node(), "groups": [{"id": "g.h", "members": ["a"]}]}, "groups[0].id is 'g.h'; allowed: letters, digits"),
+    (document(notes=[{"id": "n.m", "text": "loud"}]), "notes[0].id is 'n.m'; allowed: letters, digits, - and _"),
     (document(wires=[["a.out", "b.in", "c.in"]]), "allowed: a list of length 2"),
     (document(wires=[[1, 2]]), "wires[0][0] is 1; allowed: text"),
     (document(wires=["ab"]), "wires[0] is 'ab'; allowed: a list"),

@@ -98,6 +98,8 @@ def test_bonferroni_multiplies_by_the_number_of_tests_and_stops_at_one():
     plain = stats.ttest_rel(values["b"], values["X"])
     assert found[1].p == pytest.approx(2 * plain.pvalue)
     assert found[1].df == (3.0,)
+    apart = np.subtract(values["b"], values["X"])
+    assert found[1].size == pytest.approx(apart.mean() / apart.std(ddof=1))
     assert found[0].p <= 1.0
 
 
@@ -119,8 +121,14 @@ def test_friedman_spearman_and_one_way_of_plain_examples():
     ranks = [[1.0, 1.0, 1.0, 1.0], [2.0, 2.0, 2.0, 2.0], [3.0, 3.0, 3.0, 3.0]]
     assert friedman("level", ranks).value == pytest.approx(8.0)  # n (k - 1) where all agree
     assert friedman("level", ranks).size == pytest.approx(1.0)
+    assert friedman("level", ranks).df == (2,)
+    assert friedman("level", ranks).p == pytest.approx(np.exp(-4.0))  # chi squared of two degrees of freedom
+    torn = friedman("level", [[1.0, 1.0, 2.0], [2.0, 3.0, 1.0], [3.0, 2.0, 3.0]])
+    assert torn.size == pytest.approx(((4 - 6) ** 2 + (8 - 6) ** 2) / (9 * (27 - 3) / 12))  # Kendall's W of ranks
     assert spearman("x", [1, 2, 3, 4], [1, 4, 9, 16]).value == pytest.approx(1.0)
+    assert spearman("x", [1, 2, 3, 4], [1, 4, 9, 16]).df == (2.0,)
     assert one_way_anova("set", [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]).value == pytest.approx(0.0)
+    assert one_way_anova("set", [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]]).size == pytest.approx(1.5 / (1.5 + 4.0))
     assert fisher("tea", [[4, 0], [0, 4]]).p == pytest.approx(2 / 70)
 
 

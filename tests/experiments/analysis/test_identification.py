@@ -33,6 +33,20 @@ def test_after_the_first_answers_all_stimuli_have_their_names_and_chance_is_of_a
     assert found.drawings[0].lines[0].at == 1 / 8
 
 
+def test_a_number_is_counted_beside_the_stimulus_that_was_presented_and_rates_are_those_of_each_session():
+    """In the first session everybody says the next number, in the second one the right one."""
+    parameters = {"sessions": 2, "repeats": 1}
+    found = findings_of(
+        dict.fromkeys("abcd", TD),
+        parameters,
+        lambda trial: {"number": min(trial.correct + 1, 4) if trial.block == 1 else trial.correct},
+        trials=8,
+    )
+    assert confusions(found).rows == (("a", 1, 1, 0, 0), ("b", 0, 1, 1, 0), ("c", 0, 0, 1, 1), ("d", 0, 0, 0, 2))
+    (rates,) = (table for table in found.tables if table.title == "All")
+    assert [row[2] for row in rates.rows[:3]] == [0.625, 0.25, 1.0]
+
+
 def test_right_answers_in_words_are_on_the_diagonal_whatever_the_order_of_trials():
     words = ("sand", "snow", "ice", "wood", "leaf")
     stimuli = {f"s{place}": {**TD, "correct": word} for place, word in enumerate(reversed(words))}
