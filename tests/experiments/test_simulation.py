@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_studies import TD, made_protocol, preset_protocol, protocol_text
+from made_studies import TD, made_protocol, preset_protocol, protocol_text, walked
 from scipy.stats import binomtest
 
 from underfoot.drawing.svg import svg
@@ -20,6 +20,8 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import truths_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
@@ -76,6 +78,23 @@ def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_thr
         assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
     told = text_of(analysed(simulated_rows(made, 0, 1, {})[0], made, Settings(bootstrap=0)))
     assert ("PSE" in told, "threshold" in told) == (bool(standard), not standard)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (lambda trial: "yes", "Empty: the answers are all alike"),
+        (lambda trial: "yes" if trial.block % 2 else "no", "From -inf to inf: the slope may be 0"),
+    ],
+    ids=["alike", "half of each"],
+)
+def test_why_a_curve_has_no_numbers_or_no_bounds_is_said_below_them(answer, words):
+    levels = {f"L{k}": {**TD, "level_m_s2": k / 100} for k in (10, 25, 40, 55, 70)}
+    made = made_protocol("constant-stimuli", {"comparisons": list(levels), "blocks": 8}, levels)
+    study = Study(made, "P1")
+    walked(study, lambda page: {"felt": answer(page.trial)})
+    (found,) = analysed(rows_of(made, "P1", study.entries), made, Settings(bootstrap=0))
+    assert found.tables[0].note.startswith(f"Intervals by covariance. {words}")
 
 
 def test_estimates_of_two_stages_are_beside_the_truth_of_their_own():

@@ -120,6 +120,9 @@ def test_a_group_goes_with_its_last_member_and_is_copied_when_all_of_it_is():
     patch = dressed()
     inner = patch.group("group1").members
     assert [group.id for group in patch.remove(inner).groups] == ["group"]
+    without = patch.remove(["note"])
+    assert without.notes == ()
+    assert "note" not in without.group("group").members
     part = patch.part(inner)
     assert [group.id for group in part.groups] == ["group1"]
     assert patch.part(inner[:1]).groups == ()

@@ -2,8 +2,10 @@
 
 import pytest
 from made_studies import TD, made_protocol
+from scipy.stats import f_oneway
 
 from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.identification import findings
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
@@ -56,3 +58,17 @@ def test_right_answers_in_words_are_on_the_diagonal_whatever_the_order_of_trials
     assert table.rows == tuple(
         (f"s{4 - place}", *(2 if k == place else 0 for k in range(5))) for place in range(5)
     )  # the last stimulus is of the first word
+
+
+def test_sets_that_other_people_were_given_are_tested_against_each_other():
+    rows = [
+        {"participant": f"{name}{k}", "set": name, "block": 1, "correct": 1, "number": 1 if trial < right else 2}
+        for name, rights in (("A", (9, 8, 7)), ("B", (4, 3, 2)))
+        for k, right in enumerate(rights)
+        for trial in range(10)
+    ]
+    found = findings(rows, Settings(given={"identified": ["a", "b"]}))
+    (tests,) = (table for table in found.tables if table.title == "Do the sets differ?")
+    plain = f_oneway([0.9, 0.8, 0.7], [0.4, 0.3, 0.2])
+    assert [row[0] for row in tests.rows] == ["all sessions", "session 1"]
+    assert [row[2] for row in tests.rows] == [pytest.approx(plain.statistic)] * 2
