@@ -114,6 +114,11 @@ def test_loading_is_interpolated_from_the_sample_before_the_contact_and_not_guar
     assert math.isnan(measure(contact([0.01, 0.02, 0.3], [1000.0, 900.0, 30.0], lead_n=math.nan), FLOOR).loading_kn_s)
 
 
+@pytest.mark.parametrize(("peak_s", "expected"), [(0.037, True), (0.0385, False)])
+def test_a_heel_whose_force_reaches_80_percent_within_30_ms_is_a_spike(peak_s, expected):
+    assert measure(contact([0.0, peak_s, 0.3, 0.6], [30.0, 1000.0, 500.0, 30.0]), FLOOR).spike is expected
+
+
 def test_peaks_are_of_the_halves_of_the_contact_and_the_valley_lies_between():
     force = [30, 700, 650, 400, 480, 500, 600, 20]
     step = measure(contact(np.arange(8) / 10.0, force), FLOOR)

@@ -9,6 +9,7 @@ import pytest
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor import simulated_loads
 from underfoot.floor.contacts import Contact, ContactTracker
+from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import PersonGait, gait_of
 from underfoot.floor.layout import default_floor
 from underfoot.floor.walks import WalkTracker
@@ -274,3 +275,15 @@ def test_who_comes_while_somebody_alike_walks_is_somebody_else():
 def test_the_line_of_a_person_says_which_feet_are_down(support_ms, said):
     unknown = [math.nan] * 5
     assert PersonGait(1, 4, *unknown, support_ms, math.nan, math.nan).line() == f"person 1: 4 steps, {said}"
+
+
+def test_a_gait_is_of_four_steps_or_more_of_somebody_who_is_known():
+    steps = [
+        Step(k, "t1", ("left", "right")[k % 2], 0.6 * k, 600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0, person=2)
+        for k in range(4)
+    ]
+    assert [gait.person for gait in gait_of(steps)] == [2]
+    assert gait_of(steps[:3]) == []
+    assert gait_of([msgspec.structs.replace(step, person=0) for step in steps]) == []
+    (one_legged,) = gait_of([msgspec.structs.replace(step, side="left") for step in steps])
+    assert math.isnan(one_legged.stance_asymmetry_percent)
