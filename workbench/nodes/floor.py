@@ -45,8 +45,8 @@ class Footfall:
     """Event when a foot lands: when the force rises through the threshold, after it had fallen below half of it.
 
     The event is delayed by the wait, over which the loading rate is measured; the strength is 1 at the reference rate.
-    A foot that already stands on the tile when the patch starts gives no event; of two rises within the wait the second
-    does.
+    A foot that already stands on the tile when the patch starts gives no event, nor does a force that rises from
+    exactly 0 to the threshold within one frame, which looks alike; of two rises within the wait the second does.
     """
 
     accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
