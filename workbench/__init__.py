@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # for editors and type checkers; same as `_PLACES`
     from underfoot.engine.render import Rendered as Rendered
     from underfoot.errors import UnderfootError as UnderfootError
     from underfoot.floor.layout import Floor as Floor
+    from underfoot.floor.layout import Tile as Tile
     from underfoot.floor.layout import default_floor as default_floor
     from underfoot.floor.profile import Profile as Profile
     from underfoot.models.fibre_bundle.bundle import FibreBundle as FibreBundle
@@ -42,6 +43,7 @@ _PLACES = {
     "Rendered": "engine.render",
     "SlipDistribution": "models.stick_slip.slip_distribution",
     "Table": "records.tables",
+    "Tile": "floor.layout",
     "UnderfootError": "errors",
     "default_floor": "floor.layout",
     "open_patch": "patch.preset_files",
@@ -63,6 +65,7 @@ __all__ = [  # explicit, for type checkers; a test compares it with `_PLACES`
     "Rendered",
     "SlipDistribution",
     "Table",
+    "Tile",
     "UnderfootError",
     "__version__",
     "default_floor",

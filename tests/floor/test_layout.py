@@ -27,6 +27,30 @@ def test_default_floor_has_the_tiles_of_the_thesis():
     assert len(default_floor(6, 6).tiles) == 36
 
 
+def test_a_floor_of_arrays_and_lists_is_that_of_its_file(tmp_path):
+    made = Tile("a", np.array([0.5, 1]), [1, 2], np.float32(90.0), np.array(SENSORS), 0, np.int64(3))
+    floor = Floor([made])
+    floor.save(tmp_path / "own.floor.json")
+    assert Floor.load(tmp_path / "own.floor.json") == floor
+    assert made == Tile("a", (0.5, 1.0), (1.0, 2.0), 90.0, SENSORS, 0.0, 3)
+    assert len({floor, Floor((made,))}) == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Tile("a", 0.3, (0, 0), 0.0, SENSORS), "size_m is 0.3; allowed: two lengths in metres"),
+        (lambda: Tile("a", (0.3, 0.3), "here", 0.0, SENSORS), "centre_m is 'here'; allowed: two lengths in metres"),
+        (lambda: Tile("a", (0.3, 0.3), (0, 0), 0.0, (1, 2, 3, 4)), "sensors_m is 1; allowed: two lengths in metres"),
+        (lambda: Floor([1]), "tiles is (1,); allowed: Tiles"),
+    ],
+)
+def test_what_is_no_tile_is_refused_in_a_line(make, said):
+    with pytest.raises(BadValue) as refusal:
+        make()
+    assert str(refusal.value) == said
+
+
 @pytest.mark.parametrize("rows", [0, 33])
 def test_default_floor_refuses_sizes(rows):
     with pytest.raises(BadValue, match=f"rows is {rows}; allowed: a whole number, 1 to 32"):

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import integer
+from underfoot.arguments import integer, plain
 from underfoot.documents import read_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
@@ -38,7 +39,7 @@ PLATE = np.dtype(
 
 
 class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One rigid plate on four sensors. Raises `BadValue` for invalid values.
+    """One rigid plate on four sensors. Raises `BadValue` for invalid values. Points may be lists or arrays.
 
     `size_m` and `sensors_m` (exactly four points, in the order of the force columns) are in the tile's frame,
     `centre_m` in the floor's. `sensor_depth_m` is how far the sensors lie below the surface that is walked on.
@@ -62,11 +63,16 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         require(bool(IDENTIFIER.fullmatch(self.id)), "id", self.id, "letters, digits, - and _")
+        for name in ("rotation_deg", "sensor_depth_m", "output"):
+            force_setattr(self, name, plain(getattr(self, name)))
+        force_setattr(self, "size_m", _point("size_m", self.size_m))
         sides = len(self.size_m) == 2 and all(0.0 < side <= 100.0 for side in self.size_m)
         require(sides, "size_m", self.size_m, "two lengths above 0, up to 100 m")
+        force_setattr(self, "centre_m", _point("centre_m", self.centre_m))
         require(_is_place(self.centre_m), "centre_m", self.centre_m, "two lengths within 10 km of 0")
         require(abs(self.rotation_deg) <= 3600.0, "rotation_deg", self.rotation_deg, "-3600 to 3600")
         require(len(self.sensors_m) == 4, "sensors_m", self.sensors_m, "exactly four points")
+        force_setattr(self, "sensors_m", tuple(_point("sensors_m", point) for point in self.sensors_m))
         require(all(map(_is_place, self.sensors_m)), "sensors_m", self.sensors_m, "two lengths each, within 10 km of 0")
         require(0.0 <= self.sensor_depth_m <= 100.0, "sensor_depth_m", self.sensor_depth_m, "0 to 100 m")
         require(self.output is None or 0 <= self.output <= 4095, "output", self.output, "a channel, 0 to 4095")
@@ -116,7 +122,9 @@ class Floor(msgspec.Struct, frozen=True):
         return f"<Floor {self.title!r}: {len(self.tiles)} tile{'s' * (len(self.tiles) != 1)}>"
 
     def __post_init__(self) -> None:
+        force_setattr(self, "tiles", tuple(self.tiles))
         require(len(self.tiles) > 0, "tiles", self.tiles, "at least one tile")
+        require(all(isinstance(tile, Tile) for tile in self.tiles), "tiles", self.tiles, "Tiles")
         seen: set[str] = set()
         for place, tile in enumerate(self.tiles):
             require(tile.id not in seen, f"tiles[{place}].id", tile.id, "an id that no other tile has")
@@ -235,6 +243,14 @@ def grid_of(floor: Floor) -> tuple[int, int] | None:
 class _FloorFile(msgspec.Struct, forbid_unknown_fields=True):
     tiles: tuple[Tile, ...]
     title: str = ""
+
+
+def _point(name: str, given: object) -> Point:
+    """Return lengths, which may be in a list or an array, as a file holds them; `BadValue` for what are none."""
+    try:
+        return tuple(map(float, given))  # type: ignore[call-overload]
+    except (TypeError, ValueError):
+        raise BadValue(f"{name} is {given!r}; allowed: two lengths in metres") from None
 
 
 def _is_place(point_m: Point) -> bool:
