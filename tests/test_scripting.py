@@ -137,6 +137,8 @@ def slips():
     (lambda patch: uf.render(patch, uf.Forces([], np.zeros((0, 1, 4)), 1000.0, uf.default_floor(1, 1))),
      "forces is <Forces: 0 samples of 1 tile at 1000 Hz, 0 s>; allowed: one sample or more"),
     (lambda patch: uf.render(patch, floor=4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
+    (lambda patch: uf.render(patch, uf.walk(1.0), floor=uf.default_floor(1, 8)),
+     "floor is <Floor '1 x 8 tiles': 8 tiles>; allowed: none with forces, which have their own"),
     (lambda patch: uf.render(patch, plates="foot"), "plates is 'foot'; allowed: a tuple of accelerometer, foot"),
     (lambda patch: uf.render(patch, np.zeros((9, 9))),
      "forces is array([[0., 0., 0., 0., 0., 0., 0., 0., 0.], [0., 0., 0.,...; "

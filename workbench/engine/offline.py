@@ -83,7 +83,7 @@ def render(
 ) -> Rendered:
     """Render a patch offline, to the same bytes as a live session: `samples`, float32 [frame, channel].
 
-    - `forces` drive it; without them a simulated walker walks on `floor`, by default 2 x 2 tiles.
+    - `forces` drive it, on their floor; without them a simulated walker walks on `floor`, by default 2 x 2 tiles.
     - `seconds` is the length, by default that of the forces and a tail, or 5 s; `rate_hz` is in whole hertz.
     - `seed` replaces the patch's own seed.
     - `plates` adds the simulated acceleration of tiles, at the "accelerometer" or under the "foot", in m/s^2.
@@ -98,6 +98,7 @@ def render(
     require(forces is None or isinstance(forces, Forces), "forces", forces, 'Forces, such as read_forces("walk.csv")')
     require(forces is None or len(forces) > 0, "forces", forces, "one sample or more")
     require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
+    require(forces is None or floor in (None, forces.floor), "floor", floor, "none with forces, which have their own")
     require(
         set(plates) <= set(get_args(PlateOutput)), "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}"
     )
