@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
 Floats = NDArray[np.float64]
-"""Data type of kernels: contiguous arrays of float64."""
+"""Arrays of float64, which kernels take where they are contiguous."""
 
 _PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _INLINED = {**_PART, "forceinline": True}

@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
 
 from underfoot.drawing import HeatMap, Range
+from underfoot.kernels import Floats
 from underfoot.models.sole import band_levels
 from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets.design import preview_drawings
@@ -17,7 +18,6 @@ from underfoot.widgets.design.analysis import HEARD_HZ, Scale, quantised_levels,
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
 from underfoot.widgets.design.preview_signal import (
     SHORTEST_MS,
-    Array,
     PreviewSignal,
     scrolled_view,
     summary_text,
@@ -47,7 +47,7 @@ class PreviewPlots(QWidget):
         """Whether the output is heard and not felt: then the frequency range is the audible one."""
         self._whole: PreviewSignal | None = None
         self._signal: PreviewSignal | None = None
-        self._events: Array | None = None
+        self._events: Floats | None = None
         self._whole_other: PreviewSignal | None = None
         self._other_slot = self._why_silent = self._why_nothing = ""
         self._view_ms: Range | None = None
@@ -112,7 +112,7 @@ class PreviewPlots(QWidget):
         self._whole_other, self._other_slot = other, other_slot
         self._draw()
 
-    def show_events(self, signal: PreviewSignal, events: Array, why_silent: str = "") -> None:
+    def show_events(self, signal: PreviewSignal, events: Floats, why_silent: str = "") -> None:
         """Draw events, as rows of frame, strength and duration, over the force of `signal`."""
         self._whole, self._events, self._why_silent = signal, events, why_silent
         self._draw()
@@ -173,7 +173,7 @@ class PreviewPlots(QWidget):
         """The visible part of the other slot's signal."""
         return None if self._whole_other is None else self._whole_other.cut(self._view_ms)
 
-    def _draw_events(self, now: PreviewSignal, rows: Array) -> None:
+    def _draw_events(self, now: PreviewSignal, rows: Floats) -> None:
         times_ms = rows[:, 0] * (1e3 / now.rate_hz)
         self.waveform.show_drawing(preview_drawings.events(times_ms, rows[:, 1], now, self._why_silent))
         self._show_no_levels("events have no spectrum", now.view_ms)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing import Range
 from underfoot.engine.reports import MEASURED, Preview
+from underfoot.kernels import Floats
 from underfoot.models.sole import felt, stiffness_in_words, windowed_peak
 from underfoot.patch.node import Port
 from underfoot.quantities import quantity
@@ -17,7 +18,6 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.analysis import peak_and_rms
 from underfoot.widgets.plots.spectrogram import FELT_HZ
 
-Array = NDArray[np.float64]
 SHORTEST_MS = 2.0
 """The shortest visible range."""
 
@@ -27,12 +27,12 @@ class PreviewSignal(Struct, frozen=True):
     margin below the limiter, in dB.
     """
 
-    values: Array
-    force_n: Array
+    values: Floats
+    force_n: Floats
     rate_hz: float
     unit: str = ""
     is_force: bool = False
-    measured: Array | None = None
+    measured: Floats | None = None
     begin_ms: float = 0.0
     headroom_db: float | None = None
 
@@ -157,7 +157,7 @@ def difference_text(now: PreviewSignal, other: PreviewSignal, other_slot: str) -
     return f"{20.0 * math.log10(rms / before):+z.1f} dB re {other_slot}".replace("-", "−")
 
 
-def felt_text(measured_m_s2: Array, rate_hz: float) -> str:
+def felt_text(measured_m_s2: Floats, rate_hz: float) -> str:
     """Return the peak of the tile's response, and its level above the threshold of a sole in a hard shoe, as text.
 
     >>> felt_text(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
@@ -180,12 +180,12 @@ def signal_of(values: Mapping[str, NDArray[np.floating]], node: str, port: str) 
     return found if found is not None else values.get(port, np.zeros(0))
 
 
-def total_force(force_n: NDArray[np.floating]) -> Array:
+def total_force(force_n: NDArray[np.floating]) -> Floats:
     """Return the total force on the tile in N, from corner forces or from their sum."""
     total_n = np.asarray(force_n, np.float64)
     return total_n.sum(axis=1) if total_n.ndim == 2 else total_n
 
 
-def event_rows(events: NDArray[np.floating]) -> Array:
+def event_rows(events: NDArray[np.floating]) -> Floats:
     """Return events as rows of frame, strength and duration."""
     return np.asarray(events, np.float64).reshape(-1, 3)

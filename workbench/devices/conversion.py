@@ -10,7 +10,6 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.live_readings import (
     COUNTS,
     ConversionTables,
-    Floats,
     Whole,
     conversion_tables,
     correct_all,
@@ -18,7 +17,7 @@ from underfoot.floor.live_readings import (
     uncalibrated,
 )
 from underfoot.floor.profile import Profile
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 
 NOMINAL_COUNTS_A_NEWTON, NOMINAL_ZERO = 20.0, 1000.0
 """Nominal sensor without calibration: range up to 3.2 kN, and pulls of up to 50 N, which real plates show."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from underfoot.clock import RATE_HZ
 from underfoot.exchange.format import Export
-from underfoot.exchange.voices import AMPLITUDE, Array, Voice, analysed, envelope_error_db
+from underfoot.exchange.voices import AMPLITUDE, Voice, analysed, envelope_error_db
+from underfoot.kernels import Floats
 
 BURST_S, RISE_S = 22e-3, 2e-3
 """Duration and rise time of a transient, as in the reference player of MPEG haptics."""
@@ -17,8 +18,8 @@ class Clip:
     """The tile that moves most: id, samples in m/s^2, and analysed points, with amplitudes relative to `full_m_s2`."""
 
     tile: str
-    samples: Array
-    points: Array
+    samples: Floats
+    points: Floats
     full_m_s2: float
 
 

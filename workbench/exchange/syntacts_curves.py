@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 
 from underfoot.errors import BadValue
-from underfoot.exchange.voices import Array
+from underfoot.kernels import Floats
 
-Easing = Callable[[Array], Array]
+Easing = Callable[[Floats], Floats]
 
 
-def shaped(name: str, share: Array) -> Array:
+def shaped(name: str, share: Floats) -> Floats:
     """Return the share of the change in value at a share of the time, 0 to 1, on a curve such as "Quadratic::Out".
 
     >>> shaped("Quadratic::Out", np.array([0.0, 0.5, 1.0])).tolist()
@@ -34,11 +34,11 @@ def _power(exponent: int) -> Easing:
     return lambda t: 1.0 - (1.0 - t) ** exponent
 
 
-def _exponential(t: Array) -> Array:
+def _exponential(t: Floats) -> Floats:
     return np.where(t >= 1.0, 1.0, 1.0 - 2.0 ** (-10.0 * t))
 
 
-def _elastic(t: Array) -> Array:
+def _elastic(t: Floats) -> Floats:
     return np.where((t <= 0.0) | (t >= 1.0), t, 2.0 ** (-10.0 * t) * np.sin((t - 0.1) * 2.0 * np.pi / 0.4) + 1.0)
 
 
@@ -46,7 +46,7 @@ def _back(overshoot: float) -> Easing:
     return lambda t: 1.0 + (t - 1.0) ** 2 * ((overshoot + 1.0) * (t - 1.0) + overshoot)
 
 
-def _bounce(t: Array) -> Array:
+def _bounce(t: Floats) -> Floats:
     pieces = ((1.0, 0.0, 0.0), (2.0, 1.5, 0.75), (2.5, 2.25, 0.9375), (np.inf, 2.625, 0.984375))
     found = np.zeros_like(t)
     before = -np.inf

@@ -15,9 +15,10 @@ import numpy as np
 
 from underfoot.errors import BadValue
 from underfoot.exchange.syntacts_curves import shaped
-from underfoot.exchange.voices import Array, Voice, analysed, simplify_points
+from underfoot.exchange.voices import Voice, analysed, simplify_points
+from underfoot.kernels import Floats
 
-Curve = Callable[[Array], Array]
+Curve = Callable[[Floats], Floats]
 """Values at times."""
 
 LONGEST_S = 60.0
@@ -138,7 +139,7 @@ class Reading:
         """Return a signal as a function of time, including oscillators: for phases and envelopes."""
         terms, length_s = self.terms(signal, depth + 1)
 
-        def curve(t: Array) -> Array:
+        def curve(t: Floats) -> Floats:
             return np.sum([_value(term, t) for term in terms], axis=0) if terms else np.zeros_like(t)
 
         return curve, length_s
@@ -212,7 +213,7 @@ class Reading:
         if not keys:
             raise BadValue("an envelope has no keys")
 
-        def curve(t: Array) -> Array:
+        def curve(t: Floats) -> Floats:
             found = np.full_like(t, keys[0][1])
             for (begin_s, low, _), (end_s, high, name) in pairwise(keys):
                 inside = (t > begin_s) & (t <= end_s)
@@ -251,7 +252,7 @@ def voices_of(signal: object, lost: dict[str, None]) -> list[Voice]:
     terms, length_s = Reading(lost, types_in(signal)).terms(signal)
     if length_s > LONGEST_S:
         lost[f"what comes after {LONGEST_S:g} s"] = None
-    lanes: list[tuple[Term, list[Array]]] = []
+    lanes: list[tuple[Term, list[Floats]]] = []
     for term in sorted(terms, key=lambda term: term.start_s):
         if not term.wave:
             lost["what does not oscillate: an offset"] = None
@@ -284,7 +285,7 @@ def types_in(raw: object) -> dict[int, str]:
     return found
 
 
-def _points(term: Term, end_s: float) -> Array:
+def _points(term: Term, end_s: float) -> Floats:
     """Return a term's amplitude and frequency over time; empty where it is silent."""
     start_s = max(term.start_s, 0.0)
     if not start_s < end_s:
@@ -322,7 +323,7 @@ def _pairs(a: Term, b: Term) -> Iterable[tuple[Term, Term]]:
     )
 
 
-def _value(term: Term, t: Array) -> Array:
+def _value(term: Term, t: Floats) -> Floats:
     inside = (t >= term.start_s) & (t <= term.end_s)
     if term.phase is None:
         return np.where(inside, term.level(t), 0.0)
@@ -345,7 +346,7 @@ def _times(level: Curve, factor: float) -> Curve:
     return lambda t: factor * level(t)
 
 
-def _one(t: Array) -> Array:
+def _one(t: Floats) -> Floats:
     return np.ones_like(t)
 
 

@@ -12,9 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.kernels import Floats
 from underfoot.models.signals.breakpoints import thinned
-
-Array = NDArray[np.float64]
 
 AMPLITUDE_S, FREQUENCY_S = 5e-3, 20e-3
 """Lengths of the Hann windows over which amplitude and frequency are estimated."""
@@ -35,25 +34,25 @@ class Voice:
     high.
     """
 
-    points: Array
+    points: Floats
     wave: str = "sine"
     duty: float = 0.5
 
-    def samples(self, frames: int, rate_hz: float) -> Array:
+    def samples(self, frames: int, rate_hz: float) -> Floats:
         """Return the oscillation from phase 0 on: shape (frames,); of square, triangle and saw, the first partial."""
         time_s = np.arange(frames) / rate_hz
         return self.amplitude(time_s) * np.sin(2.0 * np.pi * np.cumsum(self.frequency(time_s)) / rate_hz)
 
-    def amplitude(self, time_s: Array) -> Array:
+    def amplitude(self, time_s: Floats) -> Floats:
         """Return the amplitude at these times, 0 beyond the ends."""
         return np.interp(time_s, self.points[:, TIME], self.points[:, AMPLITUDE], 0.0, 0.0)
 
-    def frequency(self, time_s: Array) -> Array:
+    def frequency(self, time_s: Floats) -> Floats:
         """Return the frequency at these times."""
         return np.interp(time_s, self.points[:, TIME], self.points[:, FREQUENCY])
 
 
-def analysed(samples: Array, rate_hz: float) -> Array:
+def analysed(samples: Floats, rate_hz: float) -> Floats:
     """Analyse a vibration [frame]: amplitude and frequency as points [point, 3] every `HOP_S`.
 
     Where its amplitude is below 1 % of the largest, the frequency is that of the nearest louder part.
@@ -77,7 +76,7 @@ def analysed(samples: Array, rate_hz: float) -> Array:
     return np.column_stack([frames / rate_hz, amplitude, frequency])
 
 
-def banded(samples: Array, rate_hz: float, edges_hz: tuple[float, ...]) -> list[Array]:
+def banded(samples: Floats, rate_hz: float, edges_hz: tuple[float, ...]) -> list[Floats]:
     """Split a vibration into bands between these edges; their sum is the vibration from the first edge to the last."""
     spectrum = np.fft.rfft(samples)
     at_hz = np.fft.rfftfreq(samples.size, 1.0 / rate_hz)
@@ -87,12 +86,12 @@ def banded(samples: Array, rate_hz: float, edges_hz: tuple[float, ...]) -> list[
     ]
 
 
-def simplify_points(points: Array, amplitude: float, frequency: float, most: int = 4000) -> Array:
+def simplify_points(points: Floats, amplitude: float, frequency: float, most: int = 4000) -> Floats:
     """Remove points that deviate from the line between others by at most these amounts."""
     return thinned(points, np.array([amplitude, frequency]), most)
 
 
-def envelope_error_db(original: Array, written: Array, rate_hz: float) -> float:
+def envelope_error_db(original: Floats, written: Floats, rate_hz: float) -> float:
     """Return the RMS difference of two envelopes in dB, where the original is within 30 dB of its largest.
 
     Both are estimated over 5 ms. About 1 dB is a just noticeable difference.
@@ -107,7 +106,7 @@ def envelope_error_db(original: Array, written: Array, rate_hz: float) -> float:
     return float(np.sqrt(np.mean(np.square(difference)))) if loud.any() else 0.0
 
 
-def smoothed(values: Array, frames: int) -> Array:
+def smoothed(values: Floats, frames: int) -> Floats:
     """Return the mean over a Hann window of this many frames; zeros beyond the ends."""
     window = np.hanning(max(frames, 1) + 2)[1:-1]
     size = values.size + window.size - 1
@@ -118,7 +117,7 @@ def smoothed(values: Array, frames: int) -> Array:
     return np.maximum(whole, 0.0) if values.min(initial=0.0) >= 0.0 else whole
 
 
-def _analytic(samples: Array) -> NDArray[np.complex128]:
+def _analytic(samples: Floats) -> NDArray[np.complex128]:
     """Return the analytic signal: without negative frequencies."""
     spectrum = np.fft.fft(samples)
     half = samples.size // 2

@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 
 from underfoot.errors import require
 from underfoot.floor.curves import require_numbers
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 
 _MOST_M = 100.0
 """Largest length in a correction, in metres."""
-
-Floats = NDArray[np.float64]
 
 
 class CorrectionArrays(NamedTuple):

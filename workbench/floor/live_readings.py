@@ -15,7 +15,7 @@ from underfoot.floor.centroid_correction import CentroidCorrection, CorrectionAr
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import Floor, Tile
 from underfoot.floor.profile import Centroid, Profile
-from underfoot.kernels import kernel, part
+from underfoot.kernels import Floats, kernel, part
 from underfoot.models.tile import fsr_hysteresis
 from underfoot.models.tile.fsr_hysteresis import LAGS_S, MOST_PLAYS
 
@@ -24,7 +24,6 @@ COUNTS = 0x10000
 NOMINAL = 0
 """Index of the curve for uncalibrated sensors."""
 
-Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 

@@ -5,11 +5,8 @@ known. When the median has moved out of those that are kept, they are selected a
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from underfoot.kernels import inlined, kernel, part
-
-Floats = NDArray[np.float64]
+from underfoot.kernels import Floats, inlined, kernel, part
 
 MIDDLE = np.dtype([("low", np.float64), ("high", np.float64), ("below", np.int64), ("kept", np.int64)], align=True)
 """Middle of a window: `kept` values, all those from `low` to `high`; `below` is the number of smaller ones."""

@@ -16,6 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.tracking import OFF_SHARE, ON_N
+from underfoot.kernels import Floats
 
 JUMP_M, SIDEWAYS_M, SAME_WAY_COSINE, JUMP_S, STAYS_LOADED_S, HEEL_STRIKE_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
 """A load is handed over if its centroid moves `JUMP_M` in `JUMP_S`, or `SIDEWAYS_M` in another direction than that in
@@ -59,8 +60,6 @@ _ROUNDS = 4
 
 TIME, PLACE, FORCE = 0, slice(1, 3), 3
 """Columns of a track, float64 [sample, column]: s, then x and y in m, then N."""
-
-Floats = NDArray[np.float64]
 
 
 class SharedLoad(Struct, frozen=True):

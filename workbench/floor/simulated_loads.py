@@ -14,7 +14,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel, part
+from underfoot.kernels import Floats, kernel, part
 from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
@@ -30,7 +30,6 @@ SPAN_M = 0.03
 HAND_SHARE = 0.12
 """Share of its remaining change that a hand's force makes in one sample: a time constant of 8 ms at 1 kHz."""
 
-Floats = NDArray[np.float64]
 
 FOOTFALL = np.dtype(
     [

@@ -12,10 +12,8 @@ from underfoot.floor.live_readings import COUNTS, NOMINAL, conversion_tables, co
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 from underfoot.models.tile import fsr
-
-Floats = NDArray[np.float64]
 
 
 class SimulatedSensors:

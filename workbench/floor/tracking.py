@@ -23,14 +23,13 @@ from underfoot.floor.running_median import (
     median_deviation,
     running_median,
 )
-from underfoot.kernels import callback, inlined, intrinsic, kernel, part
+from underfoot.kernels import Floats, callback, inlined, intrinsic, kernel, part
 
 if TYPE_CHECKING:
     from numba.core.ccallback import CFunc
 
     from underfoot.emission import Emission, Type, TypingContext
 
-Floats = NDArray[np.float64]
 
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
 """A contact begins at the larger of `ON_N` and `ON_SIGMAS` times the noise, and ends below `OFF_SHARE` of that."""

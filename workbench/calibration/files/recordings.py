@@ -4,14 +4,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.kernels import Floats
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.transfer_function import SweepMeasurement
-
-Array = NDArray[np.float64]
 
 
 def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[SweepMeasurement, int]":
@@ -33,7 +31,7 @@ def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[Sw
         raise BadFile(f"{sweep} and {recorded}: {error}") from None
 
 
-def measure_channel(played: Array, recording: Array, rate_hz: int, channel: int | None) -> "SweepMeasurement":
+def measure_channel(played: Floats, recording: Floats, rate_hz: int, channel: int | None) -> "SweepMeasurement":
     """Evaluate one channel of a recording (frames, channels) of a sweep (frames,), as `measure_files` does."""
     from underfoot.calibration.science.transfer_function import measure
 
@@ -57,7 +55,7 @@ def measure_channel(played: Array, recording: Array, rate_hz: int, channel: int 
     return next(iter(found.values()))
 
 
-def read_wav(path: Path) -> tuple[Array, int]:
+def read_wav(path: Path) -> tuple[Floats, int]:
     """Return the samples of a WAV file, (frames, channels), and its rate; `BadFile` if it has none."""
     import soundfile
 
@@ -71,6 +69,6 @@ def read_wav(path: Path) -> tuple[Array, int]:
     return samples, int(rate_hz)
 
 
-def _are_one_signal(channels: Array) -> bool:
+def _are_one_signal(channels: Floats) -> bool:
     """Return whether channels (frames, channels) are one signal at different levels."""
     return bool((np.corrcoef(channels, rowvar=False) > 0.9999).all())

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import Presses, read_presses
@@ -17,6 +16,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue, require
+from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Numbers, Parameter, Rows
 
@@ -40,7 +40,6 @@ _EMPTY_N = 20.0
 _RELEASED, _RELEASED_BY_SENSORS = 0.1, 0.25
 """Share of the lightest load below which a press is over: by a load cell; by the tile's sensors, which creep."""
 
-Values = NDArray[np.float64]
 
 _STATIC = slice(4, 8)
 """Columns of the newtons by the static curves, behind the readings; the compensated ones follow."""
@@ -111,7 +110,7 @@ class CentroidProcedure(PagedProcedure):
         self._tile, self._profile, self._seed = tile, profile, seed
         self._hysteresis_state = None if profile is None else profile.rested()
         self._sensors_m = np.array(tile.sensors_m)
-        self._empty_before: dict[int, tuple[float, Values]] = {}
+        self._empty_before: dict[int, tuple[float, Floats]] = {}
         self._must_let_go = False
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
@@ -308,7 +307,7 @@ class CentroidProcedure(PagedProcedure):
         require_place((x, y), at)
         return None
 
-    def _check(self, load: float, readings: Readings, measured: Values) -> None:
+    def _check(self, load: float, readings: Readings, measured: Floats) -> None:
         """Refuse a tile without signal under a load that the reference measures, and readings that clip."""
         from underfoot.calibration.science.press_checks import require_signal, require_unclipped
 
@@ -318,7 +317,7 @@ class CentroidProcedure(PagedProcedure):
 
     # --- evaluation ---
 
-    def _empty(self, place: int | str | None = None) -> tuple[Values, Values]:
+    def _empty(self, place: int | str | None = None) -> tuple[Floats, Floats]:
         """Return values of the empty tile before the first press at each position (or at this one), and at the end.
 
         Times (n,), in order, and values (n, 12), as stored by `feed`.
@@ -338,7 +337,7 @@ class CentroidProcedure(PagedProcedure):
         order = np.argsort(times or [0.0])  # a place may have been repeated
         return np.array(times or [0.0])[order], np.array(values or [np.zeros(12)])[order]
 
-    def _begun(self, readings: Readings, load: float) -> tuple[float, Values, Readings] | None:
+    def _begun(self, readings: Readings, load: float) -> tuple[float, Floats, Readings] | None:
         """Return when the tile was last empty before a press, its values then, and the press; None before a release.
 
         A sensor still creeps after the previous load. Its value on the empty tile is the baseline of the press.
@@ -383,7 +382,7 @@ class CentroidProcedure(PagedProcedure):
         part = None if self._profile is None else self._profile.fsr
         return part is not None and any(curve.compensation is not None for curve in part.sensors)
 
-    def _tare_counts(self) -> Values:
+    def _tare_counts(self) -> Floats:
         """Return the readings (4,) of the latest tare."""
         tares = [readings for step, readings, _ in self.step_data() if step.page.key == "tare"]
         return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
@@ -423,7 +422,7 @@ def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:
     )
 
 
-def places(tile: "Tile", count: int, seed: int | None = None) -> Values:
+def places(tile: "Tile", count: int, seed: int | None = None) -> Floats:
     """Return `count` positions on a tile, (count, 2), metres in its frame: a grid up to 2 cm from the edges.
 
     With a `seed` each is jittered by up to half a cell. `count` is 4 or more, so that each row has two places.

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
@@ -18,6 +17,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
 
@@ -38,8 +38,6 @@ _COVERED = 0.8
 """Share of equal steps of force that a loading must pass through."""
 _HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
 """Load of a hold, as a share of full scale, and its accepted relative deviation."""
-
-Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -317,7 +315,7 @@ class FsrProcedure(PagedProcedure):
         require_weight(j, given, reading, others, rest, self._full_n, self._apparent_load_n(j, change))
         return None
 
-    def _load_cell(self, readings: Readings) -> Values:
+    def _load_cell(self, readings: Readings) -> Floats:
         if readings.force_n is None:
             raise BadMeasurement("there is no load cell among the readings; choose known weights as the reference")
         return readings.force_n
@@ -349,7 +347,7 @@ class FsrProcedure(PagedProcedure):
         ]
         return [(change, weight_n) for change, weight_n in carried if change > 0.0]
 
-    def _rest_readings(self) -> Values:
+    def _rest_readings(self) -> Floats:
         """Return the readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self.step_data() if step.page.key.endswith("-tare")]
         return np.median(tares[-1].values, axis=0) if tares else np.full(4, np.nan)
@@ -424,12 +422,12 @@ def _steady_reading(readings: Readings, j: int) -> float:
     return float(np.mean(seen.values[:, j]))
 
 
-def _covered(force: Values, full: float) -> float:
+def _covered(force: Floats, full: float) -> float:
     """Return the share of the steps from 5 to 95 % of full scale that a loading has passed through."""
     steps = np.floor((force / full - 0.05) / 0.9 * _STEPS)
     return np.unique(steps[(steps >= 0) & (steps < _STEPS)]).size / _STEPS
 
 
-def _smoothed(values: Values) -> Values:
+def _smoothed(values: Floats) -> Floats:
     """Return the means of twenty stretches, which show a trend without noise."""
     return np.array([float(np.mean(part)) for part in np.array_split(values, min(20, values.size))])

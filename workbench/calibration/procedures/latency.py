@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.paged import SoundProcedure, Step
@@ -14,6 +13,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadFile, BadMeasurement
+from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Count, Number
 from underfoot.quantities import counted
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from underfoot.calibration.science.clicks import ClickDelays
     from underfoot.floor.layout import Tile
 
-Array = NDArray[np.float64]
 LOUDEST = 0.9
 FEWEST = 20
 """Clicks of a measurement."""
@@ -110,7 +109,7 @@ class LatencyProcedure(SoundProcedure):
         sound = Sound(train, self._rate_hz, "none", self._block)
         return [Step(Page("clicks", "Clicks", "Stand clear. The output plays clicks.", sound=sound))]
 
-    def take_sound(self, key: str, played: Array, recording: Array) -> None:
+    def take_sound(self, key: str, played: Floats, recording: Floats) -> None:
         """Measure the delay of each click."""
         from underfoot.calibration.science.clicks import click_delays
 

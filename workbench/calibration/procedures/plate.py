@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import STEPPING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.files.plate_profiles import read_plate_profiles
@@ -19,6 +18,7 @@ from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.devices.plate import MOVE_S
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement
+from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Count, Numbers, Parameter
 
@@ -41,8 +41,6 @@ _CLEAR_S, _RELEASED_S = 0.5, 0.2
 _STAY_OFF = f"Step off the plate, and stay off while it moves; that takes {MOVE_S:g} s."
 _NO_FORCE = "No force arrives; is the load cell plugged in, and named? Else choose the tile for the force."
 _NO_DISPLACEMENT = "No displacement arrives; is its sensor plugged in, and named?"
-
-Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -239,7 +237,7 @@ class PlateProcedure(PagedProcedure):
         self._taken[self._at] = taken
         return None
 
-    def _is_on(self, force: Values) -> bool:
+    def _is_on(self, force: Floats) -> bool:
         """Return whether a person is on the plate: the force changes, or exceeds its initial value."""
         moves = [data for data in self.step_data() if data.step.page.key == "move1"]
         most = _rest_of(moves[0].readings) + 2.0 * _ON_N if moves else _PERSON_N
@@ -249,7 +247,7 @@ class PlateProcedure(PagedProcedure):
         """Return the force with nobody on the plate: at the end of the last move."""
         return _rest_of([data for data in self.step_data() if data.step.page.key.startswith("move")][-1].readings)
 
-    def _footsteps(self) -> tuple[list["FootstepLine"], list[tuple[Values, Values]]]:
+    def _footsteps(self) -> tuple[list["FootstepLine"], list[tuple[Floats, Floats]]]:
         """Return the lines of the footsteps so far, and the force and displacement of each."""
         taken = [self._taken[k] for k in sorted(self._step_data) if k in self._taken]
         return [line for line, _, _ in taken], [(force, displacement) for _, force, displacement in taken]
@@ -296,7 +294,7 @@ def _rest_of(readings: Readings) -> float:
     return 0.0 if recent.force_n is None else float(np.median(recent.force_n))
 
 
-def _contact(time_s: Values, force: Values) -> slice | None:
+def _contact(time_s: Floats, force: Floats) -> slice | None:
     """Return the samples of the first footstep that begins and ends in these readings; None if there is none yet."""
     on = force > max(_ON_N, 0.05 * float(force.max()))
     if on.all():
@@ -308,7 +306,7 @@ def _contact(time_s: Values, force: Values) -> slice | None:
     return slice(int(loaded[0]), int(loaded[-1]) + 1)
 
 
-def _footstep(position: float, force: Values, displacement: Values) -> "Footstep":
+def _footstep(position: float, force: Floats, displacement: Floats) -> "Footstep":
     """Return a footstep with its regression line; raise `BadMeasurement` if load or displacement is too small."""
     from underfoot.calibration.science.plate_stiffness import line_of
 
@@ -336,5 +334,5 @@ def _require_rise(lines: Sequence["FootstepLine"]) -> None:
         )
 
 
-Footstep = tuple["FootstepLine", Values, Values]
+Footstep = tuple["FootstepLine", Floats, Floats]
 """Line, force and displacement of a footstep."""

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.paged import SoundProcedure, Step
@@ -16,6 +15,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.floor.layout import LOADS, Tile
+from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Count, Number, Parameter
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from underfoot.calibration.science.tones import DistortionOverLevel
     from underfoot.calibration.science.transfer_function import SweepMeasurement
 
-Array = NDArray[np.float64]
 
 LOUDEST = 0.45
 """Largest peak that is played: its mean square stays below the limit of the safety stage."""
@@ -136,7 +135,7 @@ class ResponseProcedure(SoundProcedure):
         self._noise_drawn: tuple[Drawing, ...] = ()
         self._measured: dict[str, SweepMeasurement] = {}
         self._tones: DistortionOverLevel | None = None
-        self._equalised_sweeps: tuple[Array, float] | None = None
+        self._equalised_sweeps: tuple[Floats, float] | None = None
         instruction = (
             f"Tile {tile.id}: fix the accelerometer on the plate, halfway from its middle to an edge, and plug it "
             "into the input. Nobody stands on the tile."
@@ -221,10 +220,10 @@ class ResponseProcedure(SoundProcedure):
             return None
         return inconclusive(self._measured, self._settings["sensitivity"], self._tones, reason, self.drawings)
 
-    def _sound(self, key: str, title: str, instruction: str, signal: Array) -> Step:
+    def _sound(self, key: str, title: str, instruction: str, signal: Floats) -> Step:
         return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)
 
-    def _loaded(self, load: str, signal: Array) -> list[Step]:
+    def _loaded(self, load: str, signal: Floats) -> list[Step]:
         """Return a page to get into place, and the sweeps; both can be skipped, unless the equaliser is for this load.
 
         One person alone may have to.
@@ -236,7 +235,7 @@ class ResponseProcedure(SoundProcedure):
         sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=may_skip)
         return [Step(page, group=load) for page in (place, sounding)]
 
-    def _once_more(self, signal: Array) -> list[Step]:
+    def _once_more(self, signal: Floats) -> list[Step]:
         """Return the sweeps through the equaliser, under its load, and a page to get into place for them."""
         load, does = self._settings["load"], "The sweeps are played through the equaliser."
         sound = Sound(signal, self._rate_hz, load)
@@ -246,7 +245,7 @@ class ResponseProcedure(SoundProcedure):
         sounding = Page("again", "Once more", f"Stand still. {does}", sound=sound)
         return [Step(page, group="again") for page in (place, sounding)]
 
-    def take_sound(self, key: str, played: Array, recording: Array) -> None:
+    def take_sound(self, key: str, played: Floats, recording: Floats) -> None:
         """Evaluate the recording of a page."""
         from underfoot.calibration.science.recording_checks import require_not_clipped, require_not_silent
         from underfoot.calibration.science.tones import distortion_over_level
@@ -273,13 +272,13 @@ class ResponseProcedure(SoundProcedure):
     def _loads(self) -> "dict[str, SweepMeasurement]":
         return {load: self._measured[load] for load in LOADS if load in self._measured}
 
-    def _sweeps(self) -> Array:
+    def _sweeps(self) -> Floats:
         """Return the sweeps as played without the equaliser."""
         sound = next(step.page.sound for step in self._steps if step.page.key == "none")
         assert sound is not None
         return sound.signal
 
-    def _equalised(self) -> tuple[Array, float]:
+    def _equalised(self) -> tuple[Floats, float]:
         """Return the sweeps through the equaliser, and the factor by which they were attenuated for it."""
         if self._equalised_sweeps is None:
             from underfoot.calibration.science.response import equalise
@@ -318,7 +317,7 @@ def _setup_questions() -> tuple[Parameter, ...]:
     )
 
 
-def _noise_floor(recording: Array) -> float:
+def _noise_floor(recording: Floats) -> float:
     """Return the RMS of recorded silence, in full scale."""
     noise = float(np.std(recording))
     if noise > _LOUD_NOISE:

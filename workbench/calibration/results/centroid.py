@@ -4,7 +4,6 @@ from datetime import date
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import Presses
 from underfoot.calibration.result import Result
@@ -13,8 +12,7 @@ from underfoot.calibration.science.press_plausibility import load_groups
 from underfoot.drawing import Drawing, Series, series
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Centroid
-
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 METHOD = (
     "Every corrected place comes from a correction that was fitted without that place (ten folds by place). Outside "
@@ -57,7 +55,7 @@ def _title(tile: str) -> str:
     return f"Contact centroid of {tile}"
 
 
-def _raw(presses: Presses, falling: Presses | None) -> tuple[tuple[str, str, Values], ...]:
+def _raw(presses: Presses, falling: Presses | None) -> tuple[tuple[str, str, Floats], ...]:
     tables = {"presses": presses, "falling-presses": falling}
     return tuple((name, one.header, one.rows()) for name, one in tables.items() if one is not None and one.force_n.size)
 
@@ -159,7 +157,7 @@ def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
     )
 
 
-def error_vectors(title: str, at_m: Values, found: tuple[tuple[str, str, Values], ...], tile: Tile) -> Drawing:
+def error_vectors(title: str, at_m: Floats, found: tuple[tuple[str, str, Floats], ...], tile: Tile) -> Drawing:
     """Draw dots at the true positions, arrows to the measured ones, and the tile's edge: figure 5.5."""
     half = np.array(tile.size_m) / 2.0
     edge = np.array([half, half * (-1, 1), -half, half * (1, -1), half])

@@ -20,9 +20,8 @@ from underfoot.calibration.science.tones import TONE_HZ, DistortionOverLevel
 from underfoot.calibration.science.transfer_function import ORDERS, SweepMeasurement
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.floor.profile import Response
+from underfoot.kernels import Floats
 from underfoot.models.filtering import equaliser
-
-Array = NDArray[np.float64]
 
 METHOD = (
     "The response is the spectrum of the recording over that of the sweep; its impulse response is cut off after half "
@@ -307,19 +306,19 @@ def _correction_drawn(found: ResponseMeasurements) -> Drawing:
     return Drawing("Before and after the equaliser", _HZ, "dB re the tile's level", tuple(lines), x_log=True)
 
 
-def _shown(frequencies_hz: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _shown(frequencies_hz: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Return the frequencies to draw, and their mask."""
     inside = (frequencies_hz >= _SPAN_HZ[0]) & (frequencies_hz <= _SPAN_HZ[1])
     return frequencies_hz[inside], inside
 
 
-def _db(magnitude: Array) -> Array:
+def _db(magnitude: Floats) -> Floats:
     return np.asarray(20.0 * np.log10(np.maximum(magnitude, 1e-12)))
 
 
 def _raw(
     measured: Mapping[str, SweepMeasurement], sensitivity: float, tones: DistortionOverLevel | None
-) -> tuple[tuple[str, str, Array], ...]:
+) -> tuple[tuple[str, str, Floats], ...]:
     """Return tables of the responses, by load or "again", and the distortion over level."""
     tables = []
     for name, one in measured.items():

@@ -24,9 +24,8 @@ from underfoot.errors import BadValue, require
 from underfoot.floor.centroid_correction import CentroidCorrection
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Profile
+from underfoot.kernels import Floats
 from underfoot.models.tile.fsr_curves import rising
-
-Values = NDArray[np.float64]
 
 ALLOWED_M = 0.020
 """Allowed mean error: what the thesis finds typical on one calibrated tile (section 5.4)."""
@@ -56,10 +55,10 @@ class CentroidAccuracy:
     """
 
     tile: Tile
-    at_m: Values
-    force_n: Values
-    before_m: Values
-    after_m: Values
+    at_m: Floats
+    force_n: Floats
+    before_m: Floats
+    after_m: Floats
     form: str
     tried: tuple[tuple[str, float], ...]
     correction: CentroidCorrection
@@ -69,7 +68,7 @@ class CentroidAccuracy:
     bound: "CentroidAccuracy | None" = None
     """Same presses, with the best possible static curves: `best_static_forces`."""
 
-    def errors_mm(self, found_m: Values) -> Values:
+    def errors_mm(self, found_m: Floats) -> Floats:
         """Return the distance (n,) of centroids (n, 2) from the true positions, mm."""
         return np.asarray(1e3 * np.hypot(*(found_m - self.at_m).T))
 
@@ -105,7 +104,7 @@ def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> Cent
     return assess_forces(presses, forces, tile)
 
 
-def assess_forces(presses: Presses, forces: Values, tile: Tile) -> CentroidAccuracy:
+def assess_forces(presses: Presses, forces: Floats, tile: Tile) -> CentroidAccuracy:
     """Assess presses as `assess` does, from known corner forces (n, 4)."""
     silent = np.flatnonzero(~np.isfinite(forces).all(axis=0))
     if silent.size:
@@ -152,7 +151,7 @@ def assess_forces(presses: Presses, forces: Values, tile: Tile) -> CentroidAccur
     return CentroidAccuracy(tile, at_m, load, before, held[chosen], chosen, tuple(tried), correction, left_out)
 
 
-def _with_bounds(found: CentroidAccuracy, presses: Presses, compensated: Values) -> CentroidAccuracy:
+def _with_bounds(found: CentroidAccuracy, presses: Presses, compensated: Floats) -> CentroidAccuracy:
     """Add the accuracy with compensated forces (n, 4), and the best of any static curves."""
     over_time = assess_forces(presses, compensated, found.tile)
     if over_time.at_m.shape != found.at_m.shape:
@@ -164,7 +163,7 @@ def _with_bounds(found: CentroidAccuracy, presses: Presses, compensated: Values)
     return replace(found, bound=bound) if has_bound else found
 
 
-def best_static_forces(static_n: Values, true_n: Values) -> Values:
+def best_static_forces(static_n: Floats, true_n: Floats) -> Floats:
     """Return corner forces (n, 4) by the rising curve of each sensor that comes nearest to the true ones (n, 4).
 
     Light and heavy loads count alike. No static curve has a smaller error.
@@ -183,8 +182,8 @@ def best_static_forces(static_n: Values, true_n: Values) -> Values:
 
 
 def _held_out(
-    forces: Values, at_m: Values, sensors_m: Values, fold: NDArray[np.intp], form: tuple[str, int, tuple[float, ...]]
-) -> Values:
+    forces: Floats, at_m: Floats, sensors_m: Floats, fold: NDArray[np.intp], form: tuple[str, int, tuple[float, ...]]
+) -> Floats:
     """Return corrected centroids (n, 2), each by a correction fitted to the other folds (n,)."""
     found = np.empty_like(at_m)
     for one in np.unique(fold):
@@ -194,12 +193,12 @@ def _held_out(
     return found
 
 
-def edge_distance_m(tile: Tile, at_m: Values) -> Values:
+def edge_distance_m(tile: Tile, at_m: Floats) -> Floats:
     """Return the distance (n,) of positions (n, 2) on a tile from its nearest edge."""
     return np.asarray((0.5 * np.array(tile.size_m) - np.abs(at_m)).min(axis=1))
 
 
-def _fittable_forms(at_m: Values, forces: Values, tile: Tile) -> tuple[tuple[str, str, int], ...]:
+def _fittable_forms(at_m: Floats, forces: Floats, tile: Tile) -> tuple[tuple[str, str, int], ...]:
     """Return the models that can be fitted to these positions."""
     if _area(convex_hull(at_m)) >= _COVERED * float(np.prod(tile.size_m)):
         return FORMS

@@ -2,11 +2,9 @@
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from underfoot.floor.centroid_correction import CentroidCorrection, nonlinear_terms
-
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 FORMS = (
     ("none", "", 0),
@@ -47,13 +45,13 @@ def parameter_count(sensed: str, order: int) -> int:
     return 2 * len(_POWERS[order]) + _SENSOR_PARAMETERS[sensed]
 
 
-def centroid(forces_n: Values, sensors_m: Values) -> Values:
+def centroid(forces_n: Floats, sensors_m: Floats) -> Floats:
     """Return plain centroids (n, 2) of corner forces (n, 4): equation 5.3, tared."""
     return np.asarray((forces_n @ sensors_m) / forces_n.sum(axis=-1, keepdims=True))
 
 
 def fit_correction(
-    forces_n: Values, at_m: Values, sensors_m: Values, sensed: str, order: int, bends_n: tuple[float, ...] = ()
+    forces_n: Floats, at_m: Floats, sensors_m: Floats, sensed: str, order: int, bends_n: tuple[float, ...] = ()
 ) -> CentroidCorrection:
     """Fit the correction of one model (`FORMS`) by least squares, from corner forces (n, 4) of loads at (n, 2).
 
@@ -67,8 +65,8 @@ def fit_correction(
     >>> np.round(part.gains, 3)
     array([1.1, 0.9, 1. , 1. ])
     """
-    gains: Values = np.ones(4)
-    bends: Values = np.empty((0, 0))
+    gains: Floats = np.ones(4)
+    bends: Floats = np.empty((0, 0))
     if sensed == "gains":
         gains = _fit_gains(forces_n, at_m, sensors_m)
     elif sensed == "bends":
@@ -93,7 +91,7 @@ def fit_correction(
     )
 
 
-def convex_hull(points_m: Values) -> tuple[tuple[float, float], ...]:
+def convex_hull(points_m: Floats) -> tuple[tuple[float, float], ...]:
     """Return the corners of the convex hull of points (n, 2), counter-clockwise.
 
     >>> convex_hull(np.array([[0, 0], [2, 0], [1, 0.5], [2, 2], [0, 2.0]]))
@@ -112,7 +110,7 @@ def convex_hull(points_m: Values) -> tuple[tuple[float, float], ...]:
     return tuple(chain(points) + chain(points[::-1]))
 
 
-def _fit_gains(forces_n: Values, at_m: Values, sensors_m: Values) -> Values:
+def _fit_gains(forces_n: Floats, at_m: Floats, sensors_m: Floats) -> Floats:
     """Fit gains that bring the centroids to the true positions; the larger the residual, the closer they stay to 1."""
     total = forces_n.sum(axis=1)
     pull = forces_n[:, :, None] * (sensors_m - at_m[:, None, :]) / total[:, None, None]
@@ -126,7 +124,7 @@ def _fit_gains(forces_n: Values, at_m: Values, sensors_m: Values) -> Values:
     return np.asarray(np.clip(1.0 + change, 0.2, 5.0))
 
 
-def _fit_bends(forces_n: Values, at_m: Values, sensors_m: Values, bends_n: tuple[float, ...]) -> tuple[Values, Values]:
+def _fit_bends(forces_n: Floats, at_m: Floats, sensors_m: Floats, bends_n: tuple[float, ...]) -> tuple[Floats, Floats]:
     """Fit gains and bends of the sensors' curves, together with an affine displacement.
 
     The displacement keeps misplaced sensors from being taken for bent ones.
@@ -153,7 +151,7 @@ def _fit_bends(forces_n: Values, at_m: Values, sensors_m: Values, bends_n: tuple
     return np.asarray(np.clip(1.0 + weights[:, 0], 0.2, 5.0)), np.asarray(weights[:, 1:])
 
 
-def _terms(places_m: Values, powers: tuple[tuple[int, int], ...]) -> Values:
+def _terms(places_m: Floats, powers: tuple[tuple[int, int], ...]) -> Floats:
     """Return monomials of positions (n, 2), in units of `_SCALE_M`: (n, powers)."""
     return np.stack([np.prod((places_m / _SCALE_M) ** power, axis=1) for power in powers], axis=1)
 

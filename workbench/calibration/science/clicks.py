@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import BadMeasurement, require
+from underfoot.kernels import Floats
 from underfoot.models.signals.random import stream_key, uniform
-
-Array = NDArray[np.float64]
 
 CLICK_S = 0.001
 """Length of a click, a raised cosine."""
@@ -27,12 +26,12 @@ _LOST = 0.25
 class ClickDelays:
     """`delay_s` (n,) of the clicks received, `played_s` (n,) when they were played, and the number of `lost` ones."""
 
-    delay_s: Array
-    played_s: Array
+    delay_s: Floats
+    played_s: Floats
     lost: int
 
 
-def click_train(count: int, rate_hz: float, level: float, seed: int = 1) -> tuple[Array, NDArray[np.int64]]:
+def click_train(count: int, rate_hz: float, level: float, seed: int = 1) -> tuple[Floats, NDArray[np.int64]]:
     """Return `count` clicks of peak `level` with half a second of silence at both ends, and their start frames.
 
     >>> train, onsets = click_train(3, 48000.0, 0.5)
@@ -100,7 +99,7 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], recording: ArrayL
     return ClickDelays(delays, onsets[whole][back] / rate_hz, int(len(onsets) - back.sum()))
 
 
-def _mean(windows: Array, shift: Array, used: NDArray[np.bool_], search: int) -> Array:
+def _mean(windows: Floats, shift: Floats, used: NDArray[np.bool_], search: int) -> Floats:
     """Return the mean of responses, each shifted back with linear interpolation; its rest at 0."""
     at = np.arange(search, windows.shape[1] - search, dtype=np.float64)
     places = np.arange(windows.shape[1])
@@ -109,7 +108,7 @@ def _mean(windows: Array, shift: Array, used: NDArray[np.bool_], search: int) ->
     return np.asarray(mean - mean[: search // 4].mean())  # before every response
 
 
-def _aligned(windows: Array, mean: Array, search: int) -> tuple[Array, Array]:
+def _aligned(windows: Floats, mean: Floats, search: int) -> tuple[Floats, Floats]:
     """Return the delay of each response behind the mean, in samples, and the share of the mean in it."""
     offsets, energy = np.arange(-search, search + 1), float(mean @ mean)
     found = [
@@ -120,7 +119,7 @@ def _aligned(windows: Array, mean: Array, search: int) -> tuple[Array, Array]:
     return shift, match
 
 
-def _lag(sent: Array, received: Array) -> int:
+def _lag(sent: Floats, received: Floats) -> int:
     """Return the best shift of the recording in samples; `BadMeasurement` if it has nothing of the played signal."""
     size = 1 << (len(sent) + len(received) - 1).bit_length()
     cross = np.fft.irfft(np.conj(np.fft.rfft(sent, size)) * np.fft.rfft(received, size), size)[: len(received)]
@@ -131,7 +130,7 @@ def _lag(sent: Array, received: Array) -> int:
     return lag
 
 
-def _peak(values: Array, offsets: NDArray[np.int64]) -> tuple[float, float]:
+def _peak(values: Floats, offsets: NDArray[np.int64]) -> tuple[float, float]:
     """Return position and height of the maximum, interpolated by a parabola."""
     k = int(np.argmax(values))
     if 0 < k < len(values) - 1:
@@ -141,7 +140,7 @@ def _peak(values: Array, offsets: NDArray[np.int64]) -> tuple[float, float]:
     return float(offsets[k]), float(values[k])
 
 
-def _begin(response: Array) -> float:
+def _begin(response: Floats) -> float:
     """Return where a response first reaches a tenth of its peak, interpolated linearly."""
     size = np.abs(response)
     least = _REACHED * size.max()

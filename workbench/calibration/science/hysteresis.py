@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from underfoot.calibration.science.sensor_characteristics import rms_percent
 from underfoot.calibration.science.sensor_pairs import FALLING, RISING, SensorPairs
 from underfoot.floor.curves import Compensation
+from underfoot.kernels import Floats
 from underfoot.models.tile import fsr_curves, fsr_hysteresis
 from underfoot.models.tile.fsr_curves import FittedCurve
 from underfoot.models.tile.fsr_hysteresis import HysteresisModel
-
-Values = NDArray[np.float64]
 
 _RATE_HZ = 100.0
 """Sample rate that is sufficient for hysteresis and creep."""
@@ -77,10 +76,10 @@ def curve_knots(
 class _Decimated:
     """Pairs of a sensor, all (n,), at a rate sufficient for hysteresis and creep."""
 
-    time_s: Values
-    x: Values
-    force_n: Values
-    weight: Values
+    time_s: Floats
+    x: Floats
+    force_n: Floats
+    weight: Floats
     fold: NDArray[np.intp]
 
 
@@ -90,7 +89,7 @@ def _decimated(pairs: SensorPairs) -> _Decimated:
     count = max(1, int(round(1.0 / (max(period, 1e-6) * _RATE_HZ))))
     ends = pairs.x.size // count * count
 
-    def mean(values: Values) -> Values:
+    def mean(values: Floats) -> Floats:
         return np.asarray(values[:ends].reshape(-1, count).mean(axis=1))
 
     weight = np.where(pairs.usable, pairs.weight, 0.0)
@@ -132,7 +131,7 @@ def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) ->
 
 
 def _fit_in_turns(
-    slow: _Decimated, weight: Values, kind: str, full: float, creep: float
+    slow: _Decimated, weight: Floats, kind: str, full: float, creep: float
 ) -> tuple[FittedCurve, HysteresisModel, float]:
     """Fit curve and hysteresis model in turns, each to the residual of the other; return both and the squared residual.
 
@@ -150,7 +149,7 @@ def _fit_in_turns(
     return curve, found, left
 
 
-def _compensated(slow: _Decimated, curve: FittedCurve, found: HysteresisModel, full: float) -> Values:
+def _compensated(slow: _Decimated, curve: FittedCurve, found: HysteresisModel, full: float) -> Floats:
     """Return newtons (n,) by curve and hysteresis model."""
     apparent = np.minimum(curve.force(slow.x), 2.0 * full)
     newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])

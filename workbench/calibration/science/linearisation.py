@@ -19,12 +19,12 @@ from underfoot.calibration.science.sensor_characteristics import SensorCharacter
 from underfoot.calibration.science.sensor_pairs import SensorPairs, prepare
 from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
+from underfoot.kernels import Floats
 from underfoot.models.tile import fsr_curves
 from underfoot.models.tile.fsr_curves import FittedCurve
 from underfoot.quantities import counted
 
-Values = NDArray[np.float64]
-Fit = Callable[[Values, Values, Values], FittedCurve | None]
+Fit = Callable[[Floats, Floats, Floats], FittedCurve | None]
 
 ALLOWED_PERCENT = 5.0
 """Allowed RMS error, % of full scale: what the thesis reaches after calibration (section 4.3.2)."""
@@ -45,7 +45,7 @@ class VoltageDivider:
     full_counts: float = 65535.0
     falling: bool = False
 
-    def conductance(self, reading: Values) -> Values:
+    def conductance(self, reading: Floats) -> Floats:
         """Return the conductance of the sensor at readings, siemens."""
         share = np.clip(reading / self.full_counts, 0.0, 1.0 - 1e-6)
         share = np.clip(1.0 - share, 0.0, 1.0 - 1e-6) if self.falling else share
@@ -65,9 +65,9 @@ class SensorFit:
     characteristics: SensorCharacteristics | None = None
     tried: tuple[tuple[str, float], ...] = ()
     seen: NDArray[np.intp] | None = None
-    estimate_n: Values | None = None
+    estimate_n: Floats | None = None
 
-    def rows(self, sensor: int) -> Values:
+    def rows(self, sensor: int) -> Floats:
         """Return time, sensor from 1, reading and force of every pair: (n, 4)."""
         if self.pairs is None:
             return np.empty((0, 4))
@@ -141,7 +141,7 @@ def candidates(pairs: SensorPairs, divider: VoltageDivider | None) -> list[tuple
     if divider is not None:
         at_rest = divider.conductance(np.array([pairs.rest]))
 
-        def conductance(x: Values) -> Values:
+        def conductance(x: Floats) -> Floats:
             return divider.conductance(pairs.reading(x)) - at_rest
 
         found.append(("resistor", lambda x, f, w: fsr_curves.resistor(x, f, w, conductance)))
@@ -155,7 +155,7 @@ def _fit(pairs: SensorPairs, divider: VoltageDivider | None, hysteresis: bool) -
     x, f, w = pairs.x[seen], pairs.force_n[seen], pairs.weight[seen]
     full = pairs.full_scale_n
     tried: list[tuple[str, float]] = []
-    held: dict[str, Values] = {}
+    held: dict[str, Floats] = {}
     fits = candidates(pairs, divider)
     for name, fit in fits:
         estimate = _held_out(fit, x, f, w, pairs.fold[seen])
@@ -185,7 +185,7 @@ def _fit(pairs: SensorPairs, divider: VoltageDivider | None, hysteresis: bool) -
     return SensorFit(curve, pairs, characteristics, tuple(tried), seen, held[chosen])
 
 
-def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp]) -> Values | None:
+def _held_out(fit: Fit, x: Floats, f: Floats, w: Floats, fold: NDArray[np.intp]) -> Floats | None:
     """Return newtons of every sample from a curve fitted to the other folds; None if one cannot be fitted.
 
     Beyond the other folds' readings, reached by one loading only, they come from the curve fitted to all.

@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.science.pair_plausibility import force_outliers
 from underfoot.errors import BadMeasurement
 from underfoot.floor.curves import Curve
-
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 _MOST_SHARED = 0.1
 """Largest share of a load over one sensor that the others carry."""
@@ -31,7 +29,7 @@ _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
 
 
-def require_response(sensor: int, rest: Values, readings: Values, force_n: Values, full_scale_n: float) -> None:
+def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Floats, full_scale_n: float) -> None:
     """Raise `BadMeasurement` for a silent sensor, a clipping one, a response of another one, and a wrong load cell.
 
     `rest` (4,) are the readings of the empty tile, `readings` (n, 4) those under `force_n` (n,) over `sensor`, from 0.
@@ -62,7 +60,7 @@ def require_response(sensor: int, rest: Values, readings: Values, force_n: Value
         )
 
 
-def require_cell(sensor: int, readings: Values, force_n: Values, full_scale_n: float) -> None:
+def require_cell(sensor: int, readings: Floats, force_n: Floats, full_scale_n: float) -> None:
     """Raise `BadMeasurement` for a load cell that gives far more than full scale, or jumps where the reading does not.
 
     `readings` (n,) are those of the loaded `sensor`, from 0, `force_n` (n,) those of the cell.
@@ -85,8 +83,8 @@ def require_weight(
     sensor: int,
     given_n: float,
     reading: float,
-    readings: Values,
-    rest: Values,
+    readings: Floats,
+    rest: Floats,
     full_scale_n: float,
     apparent_n: float | None,
 ) -> None:
@@ -123,7 +121,7 @@ def require_more(sensor: int, given_n: float, change: float, before: tuple[float
         )
 
 
-def _require_own(sensor: int, change: Values, is_what: str) -> None:
+def _require_own(sensor: int, change: Floats, is_what: str) -> None:
     """Refuse changes of reading (4,) if that of another sensor is by far the largest."""
     strongest = int(np.argmax(change))
     if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * change[sensor]:
@@ -152,7 +150,7 @@ def apparent_load_n(change: float, weights: Sequence[tuple[float, float]]) -> fl
     return float(np.exp(f[end] + slope * (at - x[end])))
 
 
-def share_of_others(curves: Sequence[Curve], sensor: int, time_s: Values, readings: Values, load_n: Values) -> float:
+def share_of_others(curves: Sequence[Curve], sensor: int, time_s: Floats, readings: Floats, load_n: Floats) -> float:
     """Return the share of loads (n,) over one sensor that the others carry, as a plate is never perfectly flat.
 
     `curves` are those of all sensors, `readings` (n, 4) at `time_s` (n,). It is the slope of the others' sum over the

@@ -18,8 +18,7 @@ from underfoot.calibration.science.sensor_pairs import (
     smoothed,
 )
 from underfoot.errors import BadValue
-
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 _FORCES_N = (0.5, 20000.0)
 """Smallest and largest full scale of a floor's sensor."""
@@ -40,7 +39,7 @@ _WEAK = 0.2
 """Share of the usual change of reading below which a sensor is not compared with the others."""
 
 
-def require_plausible(sensors: list[tuple[Values, Values, Values]]) -> None:
+def require_plausible(sensors: list[tuple[Floats, Floats, Floats]]) -> None:
     """Raise `BadValue` for reference forces that contradict the readings; `sensors` are (time, reading, force) of each.
 
     Detects forces in another unit or of another sign, weights out of order, a mistyped weight, and a sensor whose
@@ -65,7 +64,7 @@ def require_plausible(sensors: list[tuple[Values, Values, Values]]) -> None:
     _require_one_unit([(reading, force) for _, reading, force in sensors])
 
 
-def _contradiction(time_s: Values, reading: Values, force_n: Values) -> str:
+def _contradiction(time_s: Floats, reading: Floats, force_n: Floats) -> str:
     """Return how a sensor's readings contradict its forces, all in order of time; "" if they do not."""
     x = direction_of(reading, force_n) * reading
     x = x - x.min()
@@ -73,7 +72,7 @@ def _contradiction(time_s: Values, reading: Values, force_n: Values) -> str:
     return (_outlier(time_s, x, force_n) if timed else "") or _leap(x, force_n) or _disorder(time_s, x, force_n, timed)
 
 
-def _outlier(time_s: Values, x: Values, force_n: Values) -> str:
+def _outlier(time_s: Floats, x: Floats, force_n: Floats) -> str:
     """Find a single force far from its neighbours, without a change of the reading."""
     usual, out = force_outliers(x, force_n)
     if not out.any() or np.count_nonzero(out) > 0.01 * out.size:
@@ -85,7 +84,7 @@ def _outlier(time_s: Values, x: Values, force_n: Values) -> str:
     )
 
 
-def force_outliers(x: Values, force_n: Values) -> tuple[Values, NDArray[np.bool_]]:
+def force_outliers(x: Floats, force_n: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Return the usual force at each sample (n,), and whether its own is far from it without a change of the reading.
 
     `x` (n,) is the reading, from any zero; samples are in order of time.
@@ -98,7 +97,7 @@ def force_outliers(x: Values, force_n: Values) -> tuple[Values, NDArray[np.bool_
     return usual, out & ~(np.roll(out, 1) | np.roll(out, -1))
 
 
-def _leap(x: Values, force_n: Values) -> str:
+def _leap(x: Floats, force_n: Floats) -> str:
     """Find a largest force far above the others, which are close together, with the reading of a smaller one."""
     levels = np.unique(force_n[force_n > 0.0])
     for k in np.flatnonzero(levels[1:] >= _LEAP * levels[:-1]):
@@ -118,7 +117,7 @@ def _leap(x: Values, force_n: Values) -> str:
     return ""
 
 
-def _disorder(time_s: Values, x: Values, force_n: Values, timed: bool) -> str:
+def _disorder(time_s: Floats, x: Floats, force_n: Floats, timed: bool) -> str:
     """Find two held loads whose readings are in the opposite order."""
     runs = _held_loads(time_s, force_n) if timed else [slice(k, k + 1) for k in range(force_n.size)]
     f, seen = (np.array([values[run].mean() for run in runs]) for values in (force_n, x))
@@ -147,7 +146,7 @@ def _disorder(time_s: Values, x: Values, force_n: Values, timed: bool) -> str:
     )
 
 
-def _held_loads(time_s: Values, force_n: Values) -> list[slice]:
+def _held_loads(time_s: Floats, force_n: Floats) -> list[slice]:
     """Return the ranges of constant load. Forces are relative to the usual one, so a tenfold outlier is ignored."""
     usual = max(float(np.quantile(force_n, 0.75)), 1e-9)
     held = directions(smoothed(force_n, time_s), time_s, usual) == HELD
@@ -155,9 +154,9 @@ def _held_loads(time_s: Values, force_n: Values) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in list(pairwise(edges.tolist()))[::2] if np.ptp(force_n[a:b]) < 0.1 * usual]
 
 
-def _require_one_unit(sensors: list[tuple[Values, Values]]) -> None:
+def _require_one_unit(sensors: list[tuple[Floats, Floats]]) -> None:
     """Refuse a sensor whose forces are in another unit than the others', at the same distance from rest."""
-    known: dict[int, tuple[Values, Values]] = {}
+    known: dict[int, tuple[Floats, Floats]] = {}
     for j, (reading, force) in enumerate(sensors):
         if force.size >= 4 and abs(rank_correlation(reading, force)) >= 0.5:
             x = direction_of(reading, force) * reading

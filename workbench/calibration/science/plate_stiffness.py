@@ -10,12 +10,12 @@ from datetime import date
 from itertools import cycle
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from underfoot.devices.plate import PlateCalibration
 from underfoot.drawing import Drawing, series
 from underfoot.errors import BadMeasurement
+from underfoot.kernels import Floats
 
 LEAST_SAMPLES = 50
 """Fewest samples of a footstep through which a line is fitted."""
@@ -27,8 +27,6 @@ ALLOWED_ERROR = 0.03
 _DOTS = 40
 """Samples of a footstep that are drawn; more hide its line."""
 _COLOURS = ("force", "contact", "vibration", "events", "muted")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class PlateFit:
 
     calibration: PlateCalibration
     lines: tuple[FootstepLine, ...]
-    errors: Array
+    errors: Floats
 
     @property
     def good(self) -> bool:
@@ -58,7 +56,7 @@ class PlateFit:
         return self.calibration.error is not None and self.calibration.error <= ALLOWED_ERROR
 
 
-def line_of(position: float, force_n: Array, displacement_mm: Array) -> FootstepLine:
+def line_of(position: float, force_n: Floats, displacement_mm: Floats) -> FootstepLine:
     """Fit the line of one footstep. `BadMeasurement` if it is too short, or does not press the plate.
 
     >>> x = np.linspace(0.0, 8.0, 100)
@@ -105,7 +103,7 @@ def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
     return PlateFit(calibration, tuple(lines), errors)
 
 
-def drawings_of(fit: PlateFit, profiles: Sequence[tuple[Array, Array]]) -> tuple[Drawing, ...]:
+def drawings_of(fit: PlateFit, profiles: Sequence[tuple[Floats, Floats]]) -> tuple[Drawing, ...]:
     """Return stiffness over position, and a footstep of each position with its line."""
     at = [line.position for line in fit.lines]
     every = series("footsteps", at, [line.stiffness_n_mm for line in fit.lines], "dots", "force")
@@ -114,7 +112,7 @@ def drawings_of(fit: PlateFit, profiles: Sequence[tuple[Array, Array]]) -> tuple
     return over, profiles_drawn(fit.lines, profiles)
 
 
-def profiles_drawn(lines: Sequence[FootstepLine], profiles: Sequence[tuple[Array, Array]]) -> Drawing:
+def profiles_drawn(lines: Sequence[FootstepLine], profiles: Sequence[tuple[Floats, Floats]]) -> Drawing:
     """Return the latest footstep of each position with its line; `profiles` are force and displacement of each line."""
     latest = {line.position: (line, *profile) for line, profile in zip(lines, profiles, strict=True)}
     drawn = []

@@ -1,13 +1,11 @@
 """Checks of presses at known positions during a measurement: start, steadiness and plausibility."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.rig import Readings
 from underfoot.errors import BadMeasurement
-
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 EMPTY_S = 0.15
 """Time for which the tile must be empty before a press, for its baseline."""
@@ -23,7 +21,7 @@ _LEAST_SHARE = 0.02
 """Share of a load below which sensors count as giving no signal."""
 
 
-def press_begun(readings: Readings, total_n: Values, load_n: float) -> tuple[float, Values, Readings] | None:
+def press_begun(readings: Readings, total_n: Floats, load_n: float) -> tuple[float, Floats, Readings] | None:
     """Return when the tile was last empty before a press with `load_n`, the values (m,) then, and the press's readings.
 
     `total_n` (n,) is the load during the readings, from a reference or from the sensors. None if the readings do not
@@ -65,7 +63,7 @@ def require_place(measured_m: tuple[float, float], wanted_m: tuple[float, float]
         )
 
 
-def require_signal(load_n: float, reference_n: Values | None, measured_n: Values) -> None:
+def require_signal(load_n: float, reference_n: Floats | None, measured_n: Floats) -> None:
     """Raise `BadMeasurement` for sensors that sum up to (almost) nothing under a load that the reference measures."""
     if reference_n is not None and float(np.median(reference_n)) > 0.8 * load_n:
         share = float(np.median(measured_n)) / float(np.median(reference_n))
@@ -73,7 +71,7 @@ def require_signal(load_n: float, reference_n: Values | None, measured_n: Values
             raise BadMeasurement(f"no signal: the sensors add up to {np.median(measured_n):.3g} N under {load_n:.0f} N")
 
 
-def require_unclipped(readings: Values, rest: Values) -> None:
+def require_unclipped(readings: Floats, rest: Floats) -> None:
     """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at the converter's limit, unlike `rest` (4,)."""
     railed = np.flatnonzero((readings >= LARGEST_READING).mean(axis=0) > 0.5)
     railed = railed[np.abs(rest[railed] - LARGEST_READING) > 400.0]

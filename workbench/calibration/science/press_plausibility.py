@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from underfoot.calibration.files.measurements import Presses
 from underfoot.calibration.science.centroid_fit import centroid
 from underfoot.errors import BadValue
-
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 _MOST_OUT = 0.1
 """Share of presses that disagree with their force above which the table is wrong, not single presses."""
@@ -19,7 +18,7 @@ _DEAD = 0.002
 """A sensor whose force varies by less than this share of the largest is dead."""
 
 
-def require_alive(forces: Values) -> None:
+def require_alive(forces: Floats) -> None:
     """Raise `BadValue` for corner forces (n, 4) that pull, and for a sensor with the same value at every press."""
     total = float(np.median(forces.sum(axis=1)))
     if total <= 0.0:
@@ -31,7 +30,7 @@ def require_alive(forces: Values) -> None:
         )
 
 
-def require_order(forces: Values, at_m: Values, sensors_m: Values) -> None:
+def require_order(forces: Floats, at_m: Floats, sensors_m: Floats) -> None:
     """Raise `BadValue` for columns of forces (n, 4) in another order than the sensors of the floor."""
     loaded = forces.sum(axis=1) > 0.0
     usual = {
@@ -44,7 +43,7 @@ def require_order(forces: Values, at_m: Values, sensors_m: Values) -> None:
         raise BadValue(f"sensors {' and '.join(wrong)} look swapped: the presses fit the order {[j + 1 for j in best]}")
 
 
-def plausible_presses(presses: Presses, forces: Values, sensors_m: Values) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+def plausible_presses(presses: Presses, forces: Floats, sensors_m: Floats) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Return a mask (n,) of presses that agree with their force and position, and a line on each rejected one."""
     ratio = forces.sum(axis=1) / presses.force_n
     usual = float(np.median(ratio))
@@ -71,7 +70,7 @@ def plausible_presses(presses: Presses, forces: Values, sensors_m: Values) -> tu
     return ~bad, tuple(line.replace(": ", " left out: ", 1) for line in lines)
 
 
-def load_groups(force_n: Values) -> list[tuple[float, NDArray[np.bool_]]]:
+def load_groups(force_n: Floats) -> list[tuple[float, NDArray[np.bool_]]]:
     """Return the loads used, newtons, each with its presses: forces within a fifth of each other are one load."""
     ordered = np.sort(force_n)
     cuts = ordered[1:][np.diff(np.log(ordered)) > 0.2]

@@ -4,11 +4,10 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from underfoot.errors import BadMeasurement, require
-
-Array = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 _LEAST_SIGNAL = 1e-5
 """Largest sample, in full scale, of a silent recording."""
@@ -17,7 +16,7 @@ _EXPLAINED, _STRANGE = 0.3, 0.5
 _DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
 
 
-def signal_of(name: str, given: ArrayLike) -> Array:
+def signal_of(name: str, given: ArrayLike) -> Floats:
     """Return one channel of finite samples (frames,); `BadValue` for anything else."""
     signal = np.asarray(given, dtype=np.float64)
     require(signal.ndim == 1 and signal.size > 0, name, signal.shape, "one channel, shape (frames,)")
@@ -25,7 +24,7 @@ def signal_of(name: str, given: ArrayLike) -> Array:
     return signal
 
 
-def require_not_silent(recording: Array) -> None:
+def require_not_silent(recording: Floats) -> None:
     """Raise `BadMeasurement` for a silent recording."""
     largest = float(np.abs(recording - recording.mean()).max(initial=0.0))
     if largest < _LEAST_SIGNAL:
@@ -34,7 +33,7 @@ def require_not_silent(recording: Array) -> None:
         )
 
 
-def require_not_clipped(recording: Array) -> None:
+def require_not_clipped(recording: Floats) -> None:
     """Raise `BadMeasurement` for a clipped recording: runs of equal samples at its own extremes."""
     for extreme in (float(recording.max()), float(recording.min())):
         at = np.flatnonzero(recording == extreme)
@@ -50,7 +49,7 @@ def require_not_clipped(recording: Array) -> None:
             )
 
 
-def require_explained(f: Array, recording: Array, left: Array, noise: Array) -> None:
+def require_explained(f: Floats, recording: Floats, left: Floats, noise: Floats) -> None:
     """Raise `BadMeasurement` for a recording that its sweep does not explain.
 
     `recording`, `left` and `noise` (n,) are the power recorded, left unexplained, and of noise, at frequencies `f`
@@ -72,7 +71,7 @@ def require_explained(f: Array, recording: Array, left: Array, noise: Array) -> 
         )
 
 
-def require_same_sweep(response: Array, low: float, high: float, rate_hz: float) -> None:
+def require_same_sweep(response: Floats, low: float, high: float, rate_hz: float) -> None:
     """Raise `BadMeasurement` if some octaves of an impulse response (frames,) arrive much later than others.
 
     The recording is then of a sweep of another speed, or at another rate; `low` to `high` is the sweep's band, Hz.

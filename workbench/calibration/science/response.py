@@ -5,14 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.science.tones import DistortionOverLevel
 from underfoot.calibration.science.transfer_function import SweepMeasurement
 from underfoot.errors import BadValue, require
+from underfoot.kernels import Floats
 from underfoot.models.filtering import cascade, equaliser
-
-Array = NDArray[np.float64]
 
 INNER_HZ = (60.0, 700.0)
 """Band over which the corrected response has to be flat."""
@@ -41,7 +39,7 @@ class ResponseMeasurements:
     again: SweepMeasurement | None = None
     noise: float = math.nan
     load: str = "none"
-    sections: Array = field(init=False)
+    sections: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         require(self.sensitivity > 0.0, "sensitivity", self.sensitivity, "above 0 m/s^2 a full-scale input")
@@ -71,16 +69,16 @@ class ResponseMeasurements:
         return self.sensitivity * equaliser.level(self.basis.frequencies_hz, self.basis.magnitude, self.band_hz)
 
     @property
-    def computed(self) -> Array:
+    def computed(self) -> Floats:
         """Computed magnitude of the equalised response, in recorded units per played unit."""
         return self.basis.magnitude * np.abs(equaliser.gain(self.sections, self.basis.frequencies_hz, self.rate_hz))
 
-    def relative_db(self, magnitude: Array) -> Array:
+    def relative_db(self, magnitude: Floats) -> Floats:
         """Return a magnitude in recorded units as decibels above the tile's level."""
         return np.asarray(20.0 * np.log10(np.maximum(self.sensitivity * magnitude / self.level, 1e-9)))
 
 
-def flatness_db(frequencies_hz: Array, relative_db: Array) -> float:
+def flatness_db(frequencies_hz: Floats, relative_db: Floats) -> float:
     """Return the largest deviation from the midpoint between maximum and minimum, within `INNER_HZ`.
 
     >>> flatness_db(np.array([50.0, 100.0, 200.0]), np.array([-9.0, 1.0, -1.0]))
@@ -91,7 +89,7 @@ def flatness_db(frequencies_hz: Array, relative_db: Array) -> float:
     return 0.5 * float(np.ptp(relative_db[inside]))
 
 
-def usable_band_hz(frequencies_hz: Array, relative_db: Array) -> tuple[float, float]:
+def usable_band_hz(frequencies_hz: Floats, relative_db: Floats) -> tuple[float, float]:
     """Return the band around 200 Hz in which the response is at most `USABLE_DB` below its level.
 
     >>> usable_band_hz(np.array([40.0, 50.0, 200.0, 700.0, 800.0]), np.array([-20.0, -9.0, 0.0, 1.0, -11.0]))
@@ -114,7 +112,7 @@ def change_db(measured: ResponseMeasurements, load: str) -> float:
     return float(np.max(np.abs(20.0 * np.log10(other[inside] / basis.magnitude[inside]))))
 
 
-def equalise(sections: Array, signal: Array) -> Array:
+def equalise(sections: Floats, signal: Floats) -> Floats:
     """Filter a signal (frames,) by an equaliser of second-order sections (n, 6).
 
     >>> equalise(np.array([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]]), np.ones(2))

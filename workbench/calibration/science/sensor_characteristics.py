@@ -18,9 +18,8 @@ from underfoot.calibration.science.sensor_pairs import (
     force_bin,
 )
 from underfoot.floor.curves import Curve
+from underfoot.kernels import Floats
 from underfoot.models.tile.fsr_curves import rising
-
-Values = NDArray[np.float64]
 
 _LEAST_HOLD_S = 1.5
 """Shortest hold of a load that shows creep."""
@@ -65,7 +64,7 @@ class SensorCharacteristics:
         }
 
 
-def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estimate_n: Values) -> SensorCharacteristics:
+def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estimate_n: Floats) -> SensorCharacteristics:
     """Return the characteristics of a sensor; `estimate_n` are the held-out newtons of the samples `seen`."""
     f, w, full = pairs.force_n[seen], pairs.weight[seen], pairs.full_scale_n
     order = np.argsort(pairs.x[seen], kind="stable")
@@ -85,7 +84,7 @@ def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estim
     )
 
 
-def rms_percent(errors_n: Values, weight: Values, full_scale_n: float) -> float:
+def rms_percent(errors_n: Floats, weight: Floats, full_scale_n: float) -> float:
     """Return the weighted RMS, % of full scale."""
     return 100.0 * float(np.sqrt((weight * errors_n**2).sum() / weight.sum())) / full_scale_n
 
@@ -121,12 +120,12 @@ def creep_runs(pairs: SensorPairs) -> list[slice]:
     return [run for run in runs if pairs.time_s[run.stop - 1] - pairs.time_s[run.start] >= _LEAST_HOLD_S]
 
 
-def held_s(pairs: SensorPairs, run: slice) -> Values:
+def held_s(pairs: SensorPairs, run: slice) -> Floats:
     """Return how long a load has been held at each sample of a stretch; a hold is detected half of `HELD_S` late."""
     return np.asarray(pairs.time_s[run] - pairs.time_s[run.start] + 0.5 * HELD_S)
 
 
-def _by_level(pairs: SensorPairs, values: Values, chosen: NDArray[np.bool_]) -> Values:
+def _by_level(pairs: SensorPairs, values: Floats, chosen: NDArray[np.bool_]) -> Floats:
     """Return the mean of the chosen `values` in each bin of force, NaN for empty bins."""
     at = force_bin(pairs.force_n[chosen], pairs.full_scale_n)
     total = np.bincount(at, values[chosen], minlength=BINS)
@@ -134,7 +133,7 @@ def _by_level(pairs: SensorPairs, values: Values, chosen: NDArray[np.bool_]) -> 
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
-def _hysteresis_percent(pairs: SensorPairs, apparent: Values) -> float:
+def _hysteresis_percent(pairs: SensorPairs, apparent: Floats) -> float:
     way, excess = pairs.direction, apparent - pairs.force_n
     usable = pairs.usable
     gap = _by_level(pairs, excess, usable & (way == FALLING)) - _by_level(pairs, excess, usable & (way == RISING))
@@ -142,7 +141,7 @@ def _hysteresis_percent(pairs: SensorPairs, apparent: Values) -> float:
     return 100.0 * float(gap[np.argmax(np.abs(gap))]) / pairs.full_scale_n if gap.size else np.nan
 
 
-def _creep_percent(pairs: SensorPairs, apparent: Values) -> float:
+def _creep_percent(pairs: SensorPairs, apparent: Floats) -> float:
     slopes, spans = [], []
     for run in creep_runs(pairs):
         since = held_s(pairs, run)
@@ -156,7 +155,7 @@ def _creep_percent(pairs: SensorPairs, apparent: Values) -> float:
     return 100.0 * float(np.average(slopes, weights=spans)) if slopes else np.nan
 
 
-def _repeatability_percent(pairs: SensorPairs, apparent: Values) -> float:
+def _repeatability_percent(pairs: SensorPairs, apparent: Floats) -> float:
     if pairs.cycles < 3:
         return np.nan
     excess = apparent - pairs.force_n
@@ -170,7 +169,7 @@ def _repeatability_percent(pairs: SensorPairs, apparent: Values) -> float:
     return 100.0 * float(np.sqrt(np.concatenate(spreads).mean())) / pairs.full_scale_n if spreads else np.nan
 
 
-def _noise_n(pairs: SensorPairs, apparent: Values) -> float:
+def _noise_n(pairs: SensorPairs, apparent: Floats) -> float:
     rest = np.abs(pairs.force_n) <= 0.005 * pairs.full_scale_n
     steps = np.diff(apparent)[rest[1:] & rest[:-1]]
     return float(np.std(steps)) / np.sqrt(2.0) if steps.size > 20 else np.nan

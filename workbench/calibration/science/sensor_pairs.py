@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 RISING, FALLING, HELD, UNKNOWN = 0, 1, 2, 3
 """Direction of the load at a sample."""
@@ -35,10 +35,10 @@ class SensorPairs:
     `saturates_n` the force above which the reading is saturated, infinite if it is not.
     """
 
-    time_s: Values
-    x: Values
-    force_n: Values
-    weight: Values
+    time_s: Floats
+    x: Floats
+    force_n: Floats
+    weight: Floats
     direction: NDArray[np.intp]
     fold: NDArray[np.intp]
     usable: NDArray[np.bool_]
@@ -50,12 +50,12 @@ class SensorPairs:
     rested: bool
     saturates_n: float
 
-    def reading(self, x: Values) -> Values:
+    def reading(self, x: Floats) -> Floats:
         """Return readings at distances from rest."""
         return self.rest + self.sign * x
 
 
-def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> SensorPairs | str:
+def prepare(time_s: Floats, reading: Floats, force_n: Floats, full_scale_n: float) -> SensorPairs | str:
     """Prepare a sensor's pairs, or return why they are unusable. `full_scale_n` is that of all sensors together."""
     problem = _insufficient(reading, force_n, full_scale_n)
     if problem:
@@ -84,22 +84,22 @@ def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: floa
     )  # fmt: skip
 
 
-def force_bin(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
+def force_bin(force_n: Floats, full_scale_n: float) -> NDArray[np.intp]:
     """Return the bin of force of each sample, of `BINS`."""
     return np.clip((force_n / full_scale_n * BINS).astype(np.intp), 0, BINS - 1)
 
 
-def is_timed(time_s: Values) -> bool:
+def is_timed(time_s: Floats) -> bool:
     """Return whether times, in order, are those of a recording, and not of weights put on one by one."""
     return bool(time_s.size >= 100 and np.count_nonzero(np.diff(time_s) > 0.0) > 0.5 * time_s.size)
 
 
-def direction_of(reading: Values, force_n: Values) -> float:
+def direction_of(reading: Floats, force_n: Floats) -> float:
     """Return 1 if readings rise with force, -1 if they fall."""
     return -1.0 if rank_correlation(reading, force_n) < 0.0 else 1.0
 
 
-def _insufficient(reading: Values, force_n: Values, full_scale_n: float) -> str:
+def _insufficient(reading: Floats, force_n: Floats, full_scale_n: float) -> str:
     """Return why these pairs are too few, or too similar; "" if they are not."""
     if reading.size == 0:
         return "it has no pairs"
@@ -113,7 +113,7 @@ def _insufficient(reading: Values, force_n: Values, full_scale_n: float) -> str:
     return ""
 
 
-def _unresponsive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
+def _unresponsive(x: Floats, force_n: Floats, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
     """Return why the reading does not follow the force; "" if it does."""
     change = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
     # Before the first load: the after-effects of loads are not noise.
@@ -130,18 +130,18 @@ def _unresponsive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.
     return ""
 
 
-def _finest(x: Values) -> float:
+def _finest(x: Floats) -> float:
     """Return the smallest step of a reading, at most one count; less for one in volts."""
     steps = np.diff(np.unique(x))
     return min(float(steps.min(initial=1.0)), 1.0)
 
 
-def _before_loads(force_n: Values, full_scale_n: float) -> NDArray[np.bool_]:
+def _before_loads(force_n: Floats, full_scale_n: float) -> NDArray[np.bool_]:
     first = int(np.argmax(force_n > 0.05 * full_scale_n))
     return np.asarray(np.arange(force_n.size) < first)
 
 
-def rank_correlation(a: Values, b: Values) -> float:
+def rank_correlation(a: Floats, b: Floats) -> float:
     """Return Spearman's rank correlation of two series (n,); 0 if one is constant."""
     from scipy.stats import rankdata
 
@@ -149,13 +149,13 @@ def rank_correlation(a: Values, b: Values) -> float:
         return float(np.nan_to_num(np.corrcoef(rankdata(a), rankdata(b))[0, 1]))
 
 
-def _rest(reading: Values, force_n: Values, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
+def _rest(reading: Floats, force_n: Floats, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
     """Return the unloaded reading before the first load: afterwards hysteresis and creep remain."""
     before = unloaded & _before_loads(force_n, full_scale_n)
     return float(np.median(reading[before if np.count_nonzero(before) >= 5 else unloaded]))
 
 
-def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
+def _extrapolated_rest(reading: Floats, force_n: Floats, sign: float) -> float:
     """Return the reading at 0 N, along the lowest tenth of the forces, limited to the converter's range."""
     order = np.argsort(force_n, kind="stable")[: max(3, force_n.size // 10)]
     if np.ptp(force_n[order]) == 0.0:
@@ -168,7 +168,7 @@ def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
 
 
 def _unsaturated(
-    x: Values, reading: Values, force_n: Values, direction: NDArray[np.intp], full_scale_n: float
+    x: Floats, reading: Floats, force_n: Floats, direction: NDArray[np.intp], full_scale_n: float
 ) -> tuple[NDArray[np.bool_], float]:
     """Return the samples that are not saturated, and the least saturating force (infinite if there is none).
 
@@ -189,13 +189,13 @@ def _unsaturated(
     return np.ones(x.size, dtype=bool), np.inf
 
 
-def _is_flat(x: Values, force_n: Values, above: NDArray[np.bool_]) -> bool:
+def _is_flat(x: Floats, force_n: Floats, above: NDArray[np.bool_]) -> bool:
     """Return whether the reading no longer rises with force over the samples `above`; noise alone can reach the top."""
     rise = float(np.polyfit(force_n[above], x[above], 1)[0])
     return rise < _SATURATED_SLOPE * float(x.max()) / float(force_n.max())
 
 
-def smoothed(force_n: Values, time_s: Values) -> Values:
+def smoothed(force_n: Floats, time_s: Floats) -> Floats:
     """Return a running mean of forces (n,) over 50 ms."""
     steps = np.diff(time_s)
     count = max(1, int(round(_SMOOTH_S / float(np.median(steps[steps > 0.0])))))
@@ -203,7 +203,7 @@ def smoothed(force_n: Values, time_s: Values) -> Values:
     return np.convolve(padded, np.ones(count) / count, "same")[count:-count]
 
 
-def directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
+def directions(smooth: Floats, time_s: Floats, full_scale_n: float) -> NDArray[np.intp]:
     """Return RISING, FALLING or HELD at each sample (n,), from smoothed forces and their times."""
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
@@ -216,7 +216,7 @@ def directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[n
     return np.where(held, HELD, np.where(speed > 0.0, RISING, FALLING)).astype(np.intp)
 
 
-def _weight_directions(force_n: Values) -> NDArray[np.intp]:
+def _weight_directions(force_n: Floats) -> NDArray[np.intp]:
     """Return directions of weights put on one by one: RISING or FALLING; UNKNOWN if they are in random order."""
     steps = np.diff(force_n, prepend=force_n[0])
     steps = steps[np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))]
@@ -226,7 +226,7 @@ def _weight_directions(force_n: Values) -> NDArray[np.intp]:
     return np.where(steps >= 0.0, RISING, FALLING).astype(np.intp)
 
 
-def _folds(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
+def _folds(smooth: Floats, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
     """Return cross-validation folds, and the number of loadings.
 
     A fold holds whole loadings if there are three or more, else stretches of time, else every n-th force.
@@ -253,7 +253,7 @@ def _folds(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.int
     return np.asarray(group % min(_FOLDS, group.max() + 1), dtype=np.intp), cycles
 
 
-def _weights(force_n: Values, direction: NDArray[np.intp], own_full: float) -> Values:
+def _weights(force_n: Floats, direction: NDArray[np.intp], own_full: float) -> Floats:
     cell = force_bin(force_n, own_full) + BINS * direction
     count = np.bincount(cell, minlength=4 * BINS)[cell]
     return np.asarray(np.where(direction == HELD, _HELD_WEIGHT, 1.0) / count)

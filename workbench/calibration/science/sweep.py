@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-
-Array = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 _LEAST_GAP_S = 0.05
 """Shortest silence between two passes."""
@@ -15,7 +14,7 @@ _LEAST_GAP_S = 0.05
 
 def exponential(
     low_hz: float, high_hz: float, seconds: float, rate_hz: float, level: float = 0.5, fade_s: float = 0.02
-) -> Array:
+) -> Floats:
     """Return one sweep whose frequency rises exponentially with time, faded in and out: shape (frames,).
 
     >>> sweep = exponential(20.0, 2000.0, 1.0, 48000.0)
@@ -37,7 +36,7 @@ def exponential(
     return sweep
 
 
-def train(sweep: ArrayLike, passes: int, rate_hz: float, quiet_s: float = 0.6) -> Array:
+def train(sweep: ArrayLike, passes: int, rate_hz: float, quiet_s: float = 0.6) -> Floats:
     """Return a silence, then `passes` sweeps, each followed by a silence: shape (frames,).
 
     >>> len(train([0.5, 0.5], 2, 10.0, 0.3))
@@ -48,7 +47,7 @@ def train(sweep: ArrayLike, passes: int, rate_hz: float, quiet_s: float = 0.6) -
     return np.concatenate([gap, np.tile(np.concatenate([np.asarray(sweep, dtype=np.float64), gap]), passes)])
 
 
-def find_passes(played: Array, rate_hz: float) -> tuple[NDArray[np.int64], Array]:
+def find_passes(played: Floats, rate_hz: float) -> tuple[NDArray[np.int64], Floats]:
     """Return the start frames of the passes of a sweep, and one of them.
 
     There are several only if all are equal and separated by silence.
@@ -72,7 +71,7 @@ def find_passes(played: Array, rate_hz: float) -> tuple[NDArray[np.int64], Array
     return begins.astype(np.int64), played[begins[0] : begins[0] + length]
 
 
-def growth_s(sweep: Array, rate_hz: float) -> float:
+def growth_s(sweep: Floats, rate_hz: float) -> float:
     """Return the time in which a sweep's frequency rises by a factor e, by its zero crossings; NaN if not exponential.
 
     >>> round(growth_s(exponential(20.0, 2000.0, math.log(100.0), 48000.0), 48000.0), 3)

@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from underfoot.calibration.science.recording_checks import signal_of
-
-Array = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 TONE_HZ = 300.0
 """Frequency at which distortion over level is measured (thesis 4.5.1)."""
@@ -21,12 +20,12 @@ _TONE_S, _GAP_S = 0.5, 0.2
 class DistortionOverLevel:
     """Distortion of tones: `drive` in full scale, `acceleration` of the fundamental in m/s^2, `thd` as a share."""
 
-    drive: Array
-    acceleration: Array
-    thd: Array
+    drive: Floats
+    acceleration: Floats
+    thd: Floats
 
 
-def tone_series(level: float, rate_hz: float, quiet_s: float) -> Array:
+def tone_series(level: float, rate_hz: float, quiet_s: float) -> Floats:
     """Return tones of rising level up to `level`, each faded in and out, after `quiet_s`, with silence between.
 
     >>> tones = tone_series(0.5, 8000.0, 0.25)
@@ -44,7 +43,7 @@ def tone_series(level: float, rate_hz: float, quiet_s: float) -> Array:
 
 
 def distortion_over_level(
-    recorded: Array, level: float, rate_hz: float, begins_s: float, sensitivity: float
+    recorded: Floats, level: float, rate_hz: float, begins_s: float, sensitivity: float
 ) -> DistortionOverLevel:
     """Return the distortion of each tone of a `tone_series` in its recording, whose first tone begins at `begins_s`.
 
@@ -61,7 +60,7 @@ def distortion_over_level(
     return DistortionOverLevel(np.array(drive), np.array(acceleration), np.array(thd))
 
 
-def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: int = 10) -> Array:
+def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: int = 10) -> Floats:
     """Return the amplitudes of a steady tone and its harmonics, by least squares: shape (orders,); 0 above 0.45 rate.
 
     >>> time_s = np.arange(4800) / 48000.0

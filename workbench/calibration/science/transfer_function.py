@@ -20,8 +20,7 @@ from underfoot.calibration.science.recording_checks import (
 )
 from underfoot.calibration.science.sweep import find_passes, growth_s
 from underfoot.errors import BadMeasurement, require
-
-Array = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 POINTS_AN_OCTAVE = 96
 """Points per octave of a measured response."""
@@ -48,19 +47,19 @@ class SweepMeasurement:
     frequency; NaN if not measured. `noise_rms` is that of the recording's quiet parts; NaN without any.
     """
 
-    frequencies_hz: Array
+    frequencies_hz: Floats
     transfer: NDArray[np.complex128]
-    spread_db: Array
-    noise: Array
-    coherence: Array
-    distortion: dict[int, Array]
+    spread_db: Floats
+    noise: Floats
+    coherence: Floats
+    distortion: dict[int, Floats]
     latency_s: float
     passes: int
     peak: float
     noise_rms: float
 
     @property
-    def magnitude(self) -> Array:
+    def magnitude(self) -> Floats:
         """Modulus of the transfer function."""
         return np.abs(self.transfer)
 
@@ -93,7 +92,7 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasu
     return replace(_measure_passes(one, starts + lag, recording - recording.mean(), rate_hz), latency_s=lag / rate_hz)
 
 
-def _lag(played: Array, recording: Array, begins: int, ends: int, rate_hz: float) -> int:
+def _lag(played: Floats, recording: Floats, begins: int, ends: int, rate_hz: float) -> int:
     """Return the delay of the recording in frames: the first peak of the correlation, whitened over the sweep's band.
 
     A peak is as wide as the band allows: its flank lies before the delay. The first one is more than half as high as
@@ -140,7 +139,7 @@ def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, floa
     return float(edges[strong[0]]), float(edges[strong[-1] + 1])
 
 
-def _measure_passes(one: Array, starts: NDArray[np.int64], recording: Array, rate_hz: float) -> SweepMeasurement:
+def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, rate_hz: float) -> SweepMeasurement:
     """Return the measurement, from one pass, the starts of the passes in the recording, and the recording."""
     before, longest = round(_BEFORE_S * rate_hz), round(_AFTER_S * rate_hz)
     # Up to the next pass. Ringing beyond the recording's end belongs to the last frequencies only.
@@ -153,7 +152,7 @@ def _measure_passes(one: Array, starts: NDArray[np.int64], recording: Array, rat
     responses = np.fft.irfft(recording_spectra * _inverse(x), size)
     stretches = responses[:, : before + after] * _window(before, after)
     low, high = _band(x, rate_hz)
-    f: Array = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
+    f: Floats = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
     inside = (f >= low) & (f <= high)
     quiet = _quiet(recording, starts, one.size + longest, before)
     density = _density(quiet, before + after, f, rate_hz)
@@ -192,7 +191,7 @@ def _measure_passes(one: Array, starts: NDArray[np.int64], recording: Array, rat
     return found
 
 
-def _cut(signal: Array, first: int, frames: int, size: int) -> Array:
+def _cut(signal: Floats, first: int, frames: int, size: int) -> Floats:
     """Return frames `first` to `first + frames` of a signal, padded with zeros, in an array of `size`."""
     part = np.zeros(size)
     begin, end = max(first, 0), min(first + frames, signal.size)
@@ -200,7 +199,7 @@ def _cut(signal: Array, first: int, frames: int, size: int) -> Array:
     return part
 
 
-def _window(before: int, after: int) -> Array:
+def _window(before: int, after: int) -> Floats:
     """Return a window that is 1 around frame `before`, faded in before it and out over the last fifth."""
     fade = max(after // 5, 1)
     rise = 0.5 - 0.5 * np.cos(math.pi * np.arange(before) / max(before, 1))
@@ -208,7 +207,7 @@ def _window(before: int, after: int) -> Array:
     return np.concatenate([rise, np.ones(after - fade), fall])
 
 
-def _spectrum(stretch: Array, before: int, grid: Array, rate_hz: float) -> NDArray[np.complex128]:
+def _spectrum(stretch: Floats, before: int, grid: Floats, rate_hz: float) -> NDArray[np.complex128]:
     """Return the spectrum of a stretch at frequencies of a grid, with time 0 at its frame `before`."""
     size = _fft_size(max(stretch.size, round(2.0 * rate_hz)))
     f = np.fft.rfftfreq(size, 1.0 / rate_hz)
@@ -216,7 +215,7 @@ def _spectrum(stretch: Array, before: int, grid: Array, rate_hz: float) -> NDArr
     return np.asarray(np.interp(grid, f, spectrum.real) + 1j * np.interp(grid, f, spectrum.imag))
 
 
-def _quiet(recording: Array, starts: NDArray[np.int64], sounds: int, before: int) -> Array:
+def _quiet(recording: Floats, starts: NDArray[np.int64], sounds: int, before: int) -> Floats:
     """Return the longest stretch of a recording in which nothing plays, without its mean; empty if too short."""
     begins = np.append(0, starts + sounds)
     ends = np.append(starts - before, recording.size)
@@ -225,7 +224,7 @@ def _quiet(recording: Array, starts: NDArray[np.int64], sounds: int, before: int
     return stretch - stretch.mean() if stretch.size >= 20 * before else np.zeros(0)
 
 
-def _density(quiet: Array, frames: int, f: Array, rate_hz: float) -> Array:
+def _density(quiet: Floats, frames: int, f: Floats, rate_hz: float) -> Floats:
     """Return the power of `quiet` per frame, at frequencies f, from stretches of `frames`; NaN if there are none."""
     if not quiet.size:
         return np.full(f.size, np.nan)
@@ -237,8 +236,8 @@ def _density(quiet: Array, frames: int, f: Array, rate_hz: float) -> Array:
 
 
 def _distortion(
-    response: Array, one: Array, magnitude: Array, grid: Array, before: int, rate_hz: float
-) -> dict[int, Array]:
+    response: Floats, one: Floats, magnitude: Floats, grid: Floats, before: int, rate_hz: float
+) -> dict[int, Floats]:
     """Return each harmonic's magnitude relative to the fundamental, at the frequency that was played."""
     growth = growth_s(one, rate_hz)
     found = {}

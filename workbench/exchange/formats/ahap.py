@@ -12,8 +12,9 @@ from underfoot.exchange.clip import BURST_S, bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Array, Voice, simplify_points
+from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Voice, simplify_points
 from underfoot.files import write_file
+from underfoot.kernels import Floats
 
 LOW_HZ, HIGH_HZ = 65.0, 300.0
 """Frequencies of sharpness 0 and 1, as in the reference encoder of MPEG haptics."""
@@ -119,7 +120,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     )
 
 
-def _impacts(points: Array) -> list[tuple[int, int]]:
+def _impacts(points: Floats) -> list[tuple[int, int]]:
     """Find short impacts: the index of the first point of each, and one after its last.
 
     Each is one isolated hump of the envelope, where that is above a tenth of its peak: a transient would mask anything
@@ -141,7 +142,7 @@ def _impacts(points: Array) -> list[tuple[int, int]]:
     return found
 
 
-def _rests(time_s: Array, impacts: list[tuple[int, int]]) -> list[tuple[float, float]]:
+def _rests(time_s: Floats, impacts: list[tuple[int, int]]) -> list[tuple[float, float]]:
     """Return beginning and end of the intervals between impacts."""
     edges = [0.0, *(float(time_s[min(at, time_s.size - 1)]) for impact in impacts for at in impact)]
     edges.append(max(float(time_s[-1]), HOP_S))
@@ -158,7 +159,7 @@ def _parameter(name: str, value: float) -> dict[str, Any]:
     return {"ParameterID": name, "ParameterValue": value}
 
 
-def _curves(name: str, points: Array) -> list[dict[str, Any]]:
+def _curves(name: str, points: Floats) -> list[dict[str, Any]]:
     """Split points into curves of at most `CURVE_POINTS`, each from the previous one's last point, in its own time."""
     found = []
     for first in range(0, max(len(points) - 1, 1), CURVE_POINTS - 1):
@@ -185,7 +186,7 @@ def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
     curves = {name: _curve(document, name, otherwise) for name, otherwise in _CURVES.items()}
     lost: dict[str, None] = {}
     transients: list[tuple[float, float, float]] = []
-    lanes: list[list[Array]] = []
+    lanes: list[list[Floats]] = []
     for number, entry in enumerate(document.pattern):
         if entry.parameter_curve and entry.parameter_curve.parameter_id not in _CURVES:
             lost[f"curves of {entry.parameter_curve.parameter_id}"] = None
@@ -210,7 +211,7 @@ def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
     return voices + ([bursts(transients)] if transients else []), tuple(lost)
 
 
-def _curve(document: Ahap, name: str, otherwise: float) -> Array:
+def _curve(document: Ahap, name: str, otherwise: float) -> Floats:
     """Join all curves of a parameter, points [point, 2]: `otherwise` before the first, constant after each."""
     curves = [
         e.parameter_curve for e in document.pattern if e.parameter_curve and e.parameter_curve.parameter_id == name
@@ -224,7 +225,7 @@ def _curve(document: Ahap, name: str, otherwise: float) -> Array:
     return np.column_stack([times, [value for _, value in rows]])
 
 
-def _felt(time_s: Array, given: dict[str, float], curves: dict[str, Array]) -> tuple[Array, Array]:
+def _felt(time_s: Floats, given: dict[str, float], curves: dict[str, Floats]) -> tuple[Floats, Floats]:
     """Return amplitude and frequency of an event at these times: amplitude is intensity squared."""
     intensity, sharpness = (given.get(name, DEFAULTS[name]) for name in ("HapticIntensity", "HapticSharpness"))
     loud = intensity * _at(curves["HapticIntensityControl"], time_s)
@@ -232,11 +233,11 @@ def _felt(time_s: Array, given: dict[str, float], curves: dict[str, Array]) -> t
     return loud.clip(0.0, 1.0) ** 2, LOW_HZ + sharp.clip(0.0, 1.0) * (HIGH_HZ - LOW_HZ)
 
 
-def _at(curve: Array, time_s: Array) -> Array:
+def _at(curve: Floats, time_s: Floats) -> Floats:
     return np.interp(time_s, curve[:, 0], curve[:, 1])
 
 
-def _continuous(event: Event, given: dict[str, float], curves: dict[str, Array]) -> Array:
+def _continuous(event: Event, given: dict[str, float], curves: dict[str, Floats]) -> Floats:
     """Return the points of a continuous event, dense enough for linear interpolation of the square."""
     attack, decay, release = (given.get(name, 0.0) for name in ("AttackTime", "DecayTime", "ReleaseTime"))
     begin, end = event.time, event.time + (event.event_duration or 0.0)

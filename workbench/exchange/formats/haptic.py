@@ -12,8 +12,9 @@ from underfoot.exchange.clip import bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, Share, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import FREQUENCY, Array, Voice, simplify_points
+from underfoot.exchange.voices import FREQUENCY, Voice, simplify_points
 from underfoot.files import write_file
+from underfoot.kernels import Floats
 
 LOW_HZ, HIGH_HZ = 55.0, 200.0
 """Frequencies of the format's 0 and 1, which it leaves to the player; these are those of its own example player."""
@@ -142,7 +143,7 @@ def _voice(envelopes: Envelopes, path: Path) -> Voice:
                 f"allowed: at or behind the point before, {values[at - 1]:g}"
             )
     between = pitch[(pitch[:, 0] > times[0]) & (pitch[:, 0] < times[-1]), 0]
-    every: Array = np.concatenate([times, np.setdiff1d(between, times)])
+    every: Floats = np.concatenate([times, np.setdiff1d(between, times)])
     order = np.argsort(every, kind="stable")
     levels = np.concatenate([amplitudes, np.interp(every[times.size :], times, amplitudes)])
     points = np.column_stack([every, levels, np.interp(every, pitch[:, 0], pitch[:, 1])])[order]

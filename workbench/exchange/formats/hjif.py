@@ -18,7 +18,6 @@ from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
 from underfoot.exchange.voices import (
     AMPLITUDE,
     FREQUENCY,
-    Array,
     Voice,
     analysed,
     banded,
@@ -26,6 +25,7 @@ from underfoot.exchange.voices import (
     simplify_points,
 )
 from underfoot.files import write_file
+from underfoot.kernels import Floats
 from underfoot.parameters import IDENTIFIER
 
 EDGES_HZ = (20, 143, 389, 1000)
@@ -134,7 +134,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     return _envelope_error_lines(export, convert(document, path, Hjif), path, full_m_s2)
 
 
-def _channel(at: int, tile: str, bands: list[Array], full_m_s2: float) -> dict[str, Any]:
+def _channel(at: int, tile: str, bands: list[Floats], full_m_s2: float) -> dict[str, Any]:
     written = []
     for (low, high), points in zip(pairwise(EDGES_HZ), bands, strict=True):
         points = points.copy()
@@ -151,7 +151,7 @@ def _channel(at: int, tile: str, bands: list[Array], full_m_s2: float) -> dict[s
     }
 
 
-def _band(low: int, high: int, points: Array) -> dict[str, Any]:
+def _band(low: int, high: int, points: Floats) -> dict[str, Any]:
     ticks = np.round(points[:, 0] * TICKS).astype(int)
     last = np.append(np.diff(ticks) > 0, True)  # the last of several points on one tick
     keyframes = [
@@ -225,7 +225,7 @@ def _voices(
     if band.band_type not in ("VectorialWave", "Transient"):
         lost[f"bands of type {band.band_type}"] = None
         return []
-    waves: dict[str, list[Array]] = {}
+    waves: dict[str, list[Floats]] = {}
     transients = []
     for effect in sorted(band.effects, key=lambda effect: effect.position):
         basis = library.get(effect.id) if effect.effect_type == "Reference" else effect
@@ -252,7 +252,7 @@ def _voices(
     return voices + ([bursts(transients)] if transients else [])
 
 
-def _points(position: int, effect: Effect, band: Band, ticks: int) -> Array:
+def _points(position: int, effect: Effect, band: Band, ticks: int) -> Floats:
     """Return the points of an effect, in seconds; silent before the first and after the last."""
     keys = sorted(effect.keyframes, key=lambda key: key.relative_position)
     if not keys:
@@ -267,7 +267,7 @@ def _points(position: int, effect: Effect, band: Band, ticks: int) -> Array:
     return np.concatenate([edges[:1], points, edges[1:]])
 
 
-def _known(times: Array, values: list[float | None], otherwise: float) -> Array:
+def _known(times: Floats, values: list[float | None], otherwise: float) -> Floats:
     """Return values at all times, linearly interpolated between the given ones."""
     given = [at for at, value in enumerate(values) if value is not None]
     if not given:
@@ -275,7 +275,7 @@ def _known(times: Array, values: list[float | None], otherwise: float) -> Array:
     return np.interp(times, times[given], np.array([values[at] for at in given], float))
 
 
-def _in_order(parts: list[Array]) -> Array:
+def _in_order(parts: list[Floats]) -> Floats:
     """Join successive effects: one that overlaps the next ends there, as in the reference player."""
     kept = []
     for part, following in zip(parts, [*parts[1:], None], strict=True):

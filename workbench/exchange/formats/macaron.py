@@ -10,7 +10,8 @@ from underfoot.errors import BadFile
 from underfoot.exchange.foreign import Share, convert, read_json, unread
 from underfoot.exchange.format import Format, Imported
 from underfoot.exchange.patches import Channel, patch_of
-from underfoot.exchange.voices import Array, Voice
+from underfoot.exchange.voices import Voice
+from underfoot.kernels import Floats
 
 PREFIX = "data:text/json;charset=utf8, "
 """Text that the editor writes before the document."""
@@ -73,7 +74,7 @@ def read(path: Path) -> Imported:
     return Imported(patch_of([Channel([Voice(points)])], path.stem), unread(raw, Icon, _SILENT))
 
 
-def _curve(keyframes: list[Loudness] | list[Pitch]) -> Array:
+def _curve(keyframes: list[Loudness] | list[Pitch]) -> Floats:
     rows = sorted((1e-3 * keyframe.t, keyframe.value) for keyframe in keyframes)
     return np.array(rows)
 

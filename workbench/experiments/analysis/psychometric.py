@@ -25,6 +25,7 @@ from underfoot.arguments import numbers
 from underfoot.errors import BadMeasurement, require
 from underfoot.experiments.analysis.estimate import Z_95, Estimate
 from underfoot.experiments.analysis.libraries import statsmodels
+from underfoot.kernels import Floats
 
 MOST_LAPSES = 0.1
 """Upper bound of a fitted lapse rate; more is not a lapse but another curve (Wichmann and Hill, 2001, use up to
@@ -33,8 +34,6 @@ MOST_LAPSES = 0.1
 
 _CERTAIN = 6
 """Answers that are alike by chance in fewer than 2.5 % of cases, if one answer is no likelier than the other."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Curve:
         """
         return -self.intercept / self.slope if self.slope else math.nan
 
-    def at(self, x: ArrayLike) -> Array:
+    def at(self, x: ArrayLike) -> Floats:
         """Return the probability at each of `x`."""
         from scipy.special import ndtr
 
@@ -207,7 +206,7 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
     return float(np.percentile(kept, low, method="lower")), float(np.percentile(kept, high, method="higher"))
 
 
-def _probit(levels: Array, counts: Array, totals: Array) -> Curve:
+def _probit(levels: Floats, counts: Floats, totals: Floats) -> Curve:
     """Maximise the likelihood by statsmodels, with levels centred and scaled."""
     glm = statsmodels("genmod.generalized_linear_model").GLM
     families = statsmodels("genmod.families")
@@ -232,10 +231,10 @@ first alone, one of fifteen curves is left on a lower top.
 """
 
 
-def _lapsing(start: Curve, levels: Array, counts: Array, totals: Array) -> Curve:
+def _lapsing(start: Curve, levels: Floats, counts: Floats, totals: Floats) -> Curve:
     from scipy.optimize import minimize
 
-    def loss(values: Array) -> float:
+    def loss(values: Floats) -> float:
         a, b, lapse = values
         chance = np.clip(Curve(a, b / width, lapse).at(levels - middle), 1e-12, 1.0 - 1e-12)
         return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-
-Array = NDArray[np.float64]
+from underfoot.kernels import Floats
 
 BAND_HZ = (50.0, 750.0)
 """Band to flatten (thesis 4.5.2)."""
@@ -52,7 +51,7 @@ def design(
     band_hz: tuple[float, float] = BAND_HZ,
     *,
     most_gain_db: float = MOST_GAIN_DB,
-) -> Array:
+) -> Floats:
     """Return the equaliser of a response as second-order sections [b0, b1, b2, 1, a1, a2], shape (order / 2, 6).
 
     `magnitude` (linear, any scale, modulus of complex values) at `frequencies_hz`, in any order, must cover `band_hz`;
@@ -116,7 +115,7 @@ def _band(band_hz: tuple[float, float], rate_hz: float) -> tuple[float, float]:
 
 def _curve(
     frequencies_hz: ArrayLike, magnitude: ArrayLike, low: float, high: float, least: int = _LEAST_IN_BAND
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """Return frequencies in equal log steps over the band, and the checked log magnitude there."""
     f, given = np.asarray(frequencies_hz, dtype=np.float64).ravel(), np.asarray(magnitude).ravel()
     require(given.size == f.size, "magnitude", given.size, f"as many as frequencies_hz, {f.size}")
@@ -145,7 +144,7 @@ def _curve(
     return np.exp(grid), _smoothed(np.where(count > 1, total / np.maximum(count, 1), np.interp(grid, f, m)))
 
 
-def _smoothed(curve: Array) -> Array:
+def _smoothed(curve: Floats) -> Floats:
     """Return a curve without its noise: averaged over as many cells as its roughness requires."""
     noise = float(np.median(np.abs(np.diff(curve, 2)))) / (0.6745 * math.sqrt(6.0))
     cells = min(math.ceil((noise * _DB / _NOISE_DB) ** 2), _MOST_SMOOTHED)
@@ -158,7 +157,7 @@ def _smoothed(curve: Array) -> Array:
 class _Wanted:
     """Target of the log gain: to be met in the band, an upper limit outside."""
 
-    def __init__(self, band: Array, log_magnitude: Array, rate_hz: float, most_gain_db: float) -> None:
+    def __init__(self, band: Floats, log_magnitude: Floats, rate_hz: float, most_gain_db: float) -> None:
         low, high = float(band[0]), float(band[-1])
         self._given = band.tobytes(), log_magnitude.tobytes(), rate_hz, most_gain_db
         inverse = np.minimum(log_magnitude.mean() - log_magnitude, most_gain_db / _DB)
@@ -190,7 +189,7 @@ class _Wanted:
     def __hash__(self) -> int:
         return hash(self._given)
 
-    def _atoms(self, low: float, high: float, rate_hz: float) -> tuple[Array, Array]:
+    def _atoms(self, low: float, high: float, rate_hz: float) -> tuple[Floats, Floats]:
         """Return candidate sections (ln w, ln zeta), and the derivatives of the log gain by both and the gain."""
         f = np.geomspace(0.5 * low, min(1.5 * high, 0.45 * rate_hz), 60)
         w, zeta = np.meshgrid(np.log(np.tan(math.pi * f / rate_hz)), np.log([0.02, 0.08, 0.3, 1.0]))
@@ -198,13 +197,13 @@ class _Wanted:
         _, by_w, by_zeta = _quadratics(places, self.squared)
         return places, np.stack([by_w, by_zeta, np.ones_like(by_w)], axis=1)
 
-    def held(self, places: Array) -> Array:
+    def held(self, places: Floats) -> Floats:
         """Clip (ln w, ln zeta), shape (n, 2), to the allowed region."""
         w = np.clip(places[:, 0], self.lowest, self.highest)
         narrowest = np.maximum(_LEAST_ZETA, self.narrowest * (np.exp(w) + np.exp(-w)))
         return np.stack([w, np.clip(places[:, 1], np.log(narrowest), math.log(_MOST_ZETA))], axis=1)
 
-    def error(self, found: Array) -> "_Error":
+    def error(self, found: Floats) -> "_Error":
         """Return the weighted error of parameters `found`."""
         quadratics = _quadratics(found[:-1].reshape(-1, 2), self.squared)
         power, zeros = quadratics[0], len(quadratics[0]) // 2
@@ -217,7 +216,7 @@ class _Wanted:
 class _Error:
     """Weighted error of some parameters, (points,)."""
 
-    def __init__(self, values: Array, weight: Array, quadratics: tuple[Array, Array, Array]) -> None:
+    def __init__(self, values: Floats, weight: Floats, quadratics: tuple[Floats, Floats, Floats]) -> None:
         self.values, self._weight, self._quadratics = values, weight, quadratics
         self._sizes = np.abs(values)
         self.largest = float(self._sizes.max())
@@ -226,11 +225,11 @@ class _Error:
         """Return the p-norm."""
         return self.largest * float(np.mean((self._sizes / self.largest) ** p)) ** (1.0 / p) if self.largest else 0.0
 
-    def shares(self) -> Array:
+    def shares(self) -> Floats:
         """Return the sizes of the errors as shares of the largest."""
         return self._sizes / self.largest
 
-    def slopes(self) -> Array:
+    def slopes(self) -> Floats:
         """Return the derivatives by the parameters, (parameters, points)."""
         _, by_w, by_zeta = self._quadratics
         slopes = np.ones((2 * len(by_w) + 1, self.values.size))
@@ -240,7 +239,7 @@ class _Error:
         return slopes
 
 
-def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
+def _quadratics(places: Floats, squared: Floats) -> tuple[Floats, Floats, Floats]:
     """Return |q|^2 of quadratics (n, 2) at squared frequencies (k,), and d ln |q| by ln w and ln zeta: (n, k) each."""
     w2 = np.exp(2.0 * places[:, :1])
     apart = w2 - squared
@@ -251,7 +250,7 @@ def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
 
 
 @lru_cache(maxsize=_KEPT)
-def _grown(wanted: _Wanted, sections: int) -> tuple[Array, Array]:
+def _grown(wanted: _Wanted, sections: int) -> tuple[Floats, Floats]:
     """Return parameters with so many sections: zeros (ln w, ln zeta) of each, then poles, then the gain.
 
     The first have the least mean square, the second are the best.
@@ -271,13 +270,13 @@ def _grown(wanted: _Wanted, sections: int) -> tuple[Array, Array]:
     return smooth, min((sharp, grown, unchanged), key=lambda found: wanted.error(found).largest)
 
 
-def _with(found: Array, place: Array) -> Array:
+def _with(found: Floats, place: Floats) -> Floats:
     """Add a section whose zeros and poles coincide."""
     half = (found.size - 1) // 2
     return np.concatenate([found[:half], place, found[half:-1], place, found[-1:]])
 
 
-def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
+def _places(wanted: _Wanted, found: Floats, most: int) -> list[Floats]:
     """Return the positions where a further section reduces the squared error most, from the derivatives there."""
     error = wanted.error(found)
     places, atoms = wanted.atoms
@@ -286,7 +285,7 @@ def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
     square += 1e-9 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(3)
     toward = atoms @ error.values
     taken = np.sum(toward * np.linalg.solve(square, toward[:, :, None])[:, :, 0], axis=1)
-    chosen: list[Array] = []
+    chosen: list[Floats] = []
     for k in np.argsort(-taken):
         if all(np.abs(places[k] - other).max() > 0.35 for other in chosen):
             chosen.append(places[k])
@@ -295,7 +294,7 @@ def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
     return chosen
 
 
-def _refined(wanted: _Wanted, found: Array, p: int, steps: int) -> Array:
+def _refined(wanted: _Wanted, found: Floats, p: int, steps: int) -> Floats:
     """Minimise the p-norm from `found` by damped Gauss-Newton steps; it never rises."""
     error = wanted.error(found)
     norm, damping = error.norm(p), 1e-2
@@ -322,13 +321,13 @@ def _refined(wanted: _Wanted, found: Array, p: int, steps: int) -> Array:
     return found
 
 
-def _products(one: Array, other: Array) -> Array:
+def _products(one: Floats, other: Floats) -> Floats:
     """Return one @ other.T in parts too small for BLAS to use threads, which stall on a busy machine."""
     parts = zip(np.array_split(one, _PARTS, axis=1), np.array_split(other, _PARTS, axis=1), strict=True)
     return np.asarray(np.sum([a @ b.T for a, b in parts], axis=0))
 
 
-def _sections(found: Array) -> Array:
+def _sections(found: Floats) -> Floats:
     """Convert parameters to second-order sections; the first one carries the gain."""
     w, zeta = np.exp(found[:-1].reshape(-1, 2)).T
     quadratics = np.stack([1.0 + 2.0 * zeta * w + w * w, 2.0 * (w * w - 1.0), 1.0 - 2.0 * zeta * w + w * w], axis=1)

@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
-Values = NDArray[np.float64]
+from underfoot.kernels import Floats
+
 _KNOTS = 49
 
 
@@ -21,16 +21,16 @@ class FittedCurve(Struct, frozen=True):
 
     family: str
     parameters: dict[str, float]
-    x: Values
-    f: Values
-    slope: Values
+    x: Floats
+    f: Floats
+    slope: Floats
 
-    def force(self, x: Values) -> Values:
+    def force(self, x: Floats) -> Floats:
         """Return newtons at readings `x` above that of the unloaded sensor; linear beyond the knots."""
         return cubic_hermite(self.x, self.f, self.slope, x)
 
 
-def cubic_hermite(x: Values, y: Values, slope: Values, at: Values) -> Values:
+def cubic_hermite(x: Floats, y: Floats, slope: Floats, at: Floats) -> Floats:
     """Evaluate the cubic Hermite spline through knots (`x`, `y`) with slopes at points of any shape. NaN stays NaN.
 
     It is extrapolated along the first and the last slope.
@@ -48,7 +48,7 @@ def cubic_hermite(x: Values, y: Values, slope: Values, at: Values) -> Values:
     return np.asarray(inside + below * slope[0] + above * slope[-1])
 
 
-def straight(x: Values, f: Values, w: Values) -> FittedCurve:
+def straight(x: Floats, f: Floats, w: Floats) -> FittedCurve:
     """Fit F = a x to readings `x`, forces `f` in N and weights `w`, each (n,), as the first approximation.
 
     >>> x = np.linspace(0.0, 100.0, 11)
@@ -60,7 +60,7 @@ def straight(x: Values, f: Values, w: Values) -> FittedCurve:
     return FittedCurve("straight", {"factor": a}, ends, a * ends, np.full(2, a))
 
 
-def power(x: Values, f: Values, w: Values) -> FittedCurve | None:
+def power(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     """Fit F = a x^b, a straight line in log-log, weighted so that errors count in newtons.
 
     >>> x = np.linspace(0.0, 1000.0, 50)
@@ -78,7 +78,7 @@ def power(x: Values, f: Values, w: Values) -> FittedCurve | None:
     return _sampled("power", {"factor": a, "exponent": b}, lambda v: a * v**b, float(x.max()))
 
 
-def rational(x: Values, f: Values, w: Values) -> FittedCurve | None:
+def rational(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     """Fit F = a x / (1 - x / c): conductance proportional to force, read across a divider. c is above all readings.
 
     >>> x = np.linspace(0.0, 900.0, 50)
@@ -91,7 +91,7 @@ def rational(x: Values, f: Values, w: Values) -> FittedCurve | None:
     return _best_of("rational", ("factor", "ceiling"), x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), _rational(top))
 
 
-def exponential(x: Values, f: Values, w: Values) -> FittedCurve | None:
+def exponential(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     """Fit F = a (exp(x / c) - 1): a reading proportional to the logarithm of the force.
 
     >>> x = np.linspace(0.0, 900.0, 50)
@@ -101,13 +101,13 @@ def exponential(x: Values, f: Values, w: Values) -> FittedCurve | None:
     """
     top = float(x.max())
 
-    def shape(s: float) -> tuple[dict[str, float], Callable[[Values], Values]]:
+    def shape(s: float) -> tuple[dict[str, float], Callable[[Floats], Floats]]:
         return {"scale": top / s}, lambda v: np.expm1(v / top * s)
 
     return _best_of("exponential", ("factor", "scale"), x, f, w, np.geomspace(0.05, 14.0, 80), shape)
 
 
-def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Values]) -> FittedCurve | None:
+def resistor(x: Floats, f: Floats, w: Floats, conductance: Callable[[Floats], Floats]) -> FittedCurve | None:
     """Fit R = Rs / F + R0 for a known divider: `conductance` gives siemens above those of the unloaded sensor.
 
     >>> x = np.linspace(1.0, 900.0, 50)
@@ -130,14 +130,14 @@ def resistor(x: Values, f: Values, w: Values, conductance: Callable[[Values], Va
     if rs <= 0.0 or r0 * float(conductance(np.array([top]))[0]) >= 0.98:
         return None
 
-    def force(v: Values) -> Values:
+    def force(v: Floats) -> Floats:
         siemens = conductance(v)
         return np.asarray(rs * siemens / (1.0 - r0 * siemens))
 
     return _sampled("resistor", {"rs_ohm_n": float(rs), "r0_ohm": r0}, force, top)
 
 
-def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
+def spline(x: Floats, f: Floats, w: Floats, pieces: int) -> FittedCurve | None:
     """Fit a monotone cubic spline of `pieces` pieces: I-splines with non-negative weights (Ramsay 1988).
 
     Pieces are short in newtons where forces are small: a centroid is made of ratios of forces, and a sensor starts
@@ -173,7 +173,7 @@ def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
     return FittedCurve("spline", {"pieces": float(knots.size - 1)}, knots, y, slope)
 
 
-def rising(values: Values, weights: Values) -> Values:
+def rising(values: Floats, weights: Floats) -> Floats:
     """Return the nearest non-decreasing sequence: isotonic regression by weighted least squares.
 
     >>> rising(np.array([1.0, 3.0, 2.0, 4.0]), np.ones(4))
@@ -187,11 +187,11 @@ def rising(values: Values, weights: Values) -> Values:
 def _best_of(
     family: str,
     names: tuple[str, str],
-    x: Values,
-    f: Values,
-    w: Values,
-    shapes: Values,
-    made: Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]],
+    x: Floats,
+    f: Floats,
+    w: Floats,
+    shapes: Floats,
+    made: Callable[[float], tuple[dict[str, float], Callable[[Floats], Floats]]],
 ) -> FittedCurve | None:
     """Return the best F = a h(x) over one shape constant: a is linear, so a scan and one golden-section search do."""
 
@@ -214,14 +214,14 @@ def _best_of(
     return _sampled(family, {names[0]: a, **constants}, lambda v: a * h(v), float(x.max()))
 
 
-def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[[Values], Values]]]:
-    def made(s: float) -> tuple[dict[str, float], Callable[[Values], Values]]:
+def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[[Floats], Floats]]]:
+    def made(s: float) -> tuple[dict[str, float], Callable[[Floats], Floats]]:
         return {"ceiling": top / max(s, 1e-9)}, lambda v: v / (1.0 - v / top * s)
 
     return made
 
 
-def _sampled(family: str, parameters: dict[str, float], force: Callable[[Values], Values], top: float) -> FittedCurve:
+def _sampled(family: str, parameters: dict[str, float], force: Callable[[Floats], Floats], top: float) -> FittedCurve:
     """Sample a closed-form curve at knots, dense where it bends: evenly in force and reading together."""
     fine = top * np.linspace(0.0, 1.0, 4001) ** 2
     y = force(fine)
@@ -235,7 +235,7 @@ def _sampled(family: str, parameters: dict[str, float], force: Callable[[Values]
     return FittedCurve(family, parameters, at, f, np.clip(slope, 0.0, most))
 
 
-def _knots(x: Values, f: Values, w: Values, pieces: int) -> Values:
+def _knots(x: Floats, f: Floats, w: Floats, pieces: int) -> Floats:
     """Return readings at which a smoothed, rising curve reaches equal steps of force, and half the first step."""
     order = np.argsort(x, kind="stable")
     curve = rising(f[order], w[order])

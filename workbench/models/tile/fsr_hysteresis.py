@@ -12,12 +12,10 @@ import math
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import Floats, kernel
 
-Values = NDArray[np.float64]
 LAGS_S = 0.03 * 10.0 ** (np.arange(12) / 2.0)
 """Time constants of creep, 30 ms to 9500 s."""
 _REFERENCE_S = 1.0
@@ -60,8 +58,8 @@ class HysteresisModel(Struct, frozen=True):
 
     creep: float
     relative: bool
-    widths: Values
-    weights: Values
+    widths: Floats
+    weights: Floats
 
     def record(self) -> np.void:
         """Return the model as a record for kernels."""
@@ -71,7 +69,7 @@ class HysteresisModel(Struct, frozen=True):
         return found
 
 
-def compensate(apparent_n: Values, time_s: Values, model: HysteresisModel, state: np.void) -> Values:
+def compensate(apparent_n: Floats, time_s: Floats, model: HysteresisModel, state: np.void) -> Floats:
     """Return newtons (n,) from apparent forces (n,) at `time_s` (n,); updates `state` (a `STATE`). NaN stays NaN.
 
     >>> nothing = HysteresisModel(0.0, False, np.empty(0), np.ones(1))
@@ -86,7 +84,7 @@ def compensate(apparent_n: Values, time_s: Values, model: HysteresisModel, state
 
 
 @kernel
-def weighted_sum(terms: Values, model: np.record, newtons: Values) -> None:
+def weighted_sum(terms: Floats, model: np.record, newtons: Floats) -> None:
     """Sum the terms (n, 1 + plays) into newtons (n,). Below 0 only the force itself counts: an empty tile's noise."""
     for i in range(newtons.size):
         total = min(terms[i, 0], 0.0)
@@ -97,7 +95,7 @@ def weighted_sum(terms: Values, model: np.record, newtons: Values) -> None:
 
 @kernel
 def play_operators(
-    apparent_n: Values, time_s: Values, model: np.record, state: np.record, steps: Values, terms: Values
+    apparent_n: Floats, time_s: Floats, model: np.record, state: np.record, steps: Floats, terms: Floats
 ) -> None:
     """Write the creep-free force and each play operator of it, (n, 1 + plays): the terms to be weighted.
 
@@ -152,7 +150,7 @@ def reset(state: np.record) -> None:
 
 
 def fit(
-    apparent_n: Values, time_s: Values, force_n: Values, weight: Values, full_scale_n: float, kind: str, creep: float
+    apparent_n: Floats, time_s: Floats, force_n: Floats, weight: Floats, full_scale_n: float, kind: str, creep: float
 ) -> tuple[HysteresisModel, float]:
     """Return the best model of `force_n` (n,) with this `creep`, and its weighted sum of squared residuals.
 
