@@ -379,22 +379,21 @@ class Wizard(QWidget):
 
 
 def continue_text(page: Page, by_hand: bool, is_waiting: bool) -> str:
-    """Return the label of Continue for a page's action."""
-    if page.press is not None and not page.questions:
-        if page.press.position is not None:
-            return "Move" if is_waiting else "Moving…"
-        if page.press.force_n <= 0.0:
-            return "Read" if is_waiting else "Reading…"
-        if by_hand and not is_waiting:
-            return "Waiting for a footstep" if page.press.footstep else "Waiting for the press"
-        if page.press.footstep:
-            return "Step" if is_waiting else "Stepping…"
-        return "Press" if is_waiting else "Pressing…"
-    if page.sound is not None and not page.questions:
-        if not plays_sound(page):
-            return "Listen" if is_waiting else "Listening…"
-        return "Play" if is_waiting else "Playing…"
-    return "Continue"
+    """Return the label of Continue: what it will begin, or what is going on."""
+    press = page.press
+    if page.questions or (press is None and page.sound is None):
+        return "Continue"
+    if press is None:
+        words = ("Play", "Playing…") if plays_sound(page) else ("Listen", "Listening…")
+    elif press.position is not None:
+        words = "Move", "Moving…"
+    elif press.force_n <= 0.0:
+        words = "Read", "Reading…"
+    elif press.footstep:
+        words = "Step", "Waiting for a footstep" if by_hand else "Stepping…"
+    else:
+        words = "Press", "Waiting for the press" if by_hand else "Pressing…"
+    return words[0] if is_waiting else words[1]
 
 
 def _button(text: str, tip: str, do: Callable[[], None] | None) -> QPushButton:
