@@ -64,7 +64,7 @@ class NumberEditor(ParameterEditor):
         self.slider.edit_began.connect(self.edit_began)
         self.slider.moved.connect(self._slider_moved)
         self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
-        self.field.focus_lost.connect(self._show_rounded)
+        self.field.focus_lost.connect(self._show)
         self.field.committed.connect(self._typed)
         self.field.stepped.connect(self._step)
         self.set_value(parameter.initial)
@@ -146,9 +146,6 @@ class NumberEditor(ParameterEditor):
             self.field.show_text(self._value_text(EXACT_DIGITS))
         self.slider.set_position(self._position(self._value))
         self.inverted.setChecked(math.copysign(1.0, self._value) < 0.0)
-
-    def _show_rounded(self) -> None:
-        self._show()
 
     def _slider_moved(self, position: float) -> None:
         value = self._rounded_value(position)

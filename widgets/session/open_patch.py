@@ -176,7 +176,7 @@ class OpenPatch(QObject):
     def switch(self) -> None:
         """Edit and play the other slot. B starts as a copy of A without a file."""
         self._preset_openings.clear()
-        other = self.other or SlotContent(self._without_folder(), None, self._without_folder())
+        other = self.other or SlotContent(self.patch_for_other(), None, self.patch_for_other())
         self.other = SlotContent(self.patch, self.path, self._saved)
         self.slot = other_slot(self.slot)
         self.patch, self._saved = other.patch, other.saved
@@ -188,7 +188,7 @@ class OpenPatch(QObject):
 
     def patch_for_other(self) -> Patch:
         """Return the patch for the other slot, with file paths that are valid there."""
-        return self._without_folder()
+        return with_files_kept(self.patch, self._registry, self.folder, None)
 
     def set_other(self, patch: Patch) -> None:
         """Set the patch of the other slot, after an edit such as a copy."""
@@ -196,9 +196,6 @@ class OpenPatch(QObject):
         self.other = replace(other, patch=patch)
         self._timer.start()
         self.patch_changed.emit(self.patch)
-
-    def _without_folder(self) -> Patch:
-        return with_files_kept(self.patch, self._registry, self.folder, None)
 
     # --- start ---
 
