@@ -12,6 +12,9 @@ RAMP = 240
 FADE = 480
 """Frames of a fade: from one program or equaliser to the next, and of outputs that open or close."""
 
+LONG_AGO = -(1 << 60)
+"""A frame before all others, for what has not happened yet."""
+
 
 def next_span(frame: int) -> int:
     """Return the first span edge at or after `frame`.

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.clock import FADE, SPAN
+from underfoot.clock import FADE, LONG_AGO, SPAN
 from underfoot.floor.profile import NOMINAL_ACCELERATION
 from underfoot.kernels import kernel
 from underfoot.models.filtering import cascade
@@ -21,8 +21,6 @@ ROW = np.dtype(
 frames since, and the frame at which the fade from the other slot began.
 """
 
-_LONG_AGO = -(1 << 60)
-
 
 class EqualiserBank:
     """The equalisers of `rows` tiles, with their initial `coefficients`; a tile without one costs nothing."""
@@ -31,7 +29,7 @@ class EqualiserBank:
         self._coefficients = np.zeros((rows, 2), cascade.COEFFICIENTS)
         self._states = np.zeros((rows, 2), cascade.STATE)
         self._rows = np.zeros(rows, ROW)
-        self._rows["fade_frame"] = _LONG_AGO
+        self._rows["fade_frame"] = LONG_AGO
         for row, given in coefficients.items():
             self._coefficients[row, 0] = given
         self._works = bool(self._coefficients["sections"].any())

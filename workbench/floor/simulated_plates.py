@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from underfoot.array_cache import ArrayCache
 from underfoot.array_tables import F2, F3, F4, addresses, borrow
-from underfoot.clock import FADE, SPAN
+from underfoot.clock import FADE, LONG_AGO, SPAN
 from underfoot.errors import require
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
@@ -69,7 +69,6 @@ anything moves."""
 LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORNERS,))], align=True)
 """Load of a tile: the systems to run, and their weights."""
 
-_LONG_AGO = -(1 << 60)
 SEED = 1
 """By which the deviations of tiles are drawn."""
 _CACHE = ArrayCache("plates", in_memory=256, on_disk=2000)
@@ -110,7 +109,7 @@ class SimulatedPlates:
         shakers = _coefficients([one.shaker.poles().at_rate(rate_hz)[1] for one in drawn])
         body = poles.STATE.size({"poles": int(bodies[..., 0].max())})
         self._rows = np.zeros(tiles, ROW)
-        self._rows["channel"], self._rows["fade_frame"] = channels, _LONG_AGO
+        self._rows["channel"], self._rows["fade_frame"] = channels, LONG_AGO
         for row, tile in zip(self._rows, floor.tiles, strict=True):
             row["steps_x_m"], row["steps_y_m"] = (STEPS / edge for edge in _edges_m(tile))
         sounds = np.zeros(max(channels, default=0) + 1, np.bool_)

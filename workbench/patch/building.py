@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from underfoot.clock import RAMP
+from underfoot.clock import LONG_AGO, RAMP
 from underfoot.memory import LINE, aligned_zeros, whole_lines
 from underfoot.models.signals.events import EVENTS
 from underfoot.models.signals.random import stream_key
@@ -20,8 +20,6 @@ from underfoot.patch.wiring import node_id
 
 ENGINE_SIGNALS = ("force_n", "x_m", "y_m")
 """Signals from the engine: a tile's tared force, and the contact position in the tile's frame."""
-
-_LONG_AGO = -(1 << 60)
 
 
 class Part(Struct, frozen=True):
@@ -212,7 +210,7 @@ class Builder:
             inputs=np.array(self.inputs, np.int64),
             watched=np.array(self.watched, np.int64),
             event_inputs=np.array(self.event_inputs, np.int64),
-            last_event=np.full((len(self.event_inputs), rows), _LONG_AGO, np.int64),
+            last_event=np.full((len(self.event_inputs), rows), LONG_AGO, np.int64),
             cursor=np.zeros(len(self.event_inputs), np.int64),
             buffers=buffers,
             bits=buffers.view(np.int64),
