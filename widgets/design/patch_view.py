@@ -146,7 +146,8 @@ class PatchView(QGraphicsView):
             self.centerOn(0.0, 0.0)
         else:
             extent = extent.adjusted(-32, -32, 32, 32)
-            room = self.viewport().rect()
+            covered = 0 if self.breadcrumbs.isHidden() else self.breadcrumbs.geometry().bottom()
+            room = self.viewport().rect().adjusted(0, covered, 0, 0)
             scale = max(min(room.width() / extent.width(), room.height() / extent.height(), 1.0), min_zoom)
             self.scale(scale, scale)
             wide, high = room.width() / scale, room.height() / scale
@@ -157,7 +158,7 @@ class PatchView(QGraphicsView):
                 first = min(self.patch_scene.movable().values(), key=lambda item: (item.pos().x(), item.pos().y()))
                 lowest = extent.bottom() - high / 2
                 middle.setY(min(max(first.sceneBoundingRect().center().y(), extent.top() + high / 2), lowest))
-            self.centerOn(middle)
+            self.centerOn(middle - QPointF(0.0, covered / 2 / scale))
         self._moved()
 
     def fit_if_lost(self) -> None:

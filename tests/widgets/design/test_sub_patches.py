@@ -86,6 +86,18 @@ def test_enter_goes_in_and_the_crumbs_lead_out(row):
     assert not row.canvas.breadcrumbs.isVisible()
 
 
+def test_the_path_covers_no_node_of_what_is_opened(row):
+    patch = Patch()
+    for i in range(40):
+        patch = patch.add("hum", REGISTRY, (240.0 * (i % 8), 200.0 * (i // 8)))
+    row.set_patch(patch)
+    collapse(row, *(node.id for node in patch.nodes))
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    crumbs = row.canvas.breadcrumbs.geometry()
+    for item in row.canvas.patch_scene.nodes.values():
+        assert not row.canvas.mapFromScene(item.sceneBoundingRect()).boundingRect().intersects(crumbs)
+
+
 def test_the_path_of_deep_sub_patches_is_in_sight(row):
     collapse(row, "through", "through1")
     crumbs, seen = row.canvas.breadcrumbs, []
