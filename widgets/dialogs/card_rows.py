@@ -132,8 +132,9 @@ class CardRows(QWidget):
         self._layout.insertWidget(len(self.rows), row)
         self.rows.append(row)
         parts = [part for one in self.rows for part in (one.device_box, one.channels, one.remove_button)]
-        for part, following in pairwise((*parts, self.add_button, self.search_again)):
-            QWidget.setTabOrder(part, following)
+        if len(self.rows) > 1:  # the first is made before the buttons
+            for part, following in pairwise((*parts, self.add_button, self.search_again)):
+                QWidget.setTabOrder(part, following)
         taken = {row.device_box.currentData() for row in self.rows[:-1]}
         free = next((name for name, _, _ in self._devices if name not in taken), None)
         if len(self.rows) > 1 and free is not None:

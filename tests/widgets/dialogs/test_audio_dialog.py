@@ -32,6 +32,11 @@ def test_what_is_in_use_is_what_is_shown(qtbot):
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
 
+def test_opening_it_prints_no_warning_of_qt(qtbot, qtlog):
+    opened(qtbot, CARDS)
+    assert not [record.message for record in qtlog.records if "propagateSizeHints" not in record.message]
+
+
 def test_the_focus_begins_at_the_first_card_and_goes_through_all_before_the_buttons(qtbot):
     dialog = opened(qtbot, CARDS)
     cards = dialog.cards
