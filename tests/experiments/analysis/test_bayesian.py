@@ -1,9 +1,13 @@
 """What is believed of a threshold, against what can be told beforehand."""
 
+import numpy as np
 import pytest
+from made_studies import TD, made_protocol
 
 from underfoot.experiments.analysis import bayesian
+from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.simulation import simulated_rows
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -21,3 +25,15 @@ def test_before_the_first_answer_95_percent_of_all_levels_and_spreads_are_believ
     ends = 0.5 * 2.0 ** (left_out - 1.0 / 6.0), 8.0 * 2.0 ** (1.0 / 6.0 - left_out)
     assert (spread.low, spread.high) == pytest.approx(ends)
     assert (threshold.value, spread.value) == pytest.approx((0.0, 2.0))
+
+
+def test_thresholds_over_people_are_in_m_s2_too():
+    parameters = {"trials": 12, "range_db": [-6.0, 6.0], "step_db": 2.0}
+    protocol = made_protocol("bayesian", parameters, {"TD": TD})
+    rows = [row for person in range(3) for row in simulated_rows(protocol, person, 1, {})[0]]
+    (found,) = analysed(rows, protocol, Settings())
+    person, over = found.tables
+    values = [row[2] for row in person.rows if row[1] == "threshold TD"]
+    assert [row[:2] for row in over.rows] == [("dB", "threshold TD"), ("m/s^2", "threshold TD")]
+    levels = [TD["level_m_s2"] * 10.0 ** (value / 20.0) for value in values]
+    assert [row[2] for row in over.rows] == pytest.approx([np.mean(values), np.mean(levels)], rel=1e-4)

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, ReferenceLine, series
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.analysis.staircase import over_people
 from underfoot.experiments.methods.bayesian import Bayesian, quest_of
 from underfoot.experiments.methods.staircases import is_yes
 from underfoot.experiments.table import Row, grouped
@@ -55,9 +56,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     people = grouped(rows, "participant")
     lines = [(str(person), estimate) for (person,), part in people.items() for estimate in estimates(part, settings)]
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines))
-    values = [one.value for _, one in lines if one.name.startswith("threshold")]
-    over = [("all people", mean_interval("threshold", values, "dB"))]
-    found.tables.append(estimates_table("Thresholds over people", "of", over))
+    thresholds = [(person, one) for person, one in lines if one.name.startswith("threshold")]
+    found.tables.append(estimates_table("Thresholds over people", "in", over_people(thresholds, rows)))
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]
         marks = (

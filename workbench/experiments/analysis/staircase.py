@@ -72,8 +72,17 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if any(math.isnan(one.value) for _, one in lines):
         note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
-    references = _references(rows)
-    over = []
+    found.tables.append(estimates_table("Thresholds over people", "in", over_people(lines, rows), _beside(rows)))
+    alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
+    if any(row[2] for row in alarms):
+        found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
+    found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
+    return found
+
+
+def over_people(lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row]) -> list[tuple[str, Estimate]]:
+    """Return the mean of each threshold over people, in dB and, where levels are known, in m/s^2."""
+    references, over = _references(rows), []
     for name in dict.fromkeys(one.name for _, one in lines):
         values = {person: one.value for person, one in lines if one.name == name}
         over.append(("dB", mean_interval(name, list(values.values()), "dB")))
@@ -81,12 +90,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
         if levels:
             over.append(("m/s^2", mean_interval(name, levels, "m/s^2")))
-    found.tables.append(estimates_table("Thresholds over people", "in", over, _beside(rows)))
-    alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
-    if any(row[2] for row in alarms):
-        found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
-    found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
-    return found
+    return over
 
 
 def _least_reversals(settings: Settings) -> int:
@@ -110,7 +114,7 @@ def _references(rows: Sequence[Row]) -> dict[tuple[str, str], float]:
     return {
         (str(row["participant"]), str(row["comparison"])): float(row["level_m_s2"]) / 10.0 ** (row["level_db"] / 20.0)
         for row in rows
-        if row.get("staircase") and row.get("level_m_s2") not in (None, "")
+        if row.get("comparison") and row.get("level_m_s2") not in (None, "")
     }
 
 
