@@ -13,6 +13,7 @@ from measured import walk as measured_walk
 from underfoot.errors import BadValue
 from underfoot.floor.contacts import Contact, ContactTracker
 from underfoot.floor.footsteps import is_step, measure
+from underfoot.floor.step_finder import find_steps
 from underfoot.floor.walks import WalkTracker
 
 FLOOR = touching_floor(6, 12)
@@ -95,6 +96,23 @@ def test_figures_of_a_made_walk_are_those_it_was_made_with(rate_hz):
         assert step.impulse_ns == pytest.approx(np.trapezoid(force, fine), rel=0.01)
         assert step.loading_kn_s == pytest.approx(0.54 / rise_s, rel=0.05)
         assert not step.spike
+
+
+def test_a_step_of_which_few_samples_were_lost_is_whole_and_40_ms_without_any_end_it():
+    floor, time_s = touching_floor(1, 1, side_m=2.4), np.arange(4000) / 1000.0
+    force_n = corner_forces(floor, walk(3, start_s=1.0, step_s=0.8, heel_m=(0.15, 1.2)), time_s)
+    few, many = force_n.copy(), force_n.copy()
+    few[[1100, 1101, 1300, 1301, 1302]] = many[1300:1400] = np.nan
+    whole, concealed, broken = (
+        [step for found in find_steps([(time_s, force)], floor, 1000.0) for step in found.steps]
+        for force in (force_n, few, many)
+    )
+    assert len(whole) == len(concealed) == 3
+    for step, other in zip(whole, concealed, strict=True):
+        assert (other.start_s, other.contact_ms) == (step.start_s, step.contact_ms)
+        assert (other.peak1_n, other.impulse_ns) == pytest.approx((step.peak1_n, step.impulse_ns), rel=5e-3)
+    first, *others = whole
+    assert [step.start_s for step in broken] == [first.start_s, 1.4, *(step.start_s for step in others)]
 
 
 def test_a_step_across_two_tiles_has_the_figures_of_the_whole_foot():
