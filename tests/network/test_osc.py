@@ -102,6 +102,11 @@ FORGED = {
 }
 
 
+def test_what_is_just_allowed_is_read():
+    assert len(read(nested(4))) == 1
+    assert len(read(bundle([message("/a", *range(32))] * 32))) == 32
+
+
 @pytest.mark.parametrize("datagram", FORGED.values(), ids=FORGED)
 def test_forged_datagrams_are_refused_whole(datagram):
     with pytest.raises(BadValue):
