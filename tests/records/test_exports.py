@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sys
 import tracemalloc
 from functools import partial
 
@@ -336,6 +337,29 @@ def test_a_plate_that_is_not_described_is_said_in_a_line(tmp_path, name):
     with pytest.raises(BadFile, match="allowed: TYPE, CORNERS, ORIGIN and CHANNEL") as refused:
         read_force_file(path)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="files have no limit there")
+@pytest.mark.parametrize("suffix", formats())
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
+def test_an_export_for_which_there_is_no_room_leaves_nothing_and_says_so(path, tmp_path, suffix, share):
+    """A table of steps named the terminal as what could not be written, and a C3D file was cut without a word."""
+    import resource
+
+    whole = export(path, tmp_path / f"whole{suffix}")
+    most = min(file.stat().st_size for file in (whole, *tmp_path.glob("whole.*.csv")) if file.stat().st_size > 1000)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (max(round(share * most), 1), hard))
+    try:
+        with (
+            Recording(path) as recording,
+            pytest.raises(BadFile, match=r"cut\S* cannot be written: (file|only)") as refused,
+        ):
+            format_of(whole).write(ExportSource(recording), tmp_path / f"cut{suffix}")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert "\n" not in str(refused.value)
+    assert not [file.name for file in tmp_path.iterdir() if "cut" in file.name]
 
 
 @pytest.mark.parametrize("suffix", formats())

@@ -97,6 +97,8 @@ class C3DFile:
         self._order, self._is_dec = _ORDERS[start[3]], start[3] == _DEC
         self._points, words, first, last = struct.unpack_from(f"{self._order}4H", header, 2)
         data_block, in_frame = struct.unpack_from(f"{self._order}2H", header, 16)
+        if data_block <= header[0]:
+            raise ValueError("it does not say where its samples are, as one whose writing was stopped")
         self._data_at = _BLOCK * (data_block - 1)
         self._read_parameters(file.read(max(self._data_at - file.tell(), 0)))
         is_float = self._decoded(header[12:16], "f4")[0] < 0.0

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.layout import Floor, Tile
+from underfoot.records.c3d_files import C3DFile
 from underfoot.records.even_samples import even_forces, even_rate
 from underfoot.records.exports import ExportFormat, ExportSource
 
@@ -82,9 +83,18 @@ def _write(export: ExportSource, path: Path) -> None:
         named = Path(f"{part}.c3d")  # a name without the suffix would be given it
         try:
             made.write(str(named))
+            _require_whole(named, path)
             named.replace(part)
         finally:
             named.unlink(missing_ok=True)
+
+
+def _require_whole(named: Path, path: Path) -> None:
+    """Raise `BadFile` for a file that is cut: ezc3d does not say that a disk is full."""
+    try:
+        C3DFile(named)
+    except BadFile:
+        raise BadFile(f"{path} cannot be written: only a part of it could be; is there room on the disk?") from None
 
 
 def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float, float, int]:

@@ -1,6 +1,9 @@
 """HDF5: all of a recording, as datasets with their units."""
 
+import io
+import os
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +18,7 @@ from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
 
 if TYPE_CHECKING:
     import h5py
+    from typing_extensions import Buffer
 
 _UNITS = {
     "_per_min": "1/min",
@@ -39,7 +43,7 @@ def _write(export: ExportSource, path: Path) -> None:
         raise BadFile(f"{path} cannot be written: h5py is missing; install underfoot[hdf5]") from None
     forces, recording = export.forces, export.recording
     tiles = len(forces.floor.tiles)
-    with replaced(path) as part, written(path), h5py.File(part, "w") as file:
+    with replaced(path) as part, written(path), _Disk(part) as disk, h5py.File(disk, "w") as file:
         file.attrs.update({key: recording.about[key] for key in ("floor", "patch")})
         file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
         file.attrs["from_s"] = export.from_s
@@ -47,11 +51,13 @@ def _write(export: ExportSource, path: Path) -> None:
         table.append(time_s=np.zeros(0), corners_n=np.zeros((0, tiles, 4)))  # there also if no sample came
         for time_s, force_n in export.pieces("Writing forces"):
             table.append(time_s=time_s, corners_n=force_n)
+            disk.require_room()
         for source in VIBRATION:
             unit = "of full scale" if source == "vibration" else "m/s^2"
             frames = _Frames(file.require_group("vibration"), source, unit, export.end - export.first, tiles)
             for rows in export.frames(source, f"Writing {source}"):
                 frames.append(rows)
+                disk.require_room()
             frames.flush()
         contacts = _Growing(file.create_group("contacts"), ("time_s", "contact", "x_m", "y_m", "force_n", "on_tile"))
         steps: list[Step] = []
@@ -68,6 +74,8 @@ def _write(export: ExportSource, path: Path) -> None:
         for name, place in (("kind", 1), ("body", 2)):
             _put(file.require_group("commands"), name, [str(command[place]) for command in commands])
         _put(file, "gaps_s", np.array(export.gaps()).reshape(-1, 2))
+        file.flush()
+        disk.require_room()
 
 
 def step_columns(steps: Iterable[Step]) -> dict[str, NDArray[np.generic] | list[str]]:
@@ -78,6 +86,53 @@ def step_columns(steps: Iterable[Step]) -> dict[str, NDArray[np.generic] | list[
         values = [getattr(step, field.name) for step in every]
         found[field.name] = values if field.type in (str, "str") else np.array(values)
     return found
+
+
+class _Disk(io.FileIO):
+    """A file that keeps in memory what a full disk refuses: HDF5 cannot close a file that it could not write."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+b")
+        self._error: OSError | None = None
+        self._kept: list[tuple[int, bytes]] = []
+        self._end = 0
+
+    def require_room(self) -> None:
+        """Raise the error with which something was refused."""
+        if self._error is not None:
+            raise self._error
+
+    def seek(self, place: int, whence: int = os.SEEK_SET) -> int:
+        if whence == os.SEEK_END:
+            place = max(super().seek(0, os.SEEK_END), self._end) + place
+        return super().seek(place)
+
+    def write(self, data: "Buffer") -> int:
+        rest, at = memoryview(data), self.tell()
+        self._end = max(self._end, at + len(rest))
+        try:
+            while rest and self._error is None:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self._error = error
+        if self._error is not None:
+            self._kept.append((at, bytes(data)))
+        return len(memoryview(data))
+
+    def readinto(self, into: "Buffer") -> int:
+        at, found = self.tell(), memoryview(into)
+        super().readinto(found)
+        for begin, kept in self._kept:
+            first, last = max(begin, at), min(begin + len(kept), at + len(found))
+            if first < last:
+                found[first - at : last - at] = kept[first - begin : last - begin]
+        return len(found)
+
+    def truncate(self, size: int | None = None) -> int:
+        if self._error is None:
+            with suppress(OSError):  # it is longer only once it is written
+                return super().truncate(size)
+        return size or 0
 
 
 class _Frames:
