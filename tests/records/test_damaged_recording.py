@@ -1,5 +1,6 @@
 """Recordings that were cut short or damaged: read as far as they are whole, or refused in one line."""
 
+import os
 import sqlite3
 from contextlib import closing, suppress
 
@@ -129,3 +130,23 @@ def test_one_that_ends_while_somebody_reads_it_is_whole_and_in_one_file_when_the
     assert [file.name for file in tmp_path.iterdir()] == ["followed.uf"]
     with Recording(path) as recording:
         assert len(recording.vibration()[1]) == 9600
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="such a user may write anywhere")
+@pytest.mark.parametrize("protected", ["folder", "file and folder"])
+def test_a_recording_that_was_read_when_it_ended_is_read_from_a_folder_that_is_protected(tmp_path, protected):
+    """Its writer could not put its log away; SQLite then opens it only where it can write a file beside it."""
+    path = tmp_path / "walk.underfoot"
+    writer = Writer(path, ABOUT)
+    writer.put("force", 0, np.ones((10, 10)))
+    writer.commit()
+    with Recording(path):
+        writer.close()
+    if "file" in protected:
+        path.chmod(0o444)
+    tmp_path.chmod(0o555)
+    try:
+        with Recording(path) as recording:
+            assert len(recording.force_samples()) == 10
+    finally:
+        tmp_path.chmod(0o755)

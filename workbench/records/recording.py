@@ -190,6 +190,9 @@ def _opened(path: Path) -> sqlite3.Connection:
     where = f"{path.resolve().as_uri()}?mode=rw"
     with suppress(sqlite3.OperationalError):
         return _connected(where, "pragma application_id", "select count(*) from sqlite_master")
+    log, is_writable = Path(f"{path}-wal"), os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)
+    if not is_writable and not (log.exists() and log.stat().st_size):
+        return _connected(f"{path.resolve().as_uri()}?immutable=1")  # there is no log, and there can be none
     return _connected(where, "pragma locking_mode = exclusive")
 
 
