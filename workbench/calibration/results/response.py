@@ -273,7 +273,7 @@ def loads_drawn(loads: Mapping[str, SweepMeasurement], sensitivity: float) -> Dr
     return Drawing("Response by load", _HZ, _DB_LABEL, tuple(lines), x_log=True)
 
 
-def noise_drawn(silence: Array, rate_hz: float, sensitivity: float) -> Drawing:
+def noise_drawn(silence: Floats, rate_hz: float, sensitivity: float) -> Drawing:
     """Draw the spectrum of recorded silence: hum of the mains is a peak at 50 or 60 Hz and their multiples."""
     window = np.hanning(silence.size)
     rms = sensitivity * math.sqrt(2.0) * np.abs(np.fft.rfft(window * (silence - silence.mean()))) / window.sum()
