@@ -100,7 +100,7 @@ def test_a_script_plays_live_and_finds_its_marks_in_the_recording(folder):
         assert recording.rate_hz == 48_000.0
         assert recording.span[1] >= marks[-1].frame + 48_000
     assert [mark.text for mark in marks] == ["stiffness 10000", "stiffness 1e+06"]
-    assert [mark.frame for mark in marks] == changes
+    assert all(change <= mark.frame for change, mark in zip(changes, marks, strict=True))
 
 
 @pytest.mark.parametrize(("line", "files"), list(zip(LINES, (2, 6), strict=True)))

@@ -396,6 +396,8 @@ def test_a_draft_that_cannot_be_kept_is_asked_about_before_the_window_closes(qtb
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert window.isVisible() == is_open
         assert (editor.draft is not None) == is_open
+    assert window.last_box.informativeText() == f"{kept} cannot be written: is a directory"
+    window.last_box.close()
 
 
 def test_a_draft_that_could_be_kept_is_not_there_again_after_it_was_saved(made):

@@ -20,7 +20,7 @@ def transport(request):
 
 
 def test_the_menu_has_it(transport):
-    assert (transport.scheme, f"{transport.title}…") in choices()
+    assert (f"transport {transport.scheme}", f"{transport.title}…") in choices()
 
 
 def test_a_target_is_told_in_its_words(transport):

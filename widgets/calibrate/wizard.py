@@ -304,6 +304,7 @@ class Wizard(QWidget):
         self.refusal = theme.label("", "alarm")
         self.refusal.setWordWrap(True)
         self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self.refusal.setContentsMargins(3 * theme.GRID, theme.GRID, 2 * theme.GRID, 0)
         self.busy = QProgressBar()
         self.busy.setTextVisible(False)
         self.busy.setFixedHeight(theme.GRID // 2)
@@ -331,13 +332,12 @@ class Wizard(QWidget):
         for view in (self.page, self.result):
             self._body.addWidget(view)
         column.addWidget(self._body, 1)
-        column.addWidget(self.refusal)
         column.addWidget(self.busy)
         column.addWidget(self.busy_words)
         self.drawings = DrawingColumn()
         across.addWidget(self.drawings, 1)
         self._buttons = self._button_line()
-        self._scrolled = scroll_in(self, body, self._buttons)
+        self._scrolled = scroll_in(self, body, self.refusal, self._buttons)
 
     def _button_line(self) -> QWidget:
         self.leaving = _button("Cancel", "Leave; the profile stays as it is", self.cancel)

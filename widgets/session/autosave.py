@@ -71,7 +71,8 @@ class WorkSlot:
     def remove(self) -> None:
         """Remove the file: the work is saved elsewhere, or not wanted."""
         if self.is_own:
-            self.path.unlink(missing_ok=True)
+            with written(self.path):
+                self.path.unlink(missing_ok=True)
 
     def keep_unreadable(self) -> str:
         """Move the file, which cannot be read, where no copy replaces it; return a line that says where."""
