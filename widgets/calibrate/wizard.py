@@ -304,7 +304,7 @@ class Wizard(QWidget):
         self.refusal = theme.label("", "alarm")
         self.refusal.setWordWrap(True)
         self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self.refusal.setContentsMargins(3 * theme.GRID, theme.GRID, 2 * theme.GRID, 0)
+        self.refusal.setContentsMargins(3 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
         self.busy = QProgressBar()
         self.busy.setTextVisible(False)
         self.busy.setFixedHeight(theme.GRID // 2)
