@@ -396,7 +396,9 @@ def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: floa
             for x, y in steps
         ]
         within = [room for room in rooms if area.contains(room)] or rooms[:1]
-        placed.append(min(within, key=lambda room: sum(_common(room, other) for other in (*others, *placed))))
+        there = [*others, *placed]
+        free = (room for room in within if not any(map(room.intersects, there)))
+        placed.append(next(free, None) or min(within, key=lambda room: sum(_common(room, other) for other in there)))
     return placed
 
 
