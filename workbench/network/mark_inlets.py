@@ -4,6 +4,7 @@ An inlet has its own thread, and passes on each mark's text with its time by `ti
 problem, or "".
 """
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -28,6 +29,8 @@ MOST_STREAMS = 16
 LINE_ENDS_S = 0.05
 """Time after which text on a serial line without an end of line is a mark."""
 _LOOK_S, _SEARCH_S, _AGAIN_S = 0.01, 0.5, 1.0
+_CLOCK_S = 5.0
+"""Longest wait for a sender's clock; then its marks have the time of their arrival."""
 _LONGEST_LINE = 1000
 
 
@@ -40,6 +43,7 @@ class LslMarks:
         self.problem = ""
         self.streams: dict[tuple[str, ...], Any] = {}
         """The inlets by what stays when a stream's sender is started again."""
+        self._opened_s: dict[tuple[str, ...], float] = {}
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
         self._thread.start()
@@ -59,14 +63,29 @@ class LslMarks:
                 self._open(resolver.results())
             for source, inlet in list(self.streams.items()):
                 try:
-                    samples, at_s = inlet.pull_chunk(timeout=0.0)
+                    self._pull(inlet, now_s - self._opened_s[source] < _CLOCK_S)
                 except RuntimeError:  # it ended without a source id, or before its clock was known
                     del self.streams[source]
-                    continue
-                ahead_s = time.monotonic() - self._lsl.local_clock()
-                for sample, lsl_s in zip(samples, at_s, strict=True):
-                    self._take(str(sample[0]), lsl_s + ahead_s)
         self.streams.clear()
+
+    def _pull(self, inlet: Any, may_wait: bool) -> None:  # noqa: ANN401 - pylsl has no types
+        """Take the marks that came, once the sender's clock is known.
+
+        The library's own correction would wait for it, with the marks of all other streams, and lose the one it is for.
+        """
+        try:
+            correction_s = inlet.time_correction(timeout=0.0)
+        except self._lsl.util.TimeoutError:
+            if may_wait:
+                return
+            correction_s = math.nan
+        if not inlet.samples_available():  # of a stream that has ended, a chunk can be waited for without end
+            return
+        samples, at_s = inlet.pull_chunk(timeout=0.0)
+        now_s = time.monotonic()
+        ahead_s = now_s - self._lsl.local_clock() + correction_s
+        for sample, lsl_s in zip(samples, at_s, strict=True):
+            self._take(str(sample[0]), now_s if math.isnan(ahead_s) else lsl_s + ahead_s)
 
     def _open(self, found: list[Any]) -> None:
         """Open new streams. Their times are converted to this computer's clock.
@@ -82,10 +101,10 @@ class LslMarks:
                 there = {_source(other) for other in found}
                 self.streams = {source: inlet for source, inlet in self.streams.items() if source in there}
             if len(self.streams) < MOST_STREAMS:
-                inlet = self._lsl.StreamInlet(info, processing_flags=self._lsl.proc_clocksync)
+                inlet = self._lsl.StreamInlet(info)
                 with suppress(RuntimeError):  # it has ended since
                     inlet.open_stream(timeout=_AGAIN_S)
-                    self.streams[source] = inlet
+                    self.streams[source], self._opened_s[source] = inlet, time.monotonic()
 
 
 def _source(info: Any) -> tuple[str, ...]:  # noqa: ANN401 - pylsl has no types
