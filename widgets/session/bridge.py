@@ -29,8 +29,6 @@ TICK_MS = 16
 HEALTH_TICKS = 6
 SILENT_TICKS = 60
 """Ticks without a force sample after which the floor is silent: its line is gone, or nothing sends."""
-TRACKING_BUDGET_S = 0.006
-"""Seconds of the processor per tick available to footstep tracking; the rest waits for the next tick."""
 
 
 class Bridge(QObject):
@@ -137,7 +135,7 @@ class Bridge(QObject):
         frames, force_n = session.force.read()
         self._watch_floor(len(frames) == 0 and session.health.running)
         tracker.add(frames, force_n)
-        update, steps = tracker.track(TRACKING_BUDGET_S)
+        update, steps = tracker.track()
         if update is not None:
             self.forces_tracked.emit(update)
         if steps:

@@ -19,6 +19,10 @@ from underfoot.floor.walks import WalkTracker
 
 CHUNK = 4096
 """Tiles times samples tracked at once: 2 ms."""
+CHUNKS_PER_TICK = 4
+"""The rest waits for the next tick. By number, not by time: where other programs take the processor, time is up after
+one, and what waits would never be caught up with.
+"""
 
 _YIELD_S = 0.01
 """Delay of the thread before it imports Numba, because the import blocks the thread that starts it."""
@@ -78,23 +82,18 @@ class FootstepTracker:
             chunk = slice(begin, begin + length)
             self._pending.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
-    def track(self, budget_s: float) -> tuple[ForceUpdate | None, list[Step]]:
-        """Track queued samples for about `budget_s` of the processor; return them, if any, and new footsteps.
-
-        What other programs take does not count: where they leave little, what waits would never be caught up with.
-        """
+    def track(self, most: int = CHUNKS_PER_TICK) -> tuple[ForceUpdate | None, list[Step]]:
+        """Track queued samples, at most so many chunks; return them, if any, and new footsteps."""
         tracker = self._ready_tracker()
         if tracker is None:
             return None, []
-        until = time.thread_time() + budget_s
-        done, steps = [], []
-        while self._pending:
+        done: list[tuple[NDArray[np.float64], NDArray[np.float64], ContactRows]] = []
+        steps: list[Step] = []
+        while self._pending and len(done) < most:
             time_s, force_n = self._pending.popleft()
             tracked = tracker.feed(time_s, force_n)
             steps += self._counter.feed(tracked.finished, float(time_s[-1]))
             done.append((time_s, force_n, tracked.rows))
-            if time.thread_time() > until:
-                break
         if not done:
             return None, steps
         times = np.concatenate([time_s for time_s, _, _ in done])

@@ -6,7 +6,7 @@ interrupted session therefore resumes by replaying its answers.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -174,6 +174,12 @@ class ListedMethod(Method):
     @abstractmethod
     def listed(self) -> Sequence[Trial]:
         """Return all trials in their order."""
+
+    def in_blocks(self, names: Sequence[str], blocks: int) -> Iterator[tuple[int, int, str]]:
+        """Yield trial number, block and name: each of these names once per block, in random order."""
+        drawn = ((block, name) for block in range(1, blocks + 1) for name in self.draws.shuffled(names))
+        for number, (block, name) in enumerate(drawn, start=1):
+            yield number, block, name
 
     @property
     def trial(self) -> Trial | None:

@@ -41,9 +41,8 @@ class LslMarks:
         """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
         self.problem = ""
-        self.streams: dict[tuple[str, ...], Any] = {}
-        """The inlets by what stays when a stream's sender is started again."""
-        self._opened_s: dict[tuple[str, ...], float] = {}
+        self.streams: dict[tuple[str, ...], tuple[Any, float]] = {}
+        """The inlets, and since when they are open, by what stays when a stream's sender is started again."""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
         self._thread.start()
@@ -61,9 +60,9 @@ class LslMarks:
             if now_s - searched_s >= _SEARCH_S:
                 searched_s = now_s
                 self._open(resolver.results())
-            for source, inlet in list(self.streams.items()):
+            for source, (inlet, opened_s) in list(self.streams.items()):
                 try:
-                    self._pull(inlet, now_s - self._opened_s[source] < _CLOCK_S)
+                    self._pull(inlet, now_s - opened_s < _CLOCK_S)
                 except RuntimeError:  # it ended without a source id, or before its clock was known
                     del self.streams[source]
         self.streams.clear()
@@ -104,7 +103,7 @@ class LslMarks:
                 inlet = self._lsl.StreamInlet(info)
                 with suppress(RuntimeError):  # it has ended since
                     inlet.open_stream(timeout=_AGAIN_S)
-                    self.streams[source], self._opened_s[source] = inlet, time.monotonic()
+                    self.streams[source] = inlet, time.monotonic()
 
 
 def _source(info: Any) -> tuple[str, ...]:  # noqa: ANN401 - pylsl has no types

@@ -55,7 +55,7 @@ def play_through(monitor, recorded, noise=0.05):
     for tick in range(int(times[-1] * 60) + 1):
         now = slice(*np.searchsorted(times, [tick / 60, (tick + 1) / 60]))
         tracker.add(times[now] * RATE, forces.force_n[now])
-        update, new = tracker.track(1.0)
+        update, new = tracker.track(1_000)
         if update is not None:
             loads = update.load_n
             monitor.add_forces(update)

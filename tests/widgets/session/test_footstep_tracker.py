@@ -1,8 +1,5 @@
 """Footsteps and contacts in recorded forces, tracked as a session's would be."""
 
-import signal
-import time
-
 import numpy as np
 import pytest
 from measured import needs_data, walk
@@ -34,7 +31,7 @@ def test_footsteps_are_the_same_in_any_pieces(recorded, chunk):
     for at in range(0, len(forces.time_s), chunk):
         piece = slice(at, at + chunk)
         tracker.add(forces.time_s[piece] * 48_000.0, forces.force_n[piece])
-        told, new = tracker.track(60.0)
+        told, new = tracker.track(1_000)
         steps += new
         loads.append(told.force_n.sum(axis=2))
     steps += tracker.finish()
@@ -47,7 +44,7 @@ def test_forces_are_less_their_baseline(recorded):
     floor, forces = recorded
     tracker = ready(floor, forces)
     tracker.add(forces.time_s * 48_000.0, forces.force_n)
-    told, _ = tracker.track(60.0)
+    told, _ = tracker.track(1_000)
     contacts = ContactTracker(floor, forces.rate_hz)
     contacts.feed(forces.time_s[: len(told.time_s)], forces.force_n[: len(told.time_s)])
     np.testing.assert_allclose(told.force_n, forces.force_n[: len(told.time_s)] - contacts.baseline_n, atol=1e-9)
@@ -58,27 +55,21 @@ def test_a_long_backlog_is_tracked_in_chunks(recorded):
     tracker = ready(floor, forces, chunk=512)
     tracker.add(forces.time_s * 48_000.0, forces.force_n)
     lengths = []
-    while (told := tracker.track(0.0)[0]) is not None:
+    while (told := tracker.track(1)[0]) is not None:
         lengths.append(len(told.time_s))
     assert len(lengths) > 1
     assert max(lengths) <= 512 // len(floor.tiles)
     assert sum(lengths) == len(forces.time_s)
 
 
-@pytest.fixture
-def busy_processor():
-    """Other work has the processor for 0.2 s whenever this process has had some milliseconds of it."""
-    before = signal.signal(signal.SIGVTALRM, lambda *_: time.sleep(0.2))
-    signal.setitimer(signal.ITIMER_VIRTUAL, 0.004, 0.004)
-    yield
-    signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-    signal.signal(signal.SIGVTALRM, before)
-
-
-def test_what_waits_is_caught_up_with_also_on_a_busy_processor(recorded, busy_processor):
+def test_what_waits_is_caught_up_with_while_more_comes(recorded):
     floor, forces = recorded
     tracker = ready(floor, forces)
-    for at in range(0, len(forces.time_s), 4):
-        tracker.add(forces.time_s[at : at + 4] * 48_000.0, forces.force_n[at : at + 4])
-    told, _ = tracker.track(0.2)
-    assert len(told.time_s) == len(forces.time_s)
+    pieces = [slice(at, at + 4) for at in range(0, len(forces.time_s), 4)]
+    waiting = 2 * len(pieces) // 3
+    for piece in pieces[:waiting]:
+        tracker.add(forces.time_s[piece] * 48_000.0, forces.force_n[piece])
+    for piece in pieces[waiting:]:
+        tracker.add(forces.time_s[piece] * 48_000.0, forces.force_n[piece])
+        told, _ = tracker.track()
+    assert told.time_s[-1] == pytest.approx(forces.time_s[-1])

@@ -32,10 +32,9 @@ class AbsoluteIdentification(ListedMethod):
     def listed(self) -> Sequence[Trial]:
         names = self.given["identified"]
         found: list[Trial] = []
-        for session in range(1, self.given["sessions"] + 1):
-            for name in self.draws.shuffled([*names] * self.given["repeats"]):
-                right = self.stimuli[name].correct if self.given["answers"] else names.index(name) + 1
-                found.append(Trial(len(found) + 1, session, (Presentation(name),), right))
+        for number, session, name in self.in_blocks([*names] * self.given["repeats"], self.given["sessions"]):
+            right = self.stimuli[name].correct if self.given["answers"] else names.index(name) + 1
+            found.append(Trial(number, session, (Presentation(name),), right))
         return found
 
     @classmethod

@@ -24,11 +24,10 @@ class FreeLabels(ListedMethod):
     sorts = Text("", doc="What labels are sorted into, joined by commas; nothing: labels are not sorted.")
 
     def listed(self) -> Sequence[Trial]:
-        found: list[Trial] = []
-        for block in range(1, self.given["repeats"] + 1):
-            for name in self.draws.shuffled(self.given["named"]):
-                found.append(Trial(len(found) + 1, block, (Presentation(name),), self.stimuli[name].correct))
-        return found
+        return [
+            Trial(number, block, (Presentation(name),), self.stimuli[name].correct)
+            for number, block, name in self.in_blocks(self.given["named"], self.given["repeats"])
+        ]
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -22,11 +22,8 @@ class MagnitudeEstimation(ListedMethod):
     question = Text("How strong was it? Twice as strong: twice the number.", doc="What is asked after each trial.")
 
     def listed(self) -> Sequence[Trial]:
-        found: list[Trial] = []
-        for block in range(1, self.given["blocks"] + 1):
-            for name in self.draws.shuffled(self.given["estimated"]):
-                found.append(Trial(len(found) + 1, block, (Presentation(name),)))
-        return found
+        drawn = self.in_blocks(self.given["estimated"], self.given["blocks"])
+        return [Trial(number, block, (Presentation(name),)) for number, block, name in drawn]
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -21,11 +21,8 @@ class Rating(ListedMethod):
     high = Text("most", doc="What the slider says at 100.")
 
     def listed(self) -> Sequence[Trial]:
-        found: list[Trial] = []
-        for block in range(1, self.given["blocks"] + 1):
-            for name in self.draws.shuffled(self.given["rated"]):
-                found.append(Trial(len(found) + 1, block, (Presentation(name),)))
-        return found
+        drawn = self.in_blocks(self.given["rated"], self.given["blocks"])
+        return [Trial(number, block, (Presentation(name),)) for number, block, name in drawn]
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
