@@ -19,9 +19,9 @@ from underfoot.floor.walks import WalkTracker
 
 CHUNK = 4096
 """Tiles times samples tracked at once: 2 ms."""
-CHUNKS_PER_TICK = 4
-"""The rest waits for the next tick. By number, not by time: where other programs take the processor, time is up after
-one, and what waits would never be caught up with.
+CHUNKS_PER_TICK, SHARE_PER_TICK = 4, 4
+"""So many chunks, or the fourth part of what waits if that is more; the rest waits for the next tick. By number, not by
+time: where other programs take the processor, time is up after one, and what waits would never be caught up with.
 """
 
 _YIELD_S = 0.01
@@ -83,12 +83,13 @@ class FootstepTracker:
             self._pending.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
     def track(self, most: int = CHUNKS_PER_TICK) -> tuple[ForceUpdate | None, list[Step]]:
-        """Track queued samples, at most so many chunks; return them, if any, and new footsteps."""
+        """Track queued samples, `most` chunks or a share of all; return them, if any, and new footsteps."""
         tracker = self._ready_tracker()
         if tracker is None:
             return None, []
         done: list[tuple[NDArray[np.float64], NDArray[np.float64], ContactRows]] = []
         steps: list[Step] = []
+        most = max(most, len(self._pending) // SHARE_PER_TICK)
         while self._pending and len(done) < most:
             time_s, force_n = self._pending.popleft()
             tracked = tracker.feed(time_s, force_n)
