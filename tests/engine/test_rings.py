@@ -1,9 +1,12 @@
 """Rings in shared memory: read once and in order, from another process, and beside a busy writer."""
 
 import threading
+from contextlib import closing
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from underfoot.engine.rings import Reader, Ring
 
@@ -71,6 +74,24 @@ def test_rows_that_were_never_written_are_a_gap(ring, unread):
     before = [(end - unread, list(range(end - unread, end)))] if unread else []
     assert got == [*before, (end + 50, list(range(end + 50, end + 54)))]
     other.close()
+
+
+@example([("write", 40), ("write", 40), ("skip", 40), ("write_zeros", 40), ("write_zeros", 40)])
+@given(st.lists(st.tuples(st.sampled_from(["write", "write_zeros", "skip"]), st.integers(1, 40)), max_size=60))
+def test_rows_of_zeros_are_as_if_they_were_written(steps):
+    """Whatever was in the ring a lap before: numbers, zeros, a gap, or nothing yet."""
+    with closing(Ring.create(2, 64, "float64")) as ring:
+        expected = {}
+        for what, count in steps:
+            at = ring.written
+            if what == "skip":
+                ring.skip(at + count)
+                continue
+            rows = numbered(at + 1, count) if what == "write" else np.zeros((count, 2))
+            ring.write(rows, count) if what == "write" else ring.write_zeros(count)
+            expected |= {at + k: row for k, row in enumerate(rows.tolist())}
+        kept = [row for row in range(max(ring.written - 64, 0), ring.written) if row in expected]
+        assert ring.rows[np.array(kept, int) % 64].tolist() == [expected[row] for row in kept]
 
 
 def test_going_on_never_goes_back(ring):

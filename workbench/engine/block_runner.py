@@ -10,7 +10,7 @@ from underfoot.engine.accelerometer_reader import AccelerometerReader, CardReade
 from underfoot.engine.commands import Action, Play
 from underfoot.engine.further_card import FurtherCard
 from underfoot.engine.loop import Loop
-from underfoot.engine.rings import HEADER, load_reading, publish, write_rows
+from underfoot.engine.rings import HEADER, load_reading, publish, write_rows, write_zeros
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 from underfoot.kernels import kernel
@@ -62,11 +62,9 @@ class BlockRunner:
                 loop.send(action)
         loop.run(n)
         self.silenced = panic and loop.safety.closed(loop.frame)
-        if self._played is not loop.out:
-            _gather(loop.out, loop.safety.channels, self._played, n)
         for card in self.further_cards:
             card.write(loop.out, n)
-        memory.vibration.write(self._played, n)
+        self._write_vibration(n)
         if loop.measures:
             memory.commanded.write(loop.commanded, n)
         if loop.plates:
@@ -96,6 +94,15 @@ class BlockRunner:
         status.put(Field.FRAME, float(self.loop.frame))
         status.put(Field.PEAK, self.loop.safety.peak)
 
+    def _write_vibration(self, n: int) -> None:
+        loop, ring = self.loop, self.memory.vibration
+        if loop.safety.sounded_until <= loop.frame - n:
+            ring.write_zeros(n)
+            return
+        if self._played is not loop.out:
+            _gather(loop.out, loop.safety.channels, self._played, n)
+        ring.write(self._played, n)
+
     def _write_forces(self, count: int) -> None:
         source, ring = self.loop.source, self.memory.force
         self._write_samples(ring.header, ring.rows, source.stamps, source.arrivals, source.forces, count)
@@ -105,6 +112,7 @@ def load_kernels() -> None:
     """Load the kernels that a block calls besides the loop."""
     header, rows, wide = np.zeros(1, HEADER), np.zeros((1, 1), np.float32), np.zeros((1, 6))
     write_rows(header, rows, rows, 0)
+    write_zeros(header, rows, 0)
     load_reading()  # called by others, to be compiled here
     _gather(rows, np.zeros(1, np.int64), rows, 0)
     _write_samples(header, wide, np.zeros(0), np.zeros(0), np.zeros((0, 1, 4)), 0)

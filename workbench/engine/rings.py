@@ -24,9 +24,19 @@ if TYPE_CHECKING:
 
     from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
-HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64), ("kept", np.int64)], align=True)
-"""Number of rows ever written; the rows from `gap` to before `gap_end`, which never were; and the row up to which the
-recorder, the only writer of this field, has everything on disk.
+HEADER = np.dtype(
+    [
+        ("written", np.int64),
+        ("gap", np.int64),
+        ("gap_end", np.int64),
+        ("kept", np.int64),
+        ("zero_from", np.int64),
+    ],
+    align=True,
+)
+"""Number of rows ever written; the rows from `gap` to before `gap_end`, which never were; the row up to which the
+recorder, the only writer of this field, has everything on disk; and, in a ring that `write_zeros` is used on, the row
+from which on all are zero.
 """
 
 _HEADER_BYTES = 64  # a cache line of its own
@@ -68,11 +78,26 @@ def _written_pointer(
 def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], n: int) -> None:
     """Append the first `n` rows of `new` to the ring and publish them."""
     at = header[0].written
+    header[0].zero_from = at + n
     place = at % rows.shape[0]
     for i in range(n):
         for j in range(rows.shape[1]):
             rows[place, j] = new[i, j]
         place = place + 1 if place + 1 < rows.shape[0] else 0
+    publish(header, at + n)
+
+
+@kernel
+def write_zeros(header: NDArray[np.void], rows: NDArray[Any], n: int) -> None:
+    """Append `n` rows of zeros to the ring and publish them.
+
+    Where memory has never been written, or holds a row of zeros, it is left alone: this would be a third of an empty
+    floor's cost.
+    """
+    at, capacity = header[0].written, rows.shape[0]
+    for row in range(max(at, capacity), min(at + n, header[0].zero_from + capacity)):
+        for j in range(rows.shape[1]):
+            rows[row % capacity, j] = 0
     publish(header, at + n)
 
 
@@ -104,6 +129,7 @@ def load_reading() -> None:
 @kernel
 def _skip(header: NDArray[np.void], count: int) -> None:
     header[0].gap, header[0].gap_end = header[0].written, count
+    header[0].zero_from = count
     publish(header, count)
 
 
@@ -141,9 +167,17 @@ class Ring:
         """Append the first `n` rows of `new`, which has the ring's type and width. Allocates nothing."""
         self._write_rows(self.header, self.rows, new, n)
 
+    def write_zeros(self, n: int) -> None:
+        """Append `n` rows of zeros. Allocates nothing."""
+        self._write_zeros(self.header, self.rows, n)
+
     @cached_property
     def _write_rows(self) -> Callable[..., None]:
         return write_rows.specialised(self.header, self.rows, self.rows, 0)
+
+    @cached_property
+    def _write_zeros(self) -> Callable[..., None]:
+        return write_zeros.specialised(self.header, self.rows, 0)
 
     def skip(self, count: int) -> None:
         """Continue at row `count`, at least the present one; the rows in between are a gap."""

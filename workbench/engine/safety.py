@@ -125,6 +125,11 @@ class Safety:
         return int(self._stage["sounding"][0])
 
     @property
+    def sounded_until(self) -> int:
+        """Session frame from which on all rows have been silent: the end of the last output in which one was not."""
+        return int(self._stage["sounded_until"][0])
+
+    @property
     def peak(self) -> float:
         """The largest of `peaks`."""
         return float(self._peak.item())
@@ -235,6 +240,8 @@ def _limit(
     if count > 0:
         limit_group(acceleration, out, rows, members, count, stages[0], work, (frame, at, n))
     stages[0].sounding, stages[0].peak = sounding, 0.0
+    if sounding > 0:
+        stages[0].sounded_until = frame + n
     for k in range(len(rows) - 1):
         stages[0].peak = max(stages[0].peak, rows[k].peak)
 

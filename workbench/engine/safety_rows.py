@@ -52,13 +52,14 @@ STAGE = np.dtype(
         ("opening", GAIN_RAMP),
         ("faults", np.int64),
         ("sounding", np.int64),
+        ("sounded_until", np.int64),
         ("peak", np.float64),
     ],
     align=True,
 )
 """Shared by all rows: the DC block's pole; the weights of a frame in the two means and in a limited gain; level,
-opening, the number of values that were not finite, the number of tiles not silent throughout the last stretch, and
-the largest peak of a tile.
+opening, the number of values that were not finite, the number of tiles not silent throughout the last stretch,
+the end of the last stretch with such a tile, and the largest peak of a tile.
 """
 
 
