@@ -1,6 +1,7 @@
 """Persons, sides and gait, from footsteps of simulated people whose truth is known."""
 
 import math
+import pickle
 
 import msgspec
 import numpy as np
@@ -10,7 +11,7 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor import simulated_loads
 from underfoot.floor.contacts import Contact, ContactTracker
 from underfoot.floor.footsteps import Step
-from underfoot.floor.gait_summary import PersonGait, gait_of
+from underfoot.floor.gait_summary import GaitTotals, PersonGait, gait_of
 from underfoot.floor.layout import default_floor
 from underfoot.floor.walks import WalkTracker
 from underfoot.models import gait
@@ -274,7 +275,7 @@ def test_who_comes_while_somebody_alike_walks_is_somebody_else():
 @pytest.mark.parametrize(("support_ms", "said"), [(120.0, "both feet 120 ms"), (-415.0, "neither foot 415 ms")])
 def test_the_line_of_a_person_says_which_feet_are_down(support_ms, said):
     unknown = [math.nan] * 5
-    assert PersonGait(1, 4, *unknown, support_ms, math.nan, math.nan).line() == f"person 1: 4 steps, {said}"
+    assert PersonGait(1, 4, *unknown, support_ms).line() == f"person 1: 4 steps, {said}"
 
 
 def test_a_gait_is_of_four_steps_or_more_of_somebody_who_is_known():
@@ -287,3 +288,17 @@ def test_a_gait_is_of_four_steps_or_more_of_somebody_who_is_known():
     assert gait_of([msgspec.structs.replace(step, person=0) for step in steps]) == []
     (one_legged,) = gait_of([msgspec.structs.replace(step, side="left") for step in steps])
     assert math.isnan(one_legged.stance_asymmetry_percent)
+
+
+def test_many_who_walked_one_after_another_are_told_in_one_line():
+    """A day in an installation: every 10 s somebody else crosses the floor with four steps."""
+    totals = GaitTotals()
+    measured = (600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0)
+    walk = [Step(k, "t1", "left" if k % 2 else "right", 0.5 * k, *measured, step_length_mm=650.0) for k in range(4)]
+    for person in range(1, 8641):
+        began_s = 10.0 * person
+        totals.add(msgspec.structs.replace(step, person=person, start_s=began_s + step.start_s) for step in walk)
+        if person == 8:
+            assert [line.split(",")[0] for line in totals.lines()] == [f"person {k}: 4 steps" for k in range(1, 9)]
+    assert totals.lines() == ["8640 persons of 4 steps or more: 34560 steps, length 650 mm, stance 600 ms"]
+    assert len(pickle.dumps(totals)) < 10_000

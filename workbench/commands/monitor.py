@@ -20,7 +20,6 @@ from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.floor.footsteps import Step
     from underfoot.floor.step_finder import Detections
     from underfoot.monitoring import FileStream, SessionStream
 
@@ -99,10 +98,10 @@ _Write = Callable[["Detections"], None]
 
 def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> None:
     """Print and write what the stream brings, until it ends or a signal ends it."""
-    from underfoot.floor.gait_summary import gait_of
+    from underfoot.floor.gait_summary import GaitTotals
     from underfoot.monitoring import step_figures, step_line
 
-    every: list[Step] = []
+    gait = GaitTotals()
     with ExitStack() as stack:
         stack.callback(stream.close)
         stack.enter_context(ended_by_signals(stream.stop))
@@ -111,14 +110,14 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
             if tables is None:  # not before: a session that cannot begin leaves the files that were there
                 tables = list(_tables(stream, options, stack))
             _put(found, tables, stream)
-            every += found.steps
+            gait.add(found.steps)
             for step in found.steps:
                 print(json.dumps(step_figures(step)) if options.as_json else step_line(step), flush=True)
             for line in found.messages:
                 print(f"underfoot: {line}", file=sys.stderr, flush=True)
     if not options.as_json:
-        for gait in gait_of(every):
-            print(f"underfoot: {gait.line()}", file=sys.stderr, flush=True)
+        for line in gait.lines():
+            print(f"underfoot: {line}", file=sys.stderr, flush=True)
 
 
 def _tables(stream: "FileStream | SessionStream", options: MonitorOptions, stack: ExitStack) -> Iterator[_Write]:

@@ -1,14 +1,24 @@
 """Gait of each person from the footsteps: means, and asymmetry of left and right."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
 
 LEAST_STEPS = 4
 """Fewest steps of a person for a summary: two of each foot."""
+
+MOST_TOLD = 8
+"""Most persons whose gait is told one by one; more are told together."""
+
+_GONE_S = 60.0
+"""A person who has not stepped for this long has left, or counts as another: longer than a walk can be lost."""
+_SIDES = ("left", "right", "unknown")
 
 
 @dataclass(frozen=True)
@@ -27,11 +37,15 @@ class PersonGait:
     stance_ms: float
     swing_ms: float
     double_support_ms: float
-    stance_asymmetry_percent: float
-    length_asymmetry_percent: float
+    stance_asymmetry_percent: float = math.nan
+    length_asymmetry_percent: float = math.nan
 
     def line(self) -> str:
         """Return a readable line."""
+        return f"person {self.person}: {self.figures()}"
+
+    def figures(self) -> str:
+        """Return the number of steps, and what is known of them, in words."""
         feet = "both feet" if self.double_support_ms >= 0.0 else "neither foot"
         figures = (
             (self.cadence_per_min, "{:.0f} steps a minute"),
@@ -44,7 +58,7 @@ class PersonGait:
             (self.length_asymmetry_percent, "length {:.0f} %"),
         )
         said = ", ".join(form.format(value) for value, form in figures if math.isfinite(value))
-        return f"person {self.person}: {counted(self.steps, 'step')}, {said}"
+        return f"{counted(self.steps, 'step')}, {said}"
 
 
 def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
@@ -58,32 +72,88 @@ def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
     >>> gait.steps, gait.step_length_mm, gait.stance_asymmetry_percent, round(gait.length_asymmetry_percent, 1)
     (4, 630.0, 0.0, 9.5)
     """
-    of_person: dict[int, list[Step]] = {}
+    return [sums.gait(person) for person, sums in sorted(_added({}, steps).items()) if sums.steps >= LEAST_STEPS]
+
+
+class GaitTotals:
+    """Gait of all who walk in a stream, in sums: what is kept does not grow with the stream."""
+
+    def __init__(self) -> None:
+        self._present: dict[int, _Sums] = {}
+        self._told: list[PersonGait] = []
+        self._left, self._count = _Sums(), 0
+
+    def add(self, steps: Iterable[Step]) -> None:
+        """Take further steps of the stream."""
+        _added(self._present, steps)
+        now_s = max((sums.last_s for sums in self._present.values()), default=0.0)
+        for person in [one for one, sums in self._present.items() if sums.last_s < now_s - _GONE_S]:
+            sums = self._present.pop(person)
+            if sums.steps >= LEAST_STEPS:
+                self._count += 1
+                self._left.merge(sums)
+                self._told += [sums.gait(person)] if len(self._told) < MOST_TOLD else []
+
+    def lines(self) -> list[str]:
+        """Return a line for each person with at least four steps or, if they are many, one for all."""
+        known = {person: sums for person, sums in self._present.items() if sums.steps >= LEAST_STEPS}
+        persons = self._count + len(known)
+        if persons <= MOST_TOLD:
+            gaits = [*self._told, *(sums.gait(person) for person, sums in known.items())]
+            return [gait.line() for gait in sorted(gaits, key=lambda gait: gait.person)]
+        everyone = _Sums()
+        for sums in (self._left, *known.values()):
+            everyone.merge(sums)
+        return [f"{persons} persons of {LEAST_STEPS} steps or more: {everyone.mean_gait().figures()}"]
+
+
+class _Sums:
+    """Sums of the figures of some steps, by side, and how many of each are known."""
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self.last_s = -math.inf
+        self._sum = np.zeros((len(_SIDES), 6))
+        self._known = np.zeros((len(_SIDES), 6))
+
+    def add(self, step: Step) -> None:
+        """Take a step."""
+        lengths = (step.cadence_per_min, step.step_length_mm, step.step_width_mm)
+        figures = np.array([*lengths, step.contact_ms, step.swing_ms, step.double_support_ms])
+        side, known = _SIDES.index(step.side), np.isfinite(figures)
+        self._sum[side, known] += figures[known]
+        self._known[side] += known
+        self.steps += 1
+        self.last_s = max(self.last_s, step.start_s)
+
+    def merge(self, other: "_Sums") -> None:
+        """Take the steps of `other`."""
+        self.steps += other.steps
+        self._sum += other._sum
+        self._known += other._known
+
+    def mean_gait(self) -> PersonGait:
+        """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
+        means = _ratio(self._sum.sum(axis=0), self._known.sum(axis=0)).tolist()
+        return PersonGait(0, self.steps, *means)
+
+    def gait(self, person: int) -> PersonGait:
+        """Return the means and asymmetries, as those of `person`."""
+        left, right, _ = _ratio(self._sum, self._known)
+        length, stance = (200.0 * _ratio(np.abs(left - right), left + right))[[1, 3]].tolist()
+        return replace(
+            self.mean_gait(), person=person, stance_asymmetry_percent=stance, length_asymmetry_percent=length
+        )
+
+
+def _added(of_person: dict[int, _Sums], steps: Iterable[Step]) -> dict[int, _Sums]:
+    """Take the steps of those who are known into the sums of each."""
     for step in steps:
-        of_person.setdefault(step.person, []).append(step)
-    return [_gait(person, mine) for person, mine in sorted(of_person.items()) if person and len(mine) >= LEAST_STEPS]
+        if step.person:
+            of_person.setdefault(step.person, _Sums()).add(step)
+    return of_person
 
 
-def _gait(person: int, steps: Sequence[Step]) -> PersonGait:
-    return PersonGait(
-        person=person,
-        steps=len(steps),
-        cadence_per_min=_mean(steps, lambda step: step.cadence_per_min),
-        step_length_mm=_mean(steps, lambda step: step.step_length_mm),
-        step_width_mm=_mean(steps, lambda step: step.step_width_mm),
-        stance_ms=_mean(steps, lambda step: step.contact_ms),
-        swing_ms=_mean(steps, lambda step: step.swing_ms),
-        double_support_ms=_mean(steps, lambda step: step.double_support_ms),
-        stance_asymmetry_percent=_asymmetry(steps, lambda step: step.contact_ms),
-        length_asymmetry_percent=_asymmetry(steps, lambda step: step.step_length_mm),
-    )
-
-
-def _mean(steps: Iterable[Step], figure: Callable[[Step], float]) -> float:
-    values = [figure(step) for step in steps if math.isfinite(figure(step))]
-    return math.fsum(values) / len(values) if values else math.nan
-
-
-def _asymmetry(steps: Sequence[Step], figure: Callable[[Step], float]) -> float:
-    left, right = (_mean((step for step in steps if step.side == side), figure) for side in ("left", "right"))
-    return 200.0 * abs(left - right) / (left + right) if left + right > 0.0 else math.nan
+def _ratio(value: NDArray[np.float64], by: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `value / by`, NaN where `by` is not above 0."""
+    return np.divide(value, by, out=np.full(np.shape(value), math.nan), where=by > 0.0)
