@@ -1,6 +1,7 @@
 """A patch played offline: the same bytes for any block, at any rate, and figures of what came out."""
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from made_patches import hum, rough_step, stepped_bank
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Play, PressTile, Set, Strike
 from underfoot.engine.loop import LoopOptions
+from underfoot.engine.offline import RenderJob
 from underfoot.engine.render import render_source
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -93,6 +95,24 @@ def test_another_rate_is_played_at_that_rate():
         spectrum = np.abs(np.fft.rfft(rendered.samples[:, 0]))
         assert np.argmax(spectrum) == 100
     assert (len(low.samples), len(high.samples)) == (44_100, 96_000)
+
+
+def test_a_long_rendering_is_written_as_it_is_played_and_not_kept(tmp_path):
+    job = RenderJob(hum(), seconds=20.0, plates=("accelerometer",))
+    whole = job.run()
+    whole.save(tmp_path / "whole.wav")
+    files = {"": tmp_path / "played.wav", "accelerometer": tmp_path / "measured.wav"}
+    tracemalloc.start()
+    played = RenderJob(hum(), seconds=20.0).run({"": files[""]})
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 0.5 * whole.samples.nbytes
+    assert files[""].read_bytes() == (tmp_path / "whole.wav").read_bytes()
+    assert played.samples.tobytes() == whole.samples.tobytes()
+    measured = job.run(files)
+    assert measured.tiles["accelerometer"].tobytes() == whole.tiles["accelerometer"].tobytes()
+    figures = ("peak", "rms", "accelerometer", "commanded")
+    assert [measured.summary()[name] for name in figures] == [whole.summary()[name] for name in figures]
 
 
 @pytest.mark.parametrize(

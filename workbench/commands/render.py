@@ -116,20 +116,17 @@ def render(options: RenderOptions) -> None:
 def _render_one(options: RenderOptions, values: "Values") -> None:
     """Render the one patch, write what is to be written, and say the figures."""
     from underfoot.records.recording import is_recording
-    from underfoot.records.wav import require_wav, write_wav
+    from underfoot.records.wav import require_wav
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
-    outputs = [path for path in (options.output, *options.plates.values()) if path is not None]
-    require_outputs_writable(*outputs, inputs=inputs)
-    for path in outputs:
+    files: dict[str, Path] = {} if options.output is None else {"": options.output}
+    files |= options.plates.items()
+    require_outputs_writable(*files.values(), inputs=inputs)
+    for path in files.values():
         require_wav(path)
     with report_compiling(None if is_recording(options.patch) else partial(compile_request, options.patch)):
-        rendered = _jobs_of(options, options.patch, [values])[0].run()
-        if options.output is not None:
-            rendered.save(options.output)
-        for plate_output, path in options.plates.items():
-            write_wav(path, rendered.tiles[plate_output], rendered.rate_hz)
-        summary = rendered.summary()
+        (job,) = _jobs_of(options, options.patch, [values])
+        summary = job.run(files).summary()
     print(json.dumps(summary) if options.as_json else line_of(summary))
 
 

@@ -95,10 +95,12 @@ def _bytes(item: Item) -> tuple[Summary, bytes]:
 
 
 def _file(item: Item) -> Summary:
-    summary, data = _bytes(item)
-    if item.output is not None:
-        write_file(item.output, data)
-    return summary
+    if item.output is None:
+        return _bytes(item)[0]
+    made = item.job.run({"": item.output})
+    with item.output.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return made.summary() | {"rate_hz": made.rate_hz, "sha256": digest}
 
 
 def _require_movable(item: Item) -> None:

@@ -158,6 +158,12 @@ class Loop:
             at = stop - self.frame
         self.frame += n
 
+    @property
+    def outputs(self) -> dict[str, NDArray[np.float32]]:
+        """What `run` leaves by its name, that of `out` being ""."""
+        plates = {plate_output: plates.out for plate_output, plates in self.plates.items()}
+        return {"": self.out} | ({"commanded": self.commanded} | plates if self.measures else {})
+
     def play(self, frames: int) -> NDArray[np.float32]:
         """Run the next `frames` frames, in blocks, and return them: float32 [frame, channel]."""
         return self.play_all(frames)[0]
@@ -167,17 +173,12 @@ class Loop:
 
         Both are float32 [frame, tile], m/s^2.
         """
-        sources = {"": self.out}
-        if self.measures:
-            sources |= {"commanded": self.commanded} | {
-                plate_output: plates.out for plate_output, plates in self.plates.items()
-            }
-        played = {name: np.empty((frames, source.shape[1]), np.float32) for name, source in sources.items()}
+        played = {name: np.empty((frames, out.shape[1]), np.float32) for name, out in self.outputs.items()}
         for at in range(0, frames, self.block):
             n = min(self.block, frames - at)
             self.run(n)
-            for name, source in sources.items():
-                played[name][at : at + n] = source[:n]
+            for name, out in self.outputs.items():
+                played[name][at : at + n] = out[:n]
         return played.pop(""), played
 
     def _await_start(self, start: ProgramStart | None) -> None:

@@ -10,7 +10,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.devices.offline import offline_source
 from underfoot.engine.commands import equalisers_of
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import Rendered, render_source
+from underfoot.engine.render import NO_FILES, Files, Rendered, render_source
 from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
@@ -44,8 +44,9 @@ class RenderJob:
     plates: tuple[PlateOutput, ...] = ()
     folder: Path | None = None
 
-    def run(self) -> Rendered:
-        """Render it; raise `BadValue` for an invalid length, block or rate, or a node's value that is not finite."""
+    def run(self, files: Files = NO_FILES) -> Rendered:
+        """Render it, to `files` as it is played; raise `BadValue` for an invalid length, block or rate, or a node's
+        value that is not finite."""
         if not float(self.rate_hz).is_integer():
             raise BadValue(f"rate is {self.rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
         options = LoopOptions(
@@ -67,7 +68,7 @@ class RenderJob:
             profiles=self.profiles,
             seconds=self.seconds,
         )
-        return render_source(self.patch, installed_nodes(), source, seconds, options)
+        return render_source(self.patch, installed_nodes(), source, seconds, options, files=files)
 
 
 def render(

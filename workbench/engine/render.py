@@ -2,8 +2,11 @@
 
 import math
 import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +21,13 @@ from underfoot.errors import BadValue, require
 from underfoot.models import sole
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.records.wav import require_wav, write_wav
+from underfoot.records.wav import require_wav, wav_file, wav_samples, write_wav
 
 _POINTS = 600
 """Points across a plot."""
+Files = Mapping[str, Path]
+"""Sound files that a rendering is written to, by the names of `Loop.outputs`, as it is played."""
+NO_FILES: Files = MappingProxyType({})
 _COLOURS = ("vibration", "force", "events", "contact", "corner 1", "corner 2")
 
 
@@ -70,12 +76,36 @@ class Rendered:
         return Drawing(title, "time, s", f"channel, {unit}", tuple(lines), note="" if lines else "silence")
 
     @staticmethod
-    def of(loop: Loop, frames: int) -> "Rendered":
-        """Return the first `frames` frames that a loop plays."""
-        began = time.perf_counter()
-        samples, tiles = loop.play_all(frames)
-        spent_s = time.perf_counter() - began
-        return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
+    def of(loop: Loop, frames: int, files: Files, *, finite: bool = False) -> "Rendered":
+        """Return the first `frames` frames that a loop plays; those of `files` are there, and not in memory.
+
+        With `finite`, raise `BadValue` if a node makes a value that is not finite; the files then stay as they were.
+        """
+        kept: dict[str, NDArray[np.float32]] = {}
+        takes: dict[str, Callable[[NDArray[np.float32]], None]] = {}
+        spent_s = 0.0
+        with ExitStack() as stack:
+            for name, out in loop.outputs.items():
+                if name in files:
+                    takes[name] = stack.enter_context(wav_file(files[name], frames, out.shape[1], loop.rate_hz))
+                else:
+                    kept[name] = np.empty((frames, out.shape[1]), np.float32)
+            for at in range(0, frames, loop.block):
+                n = min(loop.block, frames - at)
+                began = time.perf_counter()
+                loop.run(n)
+                spent_s += time.perf_counter() - began
+                for name, out in loop.outputs.items():
+                    if name in files:
+                        takes[name](out[:n])
+                    else:
+                        kept[name][at : at + n] = out[:n]
+            if finite:
+                _require_finite(loop)
+        for name, path in files.items():
+            kept[name] = wav_samples(path, frames, loop.outputs[name].shape[1], loop.rate_hz)
+        samples = kept.pop("")
+        return Rendered(samples, kept, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def summary(self) -> dict[str, object]:
         """Return the figures that `render --json` prints."""
@@ -119,6 +149,7 @@ def render_source(
     options: LoopOptions | None = None,
     *,
     commands: tuple[tuple[int, Command], ...] = ((0, Play(True)),),
+    files: Files = NO_FILES,
 ) -> Rendered:
     """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session.
 
@@ -141,9 +172,11 @@ def render_source(
     loop = Loop(patch, registry, source, options)
     for frame, command in commands:
         loop.send(command, frame)
-    rendered = Rendered.of(loop, frames)
+    return Rendered.of(loop, frames, files, finite=True)
+
+
+def _require_finite(loop: Loop) -> None:
     fault = loop.program.fault()
     if fault is not None:
         node, tile, frame = fault
         raise BadValue(f"node {node} made a value that is not finite, on tile {tile} at frame {frame}; its output is 0")
-    return rendered

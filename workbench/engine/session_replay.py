@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.engine.commands import Swap, TileEqualiser, from_text
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.render import Rendered
+from underfoot.engine.render import NO_FILES, Files, Rendered
 from underfoot.errors import BadFile, in_one_line
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import PlateOutput
@@ -52,13 +52,15 @@ class ReplayJob:
     block: int = 1024
     plates: tuple[PlateOutput, ...] = ()
 
-    def run(self) -> Rendered:
-        """Replay it."""
-        return replay(self.path, installed_nodes(), self.block, self.plates)
+    def run(self, files: Files = NO_FILES) -> Rendered:
+        """Replay it, to `files` as it is played."""
+        return replay(self.path, installed_nodes(), self.block, self.plates, files)
 
 
-def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[PlateOutput, ...] = ()) -> Rendered:
-    """Replay the recording from its first frame to its last; `plates` as in `LoopOptions`.
+def replay(
+    path: Path, registry: Registry, block: int = 1024, plates: tuple[PlateOutput, ...] = (), files: Files = NO_FILES
+) -> Rendered:
+    """Replay the recording from its first frame to its last, to `files` as it is played; `plates` as in `LoopOptions`.
 
     Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
     """
@@ -76,7 +78,7 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Plat
                 _run_nodes(recording, command.patch)
                 Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
             loop.send(command, frame)
-    return Rendered.of(loop, end)
+    return Rendered.of(loop, end, files)
 
 
 def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[PlateOutput, ...]) -> Loop:

@@ -1,7 +1,8 @@
 """Sound files: float32, interleaved, without a time stamp: the same samples give the same bytes."""
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -42,10 +43,35 @@ def write_wav_parts(
     comment: str = "",
 ) -> None:
     """Write successive `parts`, together `frames` frames, which need not fit into memory."""
-    with replaced(path) as part, written(path), part.open("wb") as file:
-        file.write(wav_header(frames, channels, round(rate_hz), comment))
+    with wav_file(path, frames, channels, rate_hz, comment) as put:
         for samples in parts:
-            file.write(np.ascontiguousarray(samples, "<f4").data)
+            put(samples)
+
+
+@contextmanager
+def wav_file(
+    path: str | Path, frames: int, channels: int, rate_hz: float, comment: str = ""
+) -> Iterator[Callable[[NDArray[np.float32]], None]]:
+    """Yield a function that takes successive parts, together `frames` frames; afterwards they are the file `path`."""
+    with replaced(path) as part, part.open("wb") as file:
+
+        def put(samples: NDArray[np.float32]) -> None:
+            with written(path):
+                file.write(np.ascontiguousarray(samples, "<f4").data)
+
+        with written(path):
+            file.write(wav_header(frames, channels, round(rate_hz), comment))
+        yield put
+        with written(path):
+            file.close()
+
+
+def wav_samples(path: str | Path, frames: int, channels: int, rate_hz: float) -> NDArray[np.float32]:
+    """Return the samples of a file that was written here, [frame, channel]; they stay on the disk until they are
+    used."""
+    header = len(wav_header(frames, channels, round(rate_hz)))
+    with written(path):
+        return np.asarray(np.memmap(path, "<f4", "r", header, (frames, channels)))
 
 
 def wav_bytes(samples: NDArray[np.float32], rate_hz: float) -> bytes:
