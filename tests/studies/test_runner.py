@@ -70,7 +70,7 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
         assert force.values.sum(axis=1).max() == pytest.approx(600.0, rel=0.05)
         assert entry.facts["most_force_n"] == pytest.approx(600.0, rel=0.05)
         assert entry.facts["response_s"] >= 0.0
-        if name == "X":
+        if name == "X" or (name, start) == ("TD", "key"):  # who stands still changes no force
             assert entry.facts["commanded_m_s2"] == 0.0
             assert vibration.columns == ()
             assert "onset_s" not in entry.facts

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.session import Session
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import Excerpt
@@ -14,7 +15,11 @@ from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.markers import place_of
 from underfoot.studies.presenter import Presenter
-from underfoot.studies.stimulus_patches import StimulusPatches
+from underfoot.studies.stimulus_patches import StimulusPatches, unheard
+
+SETTLED_S = 0.3
+"""Time before a presentation in which nothing is heard, so that its excerpt contains nothing of the previous one, and
+in which what follows the force settles under the feet that stand there."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +46,39 @@ class Apparatus:
 
 
 class TimedStimulus:
-    """A stimulus that plays for a given time. An event by hand starts those that wait for one."""
+    """A stimulus that plays for a given time. An event by hand starts those that wait for one.
+
+    Before, it runs unheard for `SETTLED_S`: what follows changes of the force would play the jump from 0 N to the load
+    of the feet that stand there.
+    """
 
     def __init__(self, apparatus: Apparatus) -> None:
         self._apparatus = apparatus
+        self._unheard: Patch | None = None
         self._until: float | None = None
+
+    def prepare(self, patch: Patch) -> None:
+        """Run a stimulus unheard, so that it can begin at once."""
+        self._apparatus.presenter.request(*unheard(patch, self._apparatus.session.registry))
 
     def begin(self, patch: Patch) -> None:
         """Request the patch of a stimulus; its time begins when it plays."""
-        self._apparatus.presenter.request(patch)
+        session = self._apparatus.session
         self._until = None
+        if session.moved_numbers(patch) is not None:  # it plays, at another level
+            self._unheard = None
+            self._apparatus.presenter.request(patch)
+            return
+        if self._unheard is None or moved_numbers(self._unheard, patch, session.registry) is None:
+            self.prepare(patch)
+        self._unheard = patch
+        self._let_be_heard()
 
     def has_ended(self, seconds: float) -> bool:
         """Return whether the patch has played for `seconds`; send the event when it begins to play."""
         presenter, clock = self._apparatus.presenter, self._apparatus.clock
-        if presenter.since_frame is None:
+        self._let_be_heard()
+        if presenter.since_frame is None or self._unheard is not None:
             return False
         if self._until is None:
             most_loaded = int(np.argmax(self._apparatus.watch.loads_n))  # on the tile under the participant
@@ -66,3 +89,9 @@ class TimedStimulus:
             return False
         self._until = None
         return True
+
+    def _let_be_heard(self) -> None:
+        """Play what has run unheard for long enough; what is not of the force begins anew."""
+        if self._unheard is not None and self._apparatus.presenter.has_played(SETTLED_S):
+            self._apparatus.presenter.request(self._unheard, anew=True)
+            self._unheard = None

@@ -39,7 +39,7 @@ class Presenter:
             ]
         )
         """The acceleration at full scale of each tile, m/s^2."""
-        self._requested: Patch = session.patch
+        self._requested = session.patch, session.scopes
         self._awaited = [session.patch.dumps()]  # patches with whose swap the requested one plays
         self.since_frame: int | None = 0
         """The frame from which the wanted patch plays; None until it does."""
@@ -52,19 +52,18 @@ class Presenter:
         self.session.send(Level(0.0))
         self.session.play()
 
-    def request(self, patch: Patch) -> None:
-        """Request that this patch plays as soon as possible."""
+    def request(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False) -> None:
+        """Request that this patch plays as soon as possible; `scopes` and `anew` as in `Swap`."""
         self.problem = self._silence
-        if patch == self._requested:
+        if (patch, scopes) == self._requested:
             return
-        is_swapped = self.session.moved_numbers(patch) is None
-        if is_swapped:
+        if anew or scopes != self.session.scopes or self.session.moved_numbers(patch) is None:  # is swapped
             self.since_frame, self._awaited = None, []
         elif self.since_frame is not None:  # otherwise its program is being swapped in, with this or the former number
             self.since_frame, self._awaited = self.session.health.frame, []
-        self._requested = patch
+        self._requested = patch, scopes
         self._awaited.append(patch.dumps())
-        self.session.edit(patch)
+        self.session.edit(patch, scopes, anew=anew)
 
     def has_played(self, seconds: float) -> bool:
         """Return whether the requested patch has been playing for `seconds`."""

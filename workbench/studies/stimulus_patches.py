@@ -6,9 +6,11 @@ from pathlib import Path
 from underfoot.errors import require
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.trials import NOTHING, Presentation
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.file_paths import files_of
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import downstream, node_id, port_name
 from underfoot.studies.presenter import IDLE
 
 
@@ -42,3 +44,17 @@ class StimulusPatches:
             nodes, files = tuple((node.id, node.type) for node in patch.nodes), tuple(files_of(patch, self.registry))
             found.setdefault((nodes, patch.wires, files), patch)
         return [patch for patch in found.values() if patch.nodes]
+
+
+def unheard(patch: Patch, registry: Registry) -> tuple[Patch, tuple[str, ...]]:
+    """Return what of a patch runs before it is heard, and the outputs for which it does: all that follows the force.
+
+    Outputs are left out, and what events start: it begins with the presentation.
+    """
+    patch = effective_patch(patch, registry)
+    types = {node.id: registry[node.type] for node in patch.nodes}
+    events = [w for w in patch.wires if types[node_id(w[0])].output_ports[port_name(w[0])].kind == "event"]
+    sinks = {id for id, type in types.items() if type.is_sink}
+    left_out = downstream(patch.wires, sinks | {node_id(target) for _, target in events})
+    ends = (source for source, target in patch.wires if node_id(target) in left_out and node_id(source) not in left_out)
+    return patch.remove(left_out), tuple(dict.fromkeys(ends))

@@ -10,7 +10,7 @@ from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.study import Page, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
-from underfoot.studies.apparatus import Apparatus, TimedStimulus
+from underfoot.studies.apparatus import SETTLED_S, Apparatus, TimedStimulus
 from underfoot.studies.foot_answers import FootAnswers
 from underfoot.studies.markers import BEGIN, END, ONSET
 from underfoot.studies.measuring import TrialRecord
@@ -19,8 +19,6 @@ from underfoot.studies.presenter import IDLE
 from underfoot.studies.target import FloorTarget
 
 CROSSINGS = 2
-SETTLED_S = 0.3
-"""Silence before a presentation, so that its excerpt contains nothing of the previous one."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +99,12 @@ class TrialRun:
             stiffness = self._apparatus.protocol.stimuli[stimulus].stiffness_n_mm if stimulus != NOTHING else 0.0
             if stiffness > 0.0:
                 plate.request_stiffness(stiffness)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Let a stimulus that a key begins settle under the feet that stand there."""
+        if self.intervals and self._page.start == "key":
+            self._stimulus.prepare(self._patch)
 
     def _try_to_present(self) -> None:
         """Present, or be ready to, once the plate, the pause and the floor allow it."""
@@ -200,6 +204,8 @@ class TrialRun:
             self._wait(self._stage.interval_pause_s)
             return
         self.phase = Phase.ANSWERING
+        if self.can_be_started:
+            self._prepare()
         if self._stage.foot is not None:
             floor, now_s = self._apparatus.session.target.floor, self._apparatus.watch.now_s
             self.foot = FootAnswers(self._stage.foot, self._page.questions[0], floor, now_s)
