@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 from made_studies import TD, made_protocol, preset_protocol, trials, walked
 
+from underfoot.errors import BadFile
 from underfoot.experiments.study import Study
 from underfoot.experiments.trials import NOTHING, Presentation
 
@@ -126,6 +127,32 @@ def test_two_down_one_up_needs_two_of_yes():
     assert above[2] == pytest.approx(above[0] - 10.0)
 
 
+def test_a_weighted_step_up_is_so_many_steps_down():
+    parameters = {"followed": ["TD"], "steps_db": [4.0, 1.0], "up_steps": 3.0}
+    found = trials(walked(Study(made_protocol("staircases", parameters), "P1"), ideal(2.0)))
+    levels = [t.facts["level_db"] for t in found if t.facts["staircase"] == "above"]
+    steps = {round(later - level, 6) for level, later in pairwise(levels)}
+    assert steps == {-4.0, 12.0, -1.0, 3.0}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "wrong"),
+    [
+        ({"standard": "X"}, "down_after is 1; allowed: 2 or more, or up_steps above 1, where the standard is no vib"),
+        ({"standard": "X", "up_after": 3}, "down_after is 1"),
+        ({"standard": "A", "catch_share": 0.1}, "catch_share is 0.1; allowed: 0 with a standard"),
+        ({"standard": "A", "empty_every": 10}, "empty_every is 10; allowed: 0 with a standard"),
+    ],
+)
+def test_staircases_whose_answers_would_say_nothing_are_refused(parameters, wrong):
+    """A rule for even chances went down for ever beside silence; catch trials of one interval asked for one of two."""
+    stimuli = {"TD": TD, "A": TD, "X": {}}
+    with pytest.raises(BadFile, match=f"parameters.{wrong}"):
+        made_protocol("staircases", {"followed": ["TD"], **parameters}, stimuli)
+    for rule in ({"down_after": 3}, {"up_steps": 3.0}):
+        made_protocol("staircases", {"followed": ["TD"], "standard": "X", **rule}, stimuli)
+
+
 @pytest.mark.parametrize("threshold_db", [-9.5, 12.3])
 def test_bayesian_levels_come_near_the_threshold(threshold_db):
     """It lies far from 0 dB, where they begin."""
@@ -140,7 +167,7 @@ def test_bayesian_levels_come_near_the_threshold(threshold_db):
 @pytest.mark.parametrize(
     ("kind", "parameters", "other"),
     [
-        ("staircases", {"followed": ["TD"], "standard": "X"}, "X"),
+        ("staircases", {"followed": ["TD"], "standard": "X", "down_after": 2}, "X"),
         ("bayesian", {"intervals": "two", "trials": 60}, NOTHING),
     ],
 )

@@ -175,6 +175,23 @@ def test_two_down_one_up_is_held_against_the_level_that_is_felt_in_71_of_100():
     assert abs(found.bias) < 0.4
 
 
+def test_beside_silence_what_is_not_felt_is_guessed():
+    """Simulated people compared the level with that of the protocol, at 0 dB, wherever their threshold was."""
+    found = summary_of_staircases(
+        40, {"standard": "X", "pairs": 3, "down_after": 3, "steps_db": [2.0]}, threshold_m_s2=1.0
+    )
+    at_half = 20.0 * math.log10(1.0 / TD["level_m_s2"])
+    assert found.truth == pytest.approx(at_half + 2.0 * 0.23, abs=0.05)  # 0.794 of right answers: 0.59 are no guesses
+    assert abs(found.bias) < 0.8  # it begins so far below that all is guessed: some of its first turns count
+
+
+def test_a_weighted_staircase_tends_to_three_quarters():
+    found = summary_of_staircases(40, {"pairs": 3, "up_steps": 3.0, "steps_db": [0.5]})
+    at_half = 20.0 * math.log10(0.46 / TD["level_m_s2"])
+    assert found.truth == pytest.approx(at_half + 2.0 * 0.7084, abs=0.05)  # (0.75 - 0.02) / 0.96 are felt
+    assert abs(found.bias) < 0.5
+
+
 @pytest.mark.parametrize("truth", [{"guesses": 0.5}, {"lapses": 0.5}, {"guesses": 0.5, "lapses": 0.5}])
 def test_staircases_that_tend_to_no_level_have_no_truth(truth):
     found = summary_of_staircases(2, {"pairs": 1}, **truth)

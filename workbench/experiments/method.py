@@ -93,6 +93,10 @@ class Method(ABC):
     def check_together(cls, given: Mapping[str, Any]) -> None:
         """Raise `BadValue` for parameters that are valid alone but not in combination."""
 
+    @classmethod  # noqa: B027 - most methods have no such rule
+    def require_meaning(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> None:
+        """Raise `BadValue` for checked parameters with which answers would say nothing."""
+
     @classmethod
     def names_stimuli(cls, parameter: str) -> bool:
         """Return whether a parameter is a list of names of stimuli."""

@@ -15,6 +15,7 @@ from underfoot.errors import BadValue, require
 from underfoot.experiments.analysis import magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods import METHODS
+from underfoot.experiments.methods.staircases import GUESSED, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.study import Page
@@ -121,7 +122,9 @@ class Detector(Observer):
     spread_db = Number(2.0, 0.1, 20.0, doc="Standard deviation of the threshold from trial to trial.", unit="dB")
     guesses = Number(0.02, 0.0, 0.5, doc="Share of yes where nothing is felt.")
     lapses = Number(0.02, 0.0, 0.5, doc="Share of no where it is felt.")
-    equal_db = Number(0.0, -30.0, 30.0, doc="With a standard: where the comparison feels as strong.", unit="dB")
+    equal_db = Number(
+        0.0, -30.0, 30.0, doc="With a standard that vibrates: where the comparison feels as strong.", unit="dB"
+    )
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         level = trial.facts.get("level_db")
@@ -130,18 +133,24 @@ class Detector(Observer):
         yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
         if len(trial.intervals) < 2:
             return {"felt": YES if yes else NO}
-        if self.given.get("intervals") == "two":  # one interval has no stimulus; an undetected stimulus is guessed
-            yes = yes or random.random() < 0.5
+        if self.given.get("intervals") == "two" or self._is_silent:  # an undetected stimulus is guessed
+            yes = yes or random.random() < GUESSED
         comparison_first = trial.facts["comparison_at"] == FIRST
         return {"interval": FIRST if yes == comparison_first else SECOND}
 
     def truths(self) -> dict[str, float]:
         # Guesses, lapses and rules such as two down, one up shift the level to which a staircase tends.
         guesses, lapses = self.truth["guesses"], self.truth["lapses"]
-        share = balanced_share(self.given.get("down_after", 1), self.given.get("up_after", 1)) - guesses
-        felt = share / (1.0 - guesses - lapses) if guesses + lapses < 1.0 else math.nan
+        share = balanced_share(self.given)
+        if self._is_silent:
+            share = (share - GUESSED) / (1.0 - GUESSED)
+        felt = (share - guesses) / (1.0 - guesses - lapses) if guesses + lapses < 1.0 else math.nan
         shift = self._spread_db * _normal_inverse(felt) if 0.0 < felt < 1.0 else math.nan  # it tends to no level
         return {f"threshold {name}": self._middle_of(name) + shift for name in self.given["followed"]}
+
+    @property
+    def _is_silent(self) -> bool:
+        return "standard" in self.given and is_silent(self.given, self.protocol.stimuli)
 
     @property
     def _spread_db(self) -> float:
@@ -151,24 +160,9 @@ class Detector(Observer):
         return self._middle_of(str(trial.facts["comparison"]))
 
     def _middle_of(self, stimulus: str) -> float:
-        if self.given.get("standard"):
+        if self.given.get("standard") and not self._is_silent:
             return float(self.truth["equal_db"])
         return 20.0 * math.log10(self.truth["threshold_m_s2"] / self.protocol.stimuli[stimulus].level_m_s2)
-
-
-def balanced_share(down_after: int, up_after: int) -> float:
-    """Return the share of yes at which a staircase is as likely to go down as up: a run of so many yes, or of no.
-
-    >>> balanced_share(1, 1), round(balanced_share(2, 1), 4), round(balanced_share(3, 1), 4)
-    (0.5, 0.7071, 0.7937)
-    """
-    low, high = 0.0, 1.0
-    for _ in range(50):
-        yes = 0.5 * (low + high)
-        down = yes ** (down_after - 1) * (1.0 - (1.0 - yes) ** up_after)
-        up = (1.0 - yes) ** (up_after - 1) * (1.0 - yes**down_after)
-        low, high = (yes, high) if down < up else (low, yes)
-    return round(0.5 * (low + high), 12)
 
 
 class SlopedDetector(Detector):

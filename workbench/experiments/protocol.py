@@ -244,9 +244,14 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             if stage.kind == "level":
                 self._require_level_moves(f"stages[{i}].stimulus", stage.stimulus)
             elif stage.method is not None:
-                method = METHODS[stage.method.kind]
-                for name in method.moved(method.checked(stage.method.parameters, self.stimuli)):
-                    self._require_level_moves(f"stages[{i}].method.parameters.followed", name)
+                method, place = METHODS[stage.method.kind], f"stages[{i}].method.parameters"
+                given = method.checked(stage.method.parameters, self.stimuli)
+                for name in method.moved(given):
+                    self._require_level_moves(f"{place}.followed", name)
+                try:
+                    method.require_meaning(given, self.stimuli)
+                except BadValue as error:
+                    raise BadValue(f"{place}.{error}") from None
 
     def _require_level_moves(self, place: str, name: str) -> None:
         """Raise `BadValue` for a stimulus of which every level would be presented alike."""

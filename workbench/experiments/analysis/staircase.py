@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.methods.staircases import Staircase, Staircases, is_yes, move
+from underfoot.experiments.methods.staircases import Staircase, Staircases, balanced_share, is_yes, move
 from underfoot.experiments.table import Row, grouped
 
 _COLOURS = ("force", "vibration", "contact", "events")
@@ -32,7 +33,7 @@ class Run:
 
 def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], Run]:
     """Return one person's staircases by stimulus, block and start; of each, the run after the last false alarm."""
-    given = {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
+    given = _rule(settings)
     states: dict[tuple[str, int, str], tuple[int, Staircase, Run]] = {}
     for row in rows:
         if row.get("staircase") in (None, ""):
@@ -53,7 +54,7 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's threshold for each stimulus, the mean of its staircases, in dB re its level."""
-    last = int(settings.given.get("last", 8))
+    last = _rule(settings)["last"]
     values: dict[str, list[float]] = {}
     for (stimulus, _, _), run in staircases(rows, settings).items():
         values.setdefault(stimulus, [])
@@ -69,6 +70,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     several = {str(person): estimates(part, settings) for (person,), part in people.items()}
     lines = [(person, one) for person, of in several.items() for one in of]
     note = "Student's intervals over the staircases of each person; dB re the level of the stimulus."
+    if settings.given:
+        note += f" The level tends to where {100.0 * balanced_share(_rule(settings)):.3g} % of the answers are yes."
     if any(math.isnan(one.value) for _, one in lines):
         note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
@@ -93,9 +96,15 @@ def over_people(lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row]) -> l
     return over
 
 
+def _rule(settings: Settings) -> dict[str, Any]:
+    """Return the method's parameters, its usual ones where they are not known."""
+    return {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
+
+
 def _least_reversals(settings: Settings) -> int:
     """Return the number of reversals that a staircase needs to be counted."""
-    return min(int(settings.given.get("reversals", 12)), int(settings.given.get("last", 8)))
+    rule = _rule(settings)
+    return min(int(rule["reversals"]), int(rule["last"]))
 
 
 def _beside(rows: Sequence[Row]) -> str:

@@ -1,7 +1,8 @@
 """Up-down staircases: the level follows the answers, to where a share of them, such as half, are yes (thesis 6.3).
 
-Levitt, Transformed up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49 (1971); catch trials and restarts as in
-the thesis, after Lecluyse and Meddis (2009).
+Levitt, Transformed up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49 (1971); steps up of another size than
+those down after Kaernbach, Percept. Psychophys. 49 (1991); catch trials and restarts as in the thesis, after Lecluyse
+and Meddis (2009).
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,6 +35,8 @@ class Staircase:
     reversals_db: list[float] = field(default_factory=list)
 
 
+GUESSED = 0.5
+"""Share of right guesses of two intervals."""
 _TRIALS_OF_REVERSAL = 1.6
 """Mean number of trials between reversals, over simulated people, with one answer per step."""
 
@@ -42,7 +45,8 @@ class Staircases(Method):
     """Pairs of staircases, one from above and one from below, randomly interleaved; a block is one pair.
 
     Each stimulus has `pairs` pairs. With a standard, a trial has two intervals, and yes means that the comparison was
-    judged greater. Without one, yes means that the participant felt the stimulus.
+    judged greater; if nothing vibrates in the standard, yes means that it was found. Without one, yes means that the
+    participant felt the stimulus.
     """
 
     kind, name = "staircases", "Up-down staircases"
@@ -53,13 +57,14 @@ class Staircases(Method):
     above_db = Numbers((8.0, 15.0), -60.0, 60.0, doc="From where to where one begins, re the level.", least=2, most=2)
     below_db = Numbers((-15.0, -8.0), -60.0, 60.0, doc="And the other.", least=2, most=2)
     steps_db = Numbers((10.0, 3.0), 0.01, 40.0, doc="How far it goes: first, and after each change.", unit="dB")
+    up_steps = Number(1.0, 0.1, 10.0, doc="A step up, in steps down: 3 tends to where 75 % are yes.")
     change_after = Count(2, 1, 50, doc="Reversals until the next step size.")
     down_after = Count(1, 1, 10, doc="Answers of yes in a row until it goes down.")
     up_after = Count(1, 1, 10, doc="Answers of no in a row until it goes up.")
     reversals = Count(12, 2, 100, doc="Reversals of each staircase.")
     last = Count(8, 1, 100, doc="Reversals that count, the last ones.")
-    catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing.")
-    empty_every = Count(0, 0, 1000, doc="Every so manyth trial is announced as empty; 0: none.")
+    catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing; without a standard only.")
+    empty_every = Count(0, 0, 1000, doc="Every so manyth trial is announced as empty; 0: none. As catch trials.")
     lowest_db = Number(-60.0, -120.0, 0.0, doc="No lower than this.", unit="dB")
     highest_db = Number(30.0, 0.0, 60.0, doc="No higher than this.", unit="dB")
     most_trials = Count(120, 10, 10000, doc="A staircase that has not ended after so many is given up.")
@@ -83,6 +88,16 @@ class Staircases(Method):
             require(inside, name, [low, high], "the lower first, between lowest_db and highest_db")
 
     @classmethod
+    def require_meaning(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> None:
+        if not given["standard"]:
+            return
+        for name in ("catch_share", "empty_every"):
+            require(not given[name], name, given[name], "0 with a standard: a trial of nothing has no two intervals")
+        allowed = "2 or more, or up_steps above 1, where the standard is no vibration: half of the guesses are right"
+        found = is_silent(given, stimuli) and balanced_share(given) <= GUESSED
+        require(not found, "down_after", given["down_after"], allowed)
+
+    @classmethod
     def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
         return super().peak_gains_db(given) | dict.fromkeys(given["followed"], given["highest_db"])
 
@@ -99,7 +114,8 @@ class Staircases(Method):
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
         pairs = given["pairs"] * len(given["followed"])
-        answers = 0.5 * (given["down_after"] + given["up_after"]) * _TRIALS_OF_REVERSAL
+        up = given["up_steps"]
+        answers = 0.5 * (given["down_after"] + given["up_after"]) * _TRIALS_OF_REVERSAL * (1.0 + up) ** 2 / (4.0 * up)
         moving = (1.0 - given["catch_share"]) * (1.0 - 1.0 / given["empty_every"] if given["empty_every"] else 1.0)
         return round(2 * pairs * given["reversals"] * answers / max(moving, 0.1)), pairs
 
@@ -191,7 +207,29 @@ def move(staircase: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None
     staircase.direction = way
     steps = given["steps_db"]
     step = steps[min(len(staircase.reversals_db) // given["change_after"], len(steps) - 1)]
+    step *= 1.0 if said_yes else given["up_steps"]
     staircase.level_db = min(max(staircase.level_db + way * step, given["lowest_db"]), given["highest_db"])
+
+
+def balanced_share(given: Mapping[str, Any]) -> float:
+    """Return the share of yes at which a staircase goes down as far as up: after a run of so many yes, or of no.
+
+    >>> rules = ((1, 1, 1.0), (2, 1, 1.0), (3, 1, 1.0), (1, 1, 3.0))
+    >>> [balanced_share(dict(down_after=d, up_after=u, up_steps=s)) for d, u, s in rules]
+    [0.5, 0.707107, 0.793701, 0.75]
+    """
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        yes = 0.5 * (low + high)
+        down = yes ** (given["down_after"] - 1) * (1.0 - (1.0 - yes) ** given["up_after"])
+        up = (1.0 - yes) ** (given["up_after"] - 1) * (1.0 - yes ** given["down_after"])
+        low, high = (yes, high) if down < up * given["up_steps"] else (low, yes)
+    return round(0.5 * (low + high), 6)
+
+
+def is_silent(given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> bool:
+    """Return whether there is a standard, and nothing vibrates in it: which interval had something is guessed."""
+    return bool(given["standard"]) and not stimuli[given["standard"]].patch
 
 
 def is_yes(facts: Mapping[str, Any], answers: Mapping[str, Any]) -> bool:
