@@ -257,11 +257,11 @@ class Canvas(EditableView):
         return self.patch_scene.wire_for(item.node.type, item_rect(item))
 
     def _frame_entered(self, place: QPointF) -> GroupFrameItem | None:
-        """Return the frame of the group into which nodes and notes are dragged; whole groups stay as they are."""
+        """Return the frame of the group into which something is dragged; whole frames stay as they are."""
         scene = self.patch_scene
-        moved = scene.places().keys()
+        moved = set(scene.members(scene.places()))
         opened = (group for group in scene.group_view.opened if moved >= set(group.members))
-        if self._dragged_group is not None or not moved or moved & scene.group_nodes.keys() or any(opened):
+        if self._dragged_group is not None or not moved or any(opened):
             return None
         frame = scene.frame_around(place, without=moved)
         return None if frame is None or frame.frame_rect().contains(self._pressed_at) else frame
@@ -284,12 +284,13 @@ class Canvas(EditableView):
         self.patch_scene.highlight_frame(None)
         places = self.patch_scene.places()
         if places:
-            patch, what = self.document.patch.move(places), f"Move {self._count_text(self.patch_scene.members(places))}"
+            members = self.patch_scene.members(places)
+            patch, what = self.document.patch.move(places), f"Move {self._count_text(members)}"
+            if frame is not None:
+                group = frame.shown_group
+                patch, what = put_into(patch, members, group.id), f"{what} into {group.title or 'the group'}"
             if wire is not None and len(places) == 1:
                 self.insert(patch, next(iter(places)), wire.wire)
-            elif frame is not None:
-                group = frame.shown_group
-                self.document.edit(put_into(patch, places, group.id), f"{what} into {group.title or 'the group'}")
             else:
                 self.document.edit(patch, what)
 

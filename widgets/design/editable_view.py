@@ -76,7 +76,6 @@ class EditableView(PatchView):
         `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`. A node that feeds an
         input has its right edge at `place`. `into` is a wire into which the node is inserted.
         """
-        frame = None if place is None else self.patch_scene.frame_around(place)
         if place is None:
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
@@ -84,7 +83,7 @@ class EditableView(PatchView):
         at = self._free_place(type, place, ends_there=feeds)
         after = patch.add(type, self.registry, at, **self.registry[type].initial)
         id = after.nodes[-1].id
-        around = self._group_of(into) if into else frame.shown_group.id if frame else self.inside
+        around = self._group_of(into) if into else self._group_at(place)
         if around:
             after = put_into(after, [id], around)
         if from_port is not None:
@@ -102,6 +101,11 @@ class EditableView(PatchView):
         x, y = snapped(place.x() - left, place.y() - TITLE / 2)
         dx, dy = shift_to_free_place([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
         return x + dx, y + dy
+
+    def _group_at(self, place: QPointF) -> str:
+        """Return the group whose frame is around a place, or else the open one."""
+        frame = self.patch_scene.frame_around(place)
+        return frame.shown_group.id if frame else self.inside
 
     def _group_of(self, wire: Wire) -> str:
         """Return the innermost group that contains both ends of a wire."""
@@ -137,7 +141,8 @@ class EditableView(PatchView):
         dx, dy = shift_to_free_place([(x, y, 200.0, 96.0)], self.patch_scene.boxes())
         note = Note(patch.free_id("note"), "", (x + dx, y + dy))
         after = msgspec.structs.replace(patch, notes=(*patch.notes, note))
-        self.document.edit(put_into(after, [note.id], self.inside) if self.inside else after, "Add a note")
+        around = self._group_at(place)
+        self.document.edit(put_into(after, [note.id], around) if around else after, "Add a note")
         self.patch_scene.select([note.id])
         self.edit_note(note.id)
 
@@ -175,13 +180,16 @@ class EditableView(PatchView):
         mouse = self.viewport().mapFromGlobal(self.cursor().pos())
         over = self.viewport().rect().contains(mouse) and self.viewport().underMouse()
         place = self.mapToScene(mouse)
-        self._paste(QApplication.clipboard().text(), (place.x(), place.y()) if over else None, "Paste")
+        at, group = ((place.x(), place.y()), self._group_at(place)) if over else (None, self.inside)
+        self._paste(QApplication.clipboard().text(), at, "Paste", group)
 
     def duplicate(self) -> None:
-        """Add a copy of the selected items beside them."""
+        """Add a copy of the selected items beside them, in the group of which they are a part."""
         members = self._members_for("duplicate")
         if members:
-            self._paste(self._copied(members), None, "Duplicate")
+            groups = self.patch_scene.group_view.opened
+            around = [self.inside, *(group.id for group in groups if set(members) < set(group.members))]
+            self._paste(self._copied(members), None, "Duplicate", around[-1])
 
     def _copied(self, members: Sequence[str]) -> str:
         """Return these items as text, without the sub-patch that is open, also if they are all of it."""
@@ -190,17 +198,17 @@ class EditableView(PatchView):
 
     def put_in(self, patch: Patch, title: str) -> None:
         """Add all of another patch, called `title`, in a free place."""
-        self._paste(patch.dumps().decode(), None, f"Insert {title}:")
+        self._paste(patch.dumps().decode(), None, f"Insert {title}:", self.inside)
 
-    def _paste(self, text: str, at: tuple[float, float] | None, what: str) -> None:
+    def _paste(self, text: str, at: tuple[float, float] | None, what: str, group: str) -> None:
         patch = self.document.patch
         try:
             after, ids = pasted(patch, text, self.registry, at)
         except BadFile as error:
             self.show_message(str(error))
             return
-        if self.inside:
-            after = put_into(after, ids, self.inside)
+        if group:
+            after = put_into(after, ids, group)
         new = set(ids)
         boxes = [self._box(after, node.id) for node in after.nodes if node.id in new]
         dx, dy = shift_to_free_place(boxes, self.patch_scene.boxes())

@@ -222,6 +222,40 @@ def test_a_whole_group_that_is_dragged_into_another_frame_stays_a_group(chain):
     assert members_of(chain) == [{"through", "through1"}, {"hum", "shaker"}]
 
 
+def test_a_sub_patch_that_is_dragged_into_a_frame_is_in_the_group(chain):
+    chain.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    (block,) = chain.canvas.patch_scene.group_nodes.values()
+    start = in_view(chain, block.pos() + QPointF(block.geometry.plot.center()))
+    drag(chain, start, middle(chain, "through") + QPoint(0, 40))
+    assert members_of(chain) == [{"hum", "through", "through1"}, {"hum"}]
+    assert chain.document.stack.undoText() == "Move Hum into Chain"
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert members_of(chain) == [{"through", "through1"}, {"hum"}]
+
+
+def test_what_is_duplicated_in_a_frame_is_in_its_group_and_a_whole_frame_is_beside_it(chain):
+    chain.canvas.patch_scene.select(["through"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_D, CONTROL)
+    assert members_of(chain) == [{"through", "through1", "through2"}]
+    chain.canvas.patch_scene.select(["through", "through1", "through2"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_D, CONTROL)
+    assert members_of(chain) == [{"through", "through1", "through2"}, {"through3", "through4", "through5"}]
+
+
+def test_what_is_pasted_or_written_under_the_mouse_in_a_frame_is_in_its_group(chain, qtbot):
+    canvas = chain.canvas
+    canvas.patch_scene.select(["hum"])
+    QTest.keyClick(canvas, Qt.Key.Key_C, CONTROL)
+    place = in_view(chain, canvas.patch_scene.group_frames["group"].title_rect().center())
+    canvas.cursor().setPos(canvas.viewport().mapToGlobal(place))
+    qtbot.waitUntil(canvas.viewport().underMouse)
+    QTest.keyClick(canvas, Qt.Key.Key_V, CONTROL)
+    QTest.keyClick(canvas, Qt.Key.Key_T)
+    write(chain, "Why", Qt.Key.Key_Return, CONTROL)
+    assert members_of(chain) == [{"through", "through1", "hum1", "note"}]
+
+
 def test_a_frame_lights_up_under_a_node_from_the_palette(chain):
     frame = chain.canvas.patch_scene.group_frames["group"]
     plain, data = frame_picture(chain, frame), QMimeData()
