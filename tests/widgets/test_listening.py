@@ -97,6 +97,15 @@ def test_the_button_on_a_node_and_its_key_play_it_alone(window, bench, qtbot):
     assert window.listening.auditioned_output is None
 
 
+def test_a_node_that_is_played_alone_is_called_by_its_name(window, bench, qtbot):
+    bench.document.edit(bench.patch().name("noise", "Wind & rain"), "Rename")
+    bench.canvas.patch_scene.select(["noise"])
+    key(bench, Qt.Key.Key_A)
+    qtbot.waitUntil(bench.listen_bar.audition_button.isVisible)
+    assert bench.listen_bar.audition_button.text() == "Wind && rain alone  ×"
+    assert window.status.message.startswith("Auditioning Wind & rain")
+
+
 def test_marks_are_set_by_keys_heard_and_undone(window, bench, qtbot):
     canvas = bench.canvas
     canvas.patch_scene.select(["noise", "tile-output"])

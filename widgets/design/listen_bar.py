@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton,
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
+from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -93,11 +94,11 @@ class ListenBar(QWidget):
         if not has_other:
             self.state.set_full_text("")
 
-    def show_auditioned(self, node: str) -> None:
-        """Show the node that is played alone; "" for none."""
-        self.audition_button.setVisible(bool(node))
-        self.audition_button.setChecked(bool(node))
-        self.audition_button.setText(f"{node} alone  ×")
+    def show_auditioned(self, name: str) -> None:
+        """Show the name of the node that is played alone; "" for none."""
+        self.audition_button.setVisible(bool(name))
+        self.audition_button.setChecked(bool(name))
+        self.audition_button.setText(f"{literal(name)} alone  ×")
 
     def show_match(self, gains: Mapping[str, str], on: bool) -> None:
         """Show the attenuation of the louder slot."""

@@ -297,10 +297,9 @@ class SlotListening(QObject):
         bar, listening = self._bar, self._listening
         has_other = self._open_patch.other is not None
         bar.show_slot(self._open_patch.slot, has_other=has_other)
-        bar.show_auditioned(listening.auditioned_output.node if listening.auditioned_output is not None else "")
+        node = listening.auditioned_output.node if listening.auditioned_output is not None else ""
+        bar.show_auditioned(self._patch.name_of(node))
         bar.show_looping(listening.is_looping)
-        self._canvas.patch_scene.show_auditioned(
-            listening.auditioned_output.node if listening.auditioned_output is not None else ""
-        )
+        self._canvas.patch_scene.show_auditioned(node)
         if has_other:
             bar.show_match({slot: gain_text(listening, slot) for slot in SLOTS}, listening.is_matched)

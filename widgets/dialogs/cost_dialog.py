@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.bench.block_stages import STAGES, BlockStages, NodeCost
 from underfoot.bench.cost_process import CostRequest
+from underfoot.patch.patch import Patch
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.one_answer import OneAnswer
@@ -31,7 +32,7 @@ class CostDialog(QDialog):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Cost of a block")
-        self._request = request
+        self._request, self._measured = request, b""
         died = "The process that measured died; measure again."
         self._measurement = OneAnswer("cost", "underfoot.bench.cost_process", died, self)
         self._measurement.ended.connect(self._show_answer)
@@ -71,7 +72,9 @@ class CostDialog(QDialog):
         if self._measurement.is_awaited:
             self._stop("Stopped.")
             return
-        self._measurement.begin(self._request(self.feet.currentData()))
+        request = self._request(self.feet.currentData())
+        self._measured = request.patch
+        self._measurement.begin(request)
         self.start_button.setText("Stop")
         self.summary.setText("Measuring for about ten seconds, in another process; other work makes it seem slower")
 
@@ -99,10 +102,11 @@ class CostDialog(QDialog):
             self._row(stage.stage, stage.ms, found.whole_ms, STAGES[stage.stage])
         self._row("reading", found.reading_ms, 0.0, "not in the block: readings to newtons, where devices are read")
         self._heading("NODES")
+        patch = Patch.unchecked(self._measured, "the patch")
         for node in sorted(found.nodes, key=lambda node: -node.ms):
-            self._row(node.node, node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
+            self._row(patch.name_of(node.node), node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
         for id in found.left_out:
-            self._row(id, 0.0, 0.0, "left out: no output needs it")
+            self._row(patch.name_of(id), 0.0, 0.0, "left out: no output needs it")
 
     def _heading(self, text: str) -> None:
         item = QTreeWidgetItem([text])

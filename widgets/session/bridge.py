@@ -185,9 +185,10 @@ class Bridge(QObject):
                 self.notified.emit(
                     f"The {process} stopped ({reason}) and was started again; the patch goes on playing."
                 )
-            case Fault(node, tile):
+            case Fault(node, tile) if self._session is not None:
                 self.faulted.emit(report)
-                self._notify_once(f"{node} produced a value that is not finite on tile {tile}; its output is silenced.")
+                name = self._session.patch.name_of(node)
+                self._notify_once(f"{name} produced a value that is not finite on tile {tile}; its output is silenced.")
 
     def _notify_once(self, text: str) -> None:
         if text and text not in self._notices:

@@ -36,14 +36,14 @@ def names_of(dialog):
 
 
 def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
-    dialog = opened(hum().dumps())
+    dialog = opened(hum().name("tone", "Low hum").dumps())
     assert dialog.summary.text().startswith("Measuring")
     qtbot.waitUntil(lambda: dialog.table.topLevelItemCount() > 0, timeout=LONG_MS)
     names = names_of(dialog)
     assert names[0] == "STAGES"
-    assert {"tracking", "safety", "NODES", "tone", "tile-output"} <= set(names)
+    assert {"tracking", "safety", "NODES", "Low hum", "tile-output"} <= set(names)
     assert "a foot on 4 of 4 tiles" in dialog.summary.text()
-    row = dialog.table.topLevelItem(names.index("tone"))
+    row = dialog.table.topLevelItem(names.index("Low hum"))
     assert float(row.text(1)) > 0.0
     assert row.text(2).endswith(" %")
 

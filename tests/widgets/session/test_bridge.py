@@ -153,8 +153,13 @@ def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
     nothing = np.zeros(0), np.zeros((0, 4, 4))
     gone, back = OutputChanged("a card has gone", "udp, without sound", "no card"), OutputChanged("it is back", "")
     reports = [Fault("noise", "t1", 0), Notice("udp is back"), Notice(""), gone, back]
+    patch = Patch().add("noise", REGISTRY).name("noise", "Hiss")
     session = SimpleNamespace(
-        poll=lambda: reports, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
+        poll=lambda: reports,
+        force=SimpleNamespace(read=lambda: nothing),
+        force_rate_hz=1000.0,
+        health=None,
+        patch=patch,
     )
     made, said, outputs = Bridge(), [], []
     made.notified.connect(said.append)
@@ -163,6 +168,6 @@ def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
     made.tick()
     made.tick()
     made.detach()
-    assert said[0].startswith("noise produced a value that is not finite on tile t1")
+    assert said[0].startswith("Hiss produced a value that is not finite on tile t1")
     assert said[1:] == ["udp is back", "A card has gone.", "It is back."] * 2
     assert outputs == [gone, back] * 2
