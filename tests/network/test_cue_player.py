@@ -207,6 +207,27 @@ def test_a_value_in_a_patch_that_was_refused_is_refused_as_well(stage):
     stage.playing.session.edit(stage.player.set_base_patch(hum()))
 
 
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_value_in_a_patch_that_is_being_compiled_is_answered_as_the_patch_is(stage, tmp_path, is_there):
+    """It was answered as played at once, by the patch before, which has no such node."""
+    file = tmp_path / "hiss.wav"
+    if is_there:
+        write_wav(file, np.full((4_800, 1), 0.1, np.float32), 48_000)
+    own = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": str(file)})
+    received, number = stage.server.counts.received, 84 + is_there
+    stage.send_message("/underfoot/set", "wav-player", "amplitude", 0.5, number)
+    stage.playing.until(lambda: stage.server.counts.received > received, "the cue")
+    stage.playing.session.edit(stage.player.set_base_patch(own))
+    stage.player.tick(())
+    if is_there:
+        frame, _, _ = stage.answer("/underfoot/played", number)
+        assert frame == stage.frame_of(lambda command: isinstance(command, Swap) and b"hiss.wav" in command.patch)
+    else:
+        assert "hiss.wav" in stage.answer("/underfoot/refused", number)[1]
+    stage.send_message("/underfoot/stop")
+    stage.playing.session.edit(stage.player.set_base_patch(hum()))
+
+
 def test_a_preset_that_was_refused_is_not_played_with_a_later_cue(stage, tmp_path):
     """The floor's own sound file was gone for a while; each cue after it asked for the refused preset again."""
     file = tmp_path / "hiss.wav"

@@ -116,7 +116,7 @@ class Session:
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # programs that can be played at once
         self._settle_s = 0.0
         self._begins_anew = False  # whether the patch being compiled starts without old states
-        self._is_compiled = True  # whether it is the present patch; the engine compiles the first one itself
+        self.is_compiled = True  # whether that is the present patch; the engine compiles the first one itself
         self._is_refused = False  # whether an earlier patch plays instead of the present one
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
@@ -187,7 +187,7 @@ class Session:
     def edit(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Play this patch from now on: changed numbers are ramped; other changes build a program, which is faded in."""
         moved = self.moved_numbers(patch) if scopes == self.scopes and not anew else None
-        if self._is_compiled:
+        if self.is_compiled:
             self._begins_anew, self._settle_s = anew, settle_s
         else:  # a previous edit has not been carried out yet
             self._begins_anew, self._settle_s = anew or self._begins_anew, max(settle_s, self._settle_s)
@@ -231,7 +231,7 @@ class Session:
 
         It cannot while a patch is compiled, and before the engine plays.
         """
-        can_start = self._started and self._is_compiled
+        can_start = self._started and self.is_compiled
         if can_start:
             self.send(Start(self.patch.dumps(), self.scopes, tile=tile, from_frame=from_frame))
         return can_start
@@ -348,7 +348,7 @@ class Session:
     def _request_compile(self) -> None:
         """Compile the kernels of the present patch; it is played as soon as they are ready."""
         if self._setup is not None:
-            self._is_compiled = False
+            self.is_compiled = False
             self._compile_progress.forget("compiler")
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
@@ -368,14 +368,14 @@ class Session:
                     else:
                         self._play_compiled()
                 case Compiling():
-                    if not (self._started and self._is_compiled):
+                    if not (self._started and self.is_compiled):
                         self._reports += self._compile_progress.take("compiler", message)
                 case _:
                     self._reports.append(message)
 
     def _play_compiled(self) -> None:
         """Play the present patch, whose kernels are compiled now."""
-        self._compiled, self._is_compiled, self._is_refused = (self.patch, self.scopes), True, False
+        self._compiled, self.is_compiled, self._is_refused = (self.patch, self.scopes), True, False
         if self._started:
             self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._begins_anew, settle_s=self._settle_s))
             self.repeats.resend()
@@ -394,7 +394,7 @@ class Session:
         """Send the waiting engine its configuration, after a requested recording has started."""
         if self._waits_for_recorder:
             return
-        patch, scopes = (self.patch, self.scopes) if self._is_compiled else self._compiled
+        patch, scopes = (self.patch, self.scopes) if self.is_compiled else self._compiled
         if self._setup is None:
             self._tell_recorder("patch", patch.dumps().decode())
             self._tell_recorder("corrections", self._equalisers_text())
@@ -426,7 +426,7 @@ class Session:
             if equaliser not in setup.equalisers:
                 self._engine.send(equaliser)
         patch = self.patch.dumps()
-        if self._is_compiled and (patch, self.scopes) != (setup.patch, setup.scopes):
+        if self.is_compiled and (patch, self.scopes) != (setup.patch, setup.scopes):
             self._engine.send(Swap(patch, self.scopes))
 
     def _handle_engine_reports(self) -> None:
@@ -494,6 +494,6 @@ class Session:
         line = f"the {name} fails again and again; it is not started any more: {reason}"
         if name == "engine":
             return OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
-        if name == "compiler" and not self._is_compiled:
+        if name == "compiler" and not self.is_compiled:
             return PatchRefused.because(f"the compiler fails again and again, the last time with {reason}")
         return Notice(line)

@@ -122,12 +122,13 @@ class CuePlayer:
         before, self.cued = self.cued, cued
         played = self._composed(cued)
         moved = self.session.moved_numbers(played)
+        is_new = moved is None or not self.session.is_compiled  # a number may be of a node that does not play yet
         waiting = [pending for pending in self._pending if pending.edit]
         self._note(played)
         self.session.edit(played)
-        if moved is None or moved:
-            edit = self._edits if moved is None or waiting else 0
-            self._pending.append(_Pending(cues, moved[-1] if moved else None, edit, before))
+        if is_new or moved:
+            edit = self._edits if is_new or waiting else 0
+            self._pending.append(_Pending(cues, moved[-1] if moved and not is_new else None, edit, before))
         elif waiting:
             waiting[-1].cues += cues
         else:
