@@ -6,6 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
 from PySide6.QtGui import QDragMoveEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
+from underfoot.widgets.design.node_list import MIME
 from underfoot.widgets.design.patch_view import PatchView
 
 EDGE_PX = 24
@@ -20,8 +21,7 @@ _SLOWNESS = 8
 class EdgeScrolling(QObject):
     """Scrolls a view for as long as the left button holds something at its edge or beyond, the faster the further.
 
-    What is dragged here from elsewhere, such as a node of the list, crosses an edge on its way. It scrolls only after
-    it was further within.
+    A node that is dragged here from the list crosses an edge on its way. It scrolls only after it was further within.
     """
 
     def __init__(self, view: PatchView, is_held: Callable[[], bool]) -> None:
@@ -51,9 +51,11 @@ class EdgeScrolling(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QMouseEvent):
             self._follow(event)
-        elif isinstance(event, QDragMoveEvent):
-            self._follow_from_elsewhere(event)
-        elif event.type() in (QEvent.Type.DragLeave, QEvent.Type.Drop):
+        elif isinstance(event, QDragMoveEvent) and event.mimeData().hasFormat(MIME):
+            self._follow_from_list(event)
+        elif event.type() == QEvent.Type.DragLeave:
+            self._timer.stop()  # it may come back, or be given up
+        elif event.type() == QEvent.Type.Drop:
             self._timer.stop()
             self._scrolled = QPoint()
         return False
@@ -66,7 +68,7 @@ class EdgeScrolling(QObject):
         far = (at - self._pressed_at).manhattanLength() >= QApplication.startDragDistance()
         self._scroll_for(event.clone() if is_drag and (far or self.is_scrolling) else None)
 
-    def _follow_from_elsewhere(self, event: QDragMoveEvent) -> None:
+    def _follow_from_list(self, event: QDragMoveEvent) -> None:
         at = event.position().toPoint()
         if event.type() == QEvent.Type.DragEnter or self._step(at).isNull():
             self._was_within = event.type() != QEvent.Type.DragEnter

@@ -34,6 +34,8 @@ class NodeList(QListWidget):
     """Families and their node types. `chosen` carries the type on Enter or double click."""
 
     chosen = Signal(str)
+    drag_ended = Signal()
+    """A node that was dragged from here was dropped, or given up."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -113,6 +115,10 @@ class NodeList(QListWidget):
         if rows:
             at = rows.index(self.currentRow()) + by if self.currentRow() in rows else (0 if by > 0 else -1)
             self.setCurrentRow(rows[at % len(rows)])
+
+    def startDrag(self, actions: Qt.DropAction) -> None:
+        super().startDrag(actions)
+        self.drag_ended.emit()
 
     def mimeData(self, items: list[QListWidgetItem]) -> QMimeData:  # type: ignore[override]
         data = QMimeData()

@@ -264,6 +264,7 @@ class DesignWorkspace(Workspace):
     def _connect(self) -> None:
         self.document.changed.connect(self._changed)
         self.node_palette.chosen.connect(lambda type: self.canvas.add(type))
+        self.node_palette.list.drag_ended.connect(self.canvas.edge_scrolling.undo)
         self.canvas.selected.connect(self._selected)
         self.canvas.refused.connect(self.refused)
         self.canvas.files_pasted.connect(self.files_pasted)

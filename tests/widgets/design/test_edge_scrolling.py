@@ -2,8 +2,8 @@
 
 import pytest
 from design_samples import LEFT, NONE, drag, middle, port, send
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -122,11 +122,16 @@ def test_a_press_at_the_edge_scrolls_nothing(workspace, canvas):
     assert not canvas.edge_scrolling.is_scrolling
 
 
-def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(workspace, canvas, qtbot):
-    view, before, end = canvas.viewport(), left_edge(canvas), right_of(canvas, -4)
+def from_the_list(workspace):
+    """Return how the node Hum is dragged."""
     palette = workspace.node_palette.list
     data = palette.mimeData(palette.findItems("Hum", Qt.MatchFlag.MatchContains))
-    how = Qt.DropAction.CopyAction, data, LEFT, NONE
+    return Qt.DropAction.CopyAction, data, LEFT, NONE
+
+
+def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(workspace, canvas, qtbot):
+    view, before, end = canvas.viewport(), left_edge(canvas), right_of(canvas, -4)
+    how = from_the_list(workspace)
     QApplication.sendEvent(view, QDragEnterEvent(QPoint(1, end.y()), *how))
     QApplication.sendEvent(view, QDragMoveEvent(QPoint(2, end.y()), *how))
     assert not canvas.edge_scrolling.is_scrolling  # the list is beside this edge
@@ -140,3 +145,30 @@ def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(workspace, can
     stays = left_edge(canvas)
     workspace.hide()
     assert left_edge(canvas) == stays
+
+
+def test_a_node_from_the_list_that_is_given_up_leaves_the_view_where_it_was(workspace, canvas, qtbot):
+    view, before, end, how = canvas.viewport(), left_edge(canvas), right_of(canvas, -4), from_the_list(workspace)
+    QApplication.sendEvent(view, QDragEnterEvent(view.rect().center(), *how))
+    QApplication.sendEvent(view, QDragMoveEvent(view.rect().center(), *how))
+    QApplication.sendEvent(view, QDragMoveEvent(end, *how))
+    qtbot.waitUntil(lambda: left_edge(canvas) > before + 100)
+    QApplication.sendEvent(view, QDragLeaveEvent())
+    assert not canvas.edge_scrolling.is_scrolling
+    assert left_edge(canvas) > before  # it may come back
+    palette = workspace.node_palette.list
+    at = palette.visualItemRect(palette.findItems("Hum", Qt.MatchFlag.MatchContains)[0]).center()
+    for kind, way in ((QEvent.Type.MouseButtonPress, 0), (QEvent.Type.MouseMove, 30), (QEvent.Type.MouseMove, 60)):
+        send(palette.viewport(), kind, at + QPoint(way, 0), LEFT)  # without a screen a drag ends as it begins
+    assert left_edge(canvas) == before
+
+
+def test_a_file_that_is_dragged_over_the_edge_scrolls_nothing(canvas):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile("/sounds/ice.json")])
+    how = Qt.DropAction.CopyAction, data, LEFT, NONE
+    view = canvas.viewport()
+    QApplication.sendEvent(view, QDragEnterEvent(view.rect().center(), *how))
+    QApplication.sendEvent(view, QDragMoveEvent(view.rect().center(), *how))
+    QApplication.sendEvent(view, QDragMoveEvent(right_of(canvas, -4), *how))
+    assert not canvas.edge_scrolling.is_scrolling
