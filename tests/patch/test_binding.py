@@ -185,11 +185,20 @@ def fill(out):
     [
         ({"run": fill}, "docstring of node bad is None; allowed: what the node does, for its help"),
         ({"ran": fill, "__doc__": "Bad."}, "Bad has no function run, which computes its outputs"),
+        (
+            {"run": fill, "__doc__": "Bad.", "onset": Output(kind="event")},
+            "run of Bad does not take its output 'onset', which it must write",
+        ),
     ],
 )
-def test_a_node_that_says_nothing_of_what_it_does_or_does_nothing_is_refused(body, says):
+def test_a_node_that_says_nothing_of_what_it_does_or_leaves_it_undone_is_refused(body, says):
     with pytest.raises(BadValue, match=f"^{says}$"):
         node("bad", "Tests")(type("Bad", (), {"out": Output(), **body}))
+
+
+def test_a_type_that_could_not_be_the_id_of_a_node_is_refused():
+    with pytest.raises(BadValue, match=r"^type of node Bad is 'Bad Name'; allowed: letters, digits, - and _$"):
+        node("Bad Name", "Tests")(type("Bad", (), {"__doc__": "Bad.", "out": Output(), "run": fill}))
 
 
 def test_a_name_that_means_two_things_is_refused():

@@ -203,6 +203,10 @@ class Binding:
                 if taken not in known:
                     allowed = ", ".join(known)
                     raise BadValue(f"{name} of {self.cls.__name__} takes {taken!r}; allowed: {allowed}")
+            if name == "run" and (omitted := {*self.names.signals_out, *self.names.events_out} - set(_taken(function))):
+                raise BadValue(
+                    f"run of {self.cls.__name__} does not take its output {min(omitted)!r}, which it must write"
+                )
             if _RAISES in inspect.unwrap(function).__code__.co_code[::2]:
                 says = "raises an error, which nothing could catch while it plays; allowed: to write 0"
                 raise BadValue(f"{name} of {self.cls.__name__} {says}")

@@ -170,10 +170,11 @@ def add_stand_ins(types: Mapping[str, str], wires: Iterable[tuple[str, str]], re
                 there = registry[types[giver]].output_ports if types.get(giver, "") in registry else {}
                 inputs[taken] = Port(taken, there[given].kind if given in there else "signal")
         doc = f"This node is missing: {reason}."
-        made = node(name, MISSING, f"{name} (missing)")(type("StandIn", (), {"__doc__": doc}))
+        made = node("stand-in", MISSING, f"{name} (missing)")(type("StandIn", (), {"__doc__": doc}))
         _put(
             replace(
                 made,
+                type=name,  # whatever the file has
                 inputs=tuple(inputs.values()),
                 outputs=tuple(outputs.values()),
                 missing=reason,

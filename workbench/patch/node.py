@@ -40,7 +40,7 @@ from msgspec import Struct
 
 from underfoot.drawing import Drawing
 from underfoot.errors import require
-from underfoot.parameters import Number, Parameter
+from underfoot.parameters import IDENTIFIER, Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
 
@@ -193,10 +193,12 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     `sizes(values, rate)`, the values of their symbols; prepared tables; `muted_by`, signals any of which at exactly
     zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as sound;
     `is_sum`, if its inputs are added; `accuracy`; `requested_error`, how error and cost are measured for a parameter
-    `error`; and `distributions(values)`, which draws distributions. `BadValue` for a function with an unknown argument.
+    `error`; and `distributions(values)`, which draws distributions. `BadValue` for a function with an unknown argument,
+    and for a `run` without one of the outputs.
     """
 
     def declare(cls: builtins.type) -> NodeType:
+        require(bool(IDENTIFIER.fullmatch(type)), f"type of node {cls.__name__}", type, "letters, digits, - and _")
         require(bool(cls.__doc__), f"docstring of node {type}", cls.__doc__, "what the node does, for its help")
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
