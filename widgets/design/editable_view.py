@@ -1,12 +1,14 @@
 """Editing commands of the canvas, except for dragging; each is one undo step."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import msgspec
 from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.grouping import grouped, put_into, taken_out, ungrouped
 from underfoot.patch.groups import Note, SplitGroup, chain
 from underfoot.patch.node import Registry
@@ -19,7 +21,7 @@ from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
-from underfoot.widgets.design.patch_editing import aligned, copied, pasted, refusal, snapped
+from underfoot.widgets.design.patch_editing import aligned, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import Box, layered_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
@@ -40,6 +42,8 @@ class EditableView(PatchView):
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
         self._nudges = 0
+        self.folder: Path | None = None
+        """The patch's folder, to which its files are relative."""
         self.inline = InlineEdit(self)
 
     def selected_ids(self) -> list[str]:
@@ -192,9 +196,11 @@ class EditableView(PatchView):
             self._paste(self._copied(members), None, "Duplicate", around[-1])
 
     def _copied(self, members: Sequence[str]) -> str:
-        """Return these items as text, without the sub-patch that is open, also if they are all of it."""
-        patch = self.document.patch
-        return copied(ungrouped(patch, chain(patch.groups, self.inside)), members)
+        """Return these items as text, without the sub-patch that is open, also if they are all of it. Their files have
+        absolute paths: it may be pasted into a patch of another folder.
+        """
+        patch = with_files_kept(self.document.patch, self.registry, self.folder, None)
+        return ungrouped(patch, chain(patch.groups, self.inside)).part(members).dumps().decode()
 
     def put_in(self, patch: Patch, title: str) -> None:
         """Add all of another patch, called `title`, in a free place."""
@@ -203,7 +209,7 @@ class EditableView(PatchView):
     def _paste(self, text: str, at: tuple[float, float] | None, what: str, group: str) -> None:
         patch = self.document.patch
         try:
-            after, ids = pasted(patch, text, self.registry, at)
+            after, ids = pasted(patch, text, self.registry, at, self.folder)
         except BadFile as error:
             self.show_message(str(error))
             return

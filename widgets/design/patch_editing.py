@@ -3,9 +3,11 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number, Parameter
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
 from underfoot.patch.wiring import Wire, downstream, node_id, upstream
@@ -25,22 +27,19 @@ def snapped(x: float, y: float) -> Place:
     return float(round(x / GRID) * GRID), float(round(y / GRID) * GRID)
 
 
-def copied(patch: Patch, ids: Iterable[str]) -> str:
-    """Return these nodes and the wires between them as JSON text."""
-    return patch.part(ids).dumps().decode()
-
-
-def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None) -> tuple[Patch, list[str]]:
+def pasted(
+    patch: Patch, text: str, registry: Registry, at: Place | None = None, folder: Path | None = None
+) -> tuple[Patch, list[str]]:
     """Return the patch with the nodes and notes in `text` added, and the new ids; raise `BadFile` if the text is not a
     patch.
 
-    Their top left corner is at `at`, or slightly beside the original.
+    Their top left corner is at `at`, or slightly beside the original. Paths of files in `folder` become relative to it.
     """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
     if not text.lstrip().startswith("{") or FORMAT not in text:
         raise BadFile("the clipboard holds no patch, but other text; copy nodes first, or the whole text of a patch")
-    other = Patch.loads(text, registry, "the clipboard")
+    other = with_files_kept(Patch.loads(text, registry, "the clipboard"), registry, None, folder)
     if not other.nodes and not other.notes:
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")
     by = (4.0 * GRID, 4.0 * GRID)

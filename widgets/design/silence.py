@@ -3,18 +3,21 @@
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 
+from underfoot.parameters import FilePath
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import node_id
 
 ASLEEP_REPORTS = 8
 """Number of consecutive reports of costs, at 2 Hz, in which every node is asleep."""
-_ALONE = {"begin": "at once", "pace": "at its frequency"}
+_ALONE = {"begin": "at once", "pace": "at its frequency", "mode": "loop"}
 """Choices by which a node needs no events to run."""
 
 
 def why_silent(patch: Patch, registry: Registry, id: str) -> str:
-    """Return the node, at or before this one, that is muted or has unwired inputs, as text; "" if there is none."""
+    """Return the node, at or before this one, that is muted, has unwired inputs or no file, as text; "" if there is
+    none.
+    """
     sources = defaultdict(list)
     for source, target in patch.wires:
         sources[target].append(node_id(source))
@@ -27,6 +30,8 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
             return f"{node.label or type.label} is muted"
         fed = [source for port in type.inputs for source in sources[f"{here}.{port.name}"]]
         values = type.values(node.parameters)
+        if any(isinstance(one, FilePath) and not values[name] for name, one in type.parameters.items()):
+            return f"{node.label or type.label} has no file"
         runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
         if type.inputs and not fed and not runs_alone:
             inputs = " or ".join(port.name for port in type.inputs)

@@ -218,6 +218,7 @@ class DesignWorkspace(Workspace):
 
     def set_folder(self, folder: Path | None) -> None:
         """Set the folder of the patch; paths of files below it are stored relative to it."""
+        self.canvas.folder = folder
         self.inspector.set_folder(folder)
 
     def preview_tile(self) -> str:

@@ -437,3 +437,24 @@ def test_undo_that_takes_the_node_of_a_field_away_leaves_the_focus_to_the_canvas
     QTest.keyClick(field, *undo)
     assert "tone" not in [node.id for node in workspace.patch().nodes]
     assert workspace.canvas.hasFocus()
+
+
+# --- copies in other folders ---
+
+
+def test_a_sound_file_is_found_where_its_player_is_pasted(qtbot, tmp_path):
+    def opened(folder, patch, key):
+        made = DesignWorkspace(nodes.REGISTRY)
+        qtbot.addWidget(made)
+        made.set_folder(folder)
+        made.set_patch(patch)
+        show(qtbot, made)
+        made.canvas.select_all()
+        QTest.keyClick(made.canvas, key, Qt.KeyboardModifier.ControlModifier)
+        return made.patch().nodes[-1].parameters["file"]
+
+    opened(tmp_path / "one", Patch().add("wav-player", nodes.REGISTRY, file="hiss.wav"), Qt.Key.Key_C)
+    file = tmp_path / "one" / "hiss.wav"
+    assert opened(tmp_path / "one", Patch(), Qt.Key.Key_V) == "hiss.wav"
+    assert opened(tmp_path / "two", Patch(), Qt.Key.Key_V) == str(file)
+    assert opened(tmp_path, Patch(), Qt.Key.Key_V) == str(file.relative_to(tmp_path))

@@ -21,6 +21,7 @@ ONCE = patch_of(
     rhythm={"begin": "at once"},
 )
 AT_EVENTS = ONCE.set("rhythm", "begin", "at events", REGISTRY)
+SOUND = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "hiss.wav"})
 UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
 
 
@@ -30,6 +31,9 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
         (STEPPED, "tile-output", ""),
         (ONCE, "tile-output", ""),
         (AT_EVENTS, "tile-output", "nothing comes to start of Rhythm"),
+        (SOUND, "tile-output", ""),
+        (SOUND.set("wav-player", "mode", "at events", REGISTRY), "tile-output", "nothing comes to start of WAV player"),
+        (SOUND.set("wav-player", "file", "", REGISTRY), "tile-output", "WAV player has no file"),
         (UNFED, "modal-bank", "nothing comes to strike"),
         (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
         (STEPPED.mark(["footfall"], "muted", on=True), "tile-output", "Footfall is muted"),
