@@ -155,7 +155,7 @@ def test_a_tile_that_the_floor_does_not_have_and_a_wrong_rate_are_said(until):
         assert source.take_notices() == []
     assert said[0] == "uncalibrated: t1, t2 (20 counts a newton are assumed)"
     assert "frames of tile 2, 7, which the floor does not have (0 to 1 are t1 to t2)" in said
-    assert "tile t1 sends 500 samples a second, not 1000" in said
+    assert "tile t1 sends 500 samples a second by its microseconds, not 1000" in said
 
 
 def test_a_device_without_a_clock_is_said(until):
@@ -183,6 +183,37 @@ def test_frame_numbers_that_do_not_rise_are_said(until, step):
         pulled(source, until, 500)
         said = source.take_notices()
     assert "tile t1 sends frame numbers that do not rise, so its frames are taken for old ones" in said
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (lambda i, t: 2 * i + t, "tile t1: 50% of its frames are lost, by their numbers, which must rise by 1"),
+        (lambda i, t: i % 256, "tile t1 began anew 5 times; is its power steady, and do its numbers go up to 65535?"),
+        (lambda i, t: i // 5, "tile t1: 80% of its frames are left out: their numbers are not new; do others send"),
+    ],
+)
+def test_frame_numbers_that_are_not_those_of_a_tile_are_said(until, number, words):
+    """One counter for all tiles (whose clocks were said to stand still), one of eight bits, one that five share."""
+    with device_floor(default_floor(1, 2)) as (source, send):
+        send([(t, number(i, t), 1000 * i, 0) for i in range(1500) for t in (0, 1)])
+        said = []
+        until(lambda: said.extend(source.take_notices()) or words in str(said), "it is said", seen=lambda: said)
+    assert not any("same microseconds" in line for line in said)
+
+
+def test_damaged_frames_are_said_and_an_outage_is_none(until):
+    def damaged(rows):
+        data = bytearray(encode(rows))
+        data[5 :: 23 * 10] = b"\1" * len(data[5 :: 23 * 10])
+        return bytes(data)
+
+    with device_floor(default_floor(1, 1)) as (source, send):
+        send([(0, i, 1000 * i, 0) for i in (*range(600), *range(3000, 3600))])
+        until(lambda: source.counts.lost == 2400, "all came")
+        assert not any("lost" in line for line in source.take_notices())
+        send([(0, i, 1000 * i, 0) for i in range(3600, 6000)], write=damaged)
+        until(lambda: any(line.startswith("given: ") for line in source.take_notices()), "it is said")
 
 
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.framing.parser import Parser
+from underfoot.devices.framing.unread import why_unread
 from underfoot.devices.transport import Transport, asked
 from underfoot.errors import DeviceError
 
@@ -18,7 +19,7 @@ RETRY_S = 0.1
 SILENT_S = 0.5
 """Seconds without data after which a transport is reported as silent."""
 _BATCH_S = 0.0005  # data of this time is read at once: a thread that wakes for every byte delays all others
-_MANY_BYTES = 512
+_MANY_BYTES, _EXAMINED_BYTES = 512, 4096
 
 
 class TransportReader:
@@ -81,7 +82,7 @@ class TransportReader:
 
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""
-        heard_s, unread, is_silent = time.monotonic(), 0, False
+        heard_s, unread, first, is_silent = time.monotonic(), 0, b"", False
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)
             if self._is_missed:  # what opens, but cannot be read, is not back
@@ -89,17 +90,20 @@ class TransportReader:
                 self._is_missed = False
             self.is_open = True
             now_s = time.monotonic()
+            valid = self.parser.valid
             samples = self.parser.feed(data, self.transport.senders, now_s)
-            if len(samples):
+            if self.parser.valid > valid:
                 if is_silent:
                     self.notices.append(f"{self.transport.name} sends again")
-                heard_s, unread, is_silent = now_s, 0, False
+                heard_s, unread, first, is_silent = now_s, 0, b"", False
                 self._on_samples(samples, now_s)
             else:
                 unread += len(data)
+                first += bytes(data[: _EXAMINED_BYTES - len(first)])
             if now_s - heard_s > SILENT_S and not is_silent:
                 is_silent = True
-                what = f"{unread} bytes came, but no frame" if unread >= _MANY_BYTES else "nothing comes"
+                came = f"{unread} bytes came, but no frame: "
+                what = came + why_unread(first) if unread >= _MANY_BYTES else "nothing comes"
                 self.notices.append(f"{self.transport.name}: {what}")
             if len(data):
                 self._stop.wait(_BATCH_S)

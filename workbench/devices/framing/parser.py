@@ -22,6 +22,8 @@ from underfoot.kernels import kernel, part
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
 """Frames at least this many behind the newest are stale: they cannot be told from old ones."""
+FRAMES = 1000
+"""Fewest frames of which shares are told."""
 
 HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
@@ -81,6 +83,8 @@ _TILE = np.dtype(
         ("newest", np.int64),
         ("time_us", np.int64),
         ("period_us", np.int64),
+        ("still", np.int64),
+        ("missed", np.int64),
         ("age", np.int64),
         ("suspect", np.int64),
         ("epoch", np.int64),
@@ -92,7 +96,8 @@ _TILE = np.dtype(
     ],
     align=True,
 )
-"""State of a tile: its counts, the sequence number of its `newest` frame, and that frame's unwrapped time. Bit i of
+"""State of a tile: its counts, the sequence number of its `newest` frame, and that frame's unwrapped time; the number
+of newest frames since which that time is the same, and of lost ones in gaps shorter than `WINDOW`. Bit i of
 `received` is set if the frame i before the newest arrived; `age` is how many frames before it can be missing.
 `suspect` is the sequence number of a frame that did not fit, or -1. The tile belongs to `sender`, last heard at
 `heard_s`; `stranger` is the last other sender of its frames, last heard at `stranger_s`.
@@ -176,6 +181,12 @@ class Parser:
         """Counts of all frames so far."""
         return FrameCounts(*self._state.total[0].tolist())
 
+    @property
+    def valid(self) -> int:
+        """Number of valid frames so far, handed over or not."""
+        total = self._state.total[0]
+        return int(total["accepted"] + total["doubled"] + total["stale"] + total["foreign"])
+
     def period_us(self, tile: int) -> int:
         """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""
         known = self._state.tiles[tile]
@@ -184,12 +195,27 @@ class Parser:
     def stands_still(self, tile: int) -> bool:
         """Return whether a tile's microseconds have been the same in its last `WINDOW` frames or more."""
         known = self._state.tiles[tile]
-        return bool(known["age"] >= WINDOW and known["period_us"] == 0)
+        return bool(known["still"] >= WINDOW)
 
     def runs_backwards(self, tile: int) -> bool:
         """Return whether a tile began anew with most of its frames, because its microseconds fall."""
         known = self._state.tiles[tile]
         return bool(known["accepted"] >= WINDOW and 2 * known["restarts"] > known["accepted"])
+
+    def shares(self, tile: int) -> tuple[float, float]:
+        """Return the shares of a tile's frames that are lost one by one, and that are refused as doubled or stale.
+
+        Both are 0 until it has sent `FRAMES` of them.
+        """
+        known = self._state.tiles[tile]
+        missed, accepted, refused = int(known["missed"]), int(known["accepted"]), int(known["doubled"] + known["stale"])
+        if missed + accepted + refused < FRAMES:
+            return 0.0, 0.0
+        return missed / max(missed + accepted, 1), refused / (accepted + refused)
+
+    def restarts(self, tile: int) -> int:
+        """Return how often a tile's sequence began again."""
+        return int(self._state.tiles[tile]["restarts"])
 
     def is_out_of_order(self, tile: int) -> bool:
         """Return whether nearly all frames of a tile are refused, because its sequence numbers do not rise."""
@@ -366,7 +392,7 @@ def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> boo
 def _begin(sample: np.record, tile: np.record, total: np.record) -> bool:
     """Accept the first frame of a tile, or of its new epoch."""
     tile.newest, tile.time_us = sample.sequence, sample.microseconds
-    tile.period_us = tile.age = 0
+    tile.period_us = tile.still = tile.age = 0
     tile.suspect = -1
     tile.received = 1
     sample.epoch = tile.epoch
@@ -381,6 +407,9 @@ def _advance(sample: np.record, tile: np.record, total: np.record, ahead: int, p
     tile.lost += ahead - 1
     total.lost += ahead - 1
     tile.received = (tile.received << np.uint64(ahead)) | np.uint64(1) if ahead < WINDOW else np.uint64(1)
+    if ahead < WINDOW:
+        tile.missed += ahead - 1
+    tile.still = tile.still + 1 if passed_us == 0 else 0
     if ahead == 1:
         tile.period_us += (passed_us - tile.period_us) // 16 if tile.period_us > 0 else passed_us
     tile.newest = sample.sequence
@@ -403,6 +432,7 @@ def _fill(tile: np.record, total: np.record, behind: int) -> bool:
     earlier = behind - tile.age
     lost = earlier - 1 if earlier > 0 else -1
     tile.lost += lost
+    tile.missed += lost
     total.lost += lost
     tile.age = max(tile.age, behind)
     return True
