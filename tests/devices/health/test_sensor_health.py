@@ -88,6 +88,19 @@ def test_a_dead_sensor(reads):
     assert int(line.split()[-2]) >= 100
 
 
+@pytest.mark.parametrize("rest", [1000, 60_000])
+def test_a_reversed_sensor(rest):
+    """Sensor and resistor of one divider are exchanged; its tile was too light and its centroid wrong, in silence."""
+
+    def readings(force_n):
+        counts = nominal_readings(force_n)
+        counts[:, 1, 3] = np.maximum(rest - (counts[:, 1, 3] - 1000), 0)
+        return counts
+
+    (line,) = found(FLOOR, walked(), readings=readings)
+    assert line.startswith("tile t2: sensor 4 is reversed (it falls while its neighbours carry ")
+
+
 def test_a_sensor_at_the_end_of_its_range():
     (line,) = found(FLOOR, changed(4.0 * walked(), 1, 0, lambda f: np.minimum(f, 150.0)))
     assert line == "tile t2: sensor 1 is saturated (stays at 4000 while the load on its tile changes)"
@@ -113,7 +126,20 @@ def swapped(tile, pair, forces=None):
 @pytest.mark.parametrize("pair", [(0, 2), (1, 3)])
 def test_sensors_across_from_each_other_are_told_by_the_direction_in_which_feet_roll(pair):
     lines = found(FLOOR, swapped(1, pair))
-    assert lines == [f"tile t2: sensors {pair[0] + 1} and {pair[1] + 1} are swapped"]
+    turned = "counter-clockwise" if pair == (0, 2) else "clockwise"
+    names = f"{pair[0] + 1} and {pair[1] + 1}"
+    assert lines == [f"tile t2: sensors {names} are swapped, or it is turned by 90 degrees {turned}"]
+
+
+@pytest.mark.parametrize(
+    ("order", "turn"), [([1, 2, 3, 0], "90 degrees counter-clockwise"), ([2, 3, 0, 1], "180 degrees")]
+)
+def test_a_turned_tile_is_told_by_the_direction_in_which_feet_roll(order, turn):
+    """Two of its sensors were said to be swapped, or nothing was."""
+    forces = walked().copy()
+    forces[:, 1] = forces[:, 1][:, order]
+    (line,) = found(FLOOR, forces)
+    assert line.endswith(f"it is turned by {turn}")
 
 
 @pytest.mark.parametrize(("pair", "other"), [((0, 1), (2, 3)), ((1, 2), (0, 3))])

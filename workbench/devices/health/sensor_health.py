@@ -1,10 +1,11 @@
-"""Detection of dead, saturated or loose sensors while people walk; swapped ones are found by `sensor_order`.
+"""Detection of dead, reversed, saturated or loose sensors while people walk; swapped ones are found by `sensor_order`.
 
 Four sensors under a plate are redundant for force and centroid: on a rigid plate both diagonals carry the same load,
 on a flexible one they differ by the product of the load's positions along and across. So each sensor can be predicted
 from the other three.
 
 - *Dead*: it stays at rest while the other three carry a load of which it should have a part.
+- *Reversed*: it falls below rest while the other three carry such a load.
 - *Saturated*: it stays at one reading, at the top of the range or below it, while the load on its tile changes.
 - *Loose*: it repeatedly falls to rest from one sample to the next while the others do not, and recovers.
 
@@ -23,7 +24,9 @@ from underfoot.kernels import kernel, part
 from underfoot.quantities import counted
 
 DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
-"""Time for which a sensor must carry less than `DEAD_N` to be dead; `ALIVE_N` is a sign of life."""
+"""Time for which a sensor must carry less than `DEAD_N` to be dead; `ALIVE_N` is a sign of life. For the same time it
+must fall to be reversed.
+"""
 FLAT_S, FLAT_SAMPLES, FLAT_SHARE = 0.020, 8, 0.15
 """A constant reading for this time and number of samples is a fault if the others' load changes by this share
 meanwhile.
@@ -31,7 +34,7 @@ meanwhile.
 FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
 """A loose sensor loses at least `FALL_N` at once and recovers within `BACK_S`, `FALLS` times within `WITHIN_S`."""
 
-_DEAD, _SATURATED, _LOOSE = 1, 2, 4
+_DEAD, _SATURATED, _LOOSE, _REVERSED = 1, 2, 4, 8
 _REST_SHARE = 0.002
 
 _SENSOR = np.dtype(
@@ -43,6 +46,7 @@ _SENSOR = np.dtype(
         ("flat_samples", np.int64),
         ("flat_others_n", np.float64),
         ("dead_s", np.float64),
+        ("reversed_s", np.float64),
         ("fell_s", np.float64),
         ("fell_from_n", np.float64),
         ("falls", np.int64),
@@ -51,8 +55,8 @@ _SENSOR = np.dtype(
     align=True,
 )
 """State of a sensor: its force at rest, its newest force and reading; the time and samples of a constant reading, and
-the others' load when it began; the time for which it looked dead; its last fall to rest (-inf: it has recovered),
-from which load, how often, and when first.
+the others' load when it began; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has
+recovered), from which load, how often, and when first.
 """
 _TILE = np.dtype([("is_known", np.bool_), ("time_s", np.float64)], align=True)
 
@@ -123,7 +127,8 @@ class SensorHealth:
             self._name(int(tiles[at - 1]), load_n[at - 1])
         self._order.feed(samples.tiles, time_s, load_n)
         for row, line in self._order.take_found():
-            if not self._state.found[row].any():  # a dead sensor resembles other faults
+            is_reversed = self._state.sensors["reversed_s"][row].any()
+            if not (is_reversed or self._state.found[row].any()):  # one dead or reversed sensor resembles other faults
                 self._notices.append(f"tile {self.floor.tiles[row].id}: {line}")
 
     def take_notices(self) -> list[str]:
@@ -142,6 +147,7 @@ class SensorHealth:
             others_n = load_n.sum() - load_n[sensor]
             for fault, what in (
                 (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
+                (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
                 (_SATURATED, f"saturated (stays at {known['reading']} while the load on its tile changes)"),
                 (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
             ):
@@ -171,8 +177,7 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
         if not tile.is_known or not 0.0 < step_s < 2.5 * state.period_s:
             step_s = 0.0
         total_n = _weigh(tile, sensors, force_n, load_n)
-        if total_n >= LOADED_N:
-            _find_dead(sensors, load_n, total_n, state.balance[k], step_s, found)
+        _find_dead_or_reversed(sensors, load_n, total_n, state.balance[k], step_s, found)
         for j in range(4):
             if _is_saturated(sensors[j], reading[j], load_n[j], total_n - load_n[j], step_s):
                 found[j] |= _SATURATED
@@ -194,13 +199,14 @@ def _weigh(
     """Compute the loads of a tile's sensors above rest, and return their sum; unloaded, the rest follows the
     readings.
     """
-    total_n = 0.0
+    total_n, most_n = 0.0, 0.0
     for j in range(4):
         if not tile.is_known:
             sensors[j].rest_n = sensors[j].force_n = force_n[j]
         load_n[j] = force_n[j] - sensors[j].rest_n
         total_n += load_n[j]
-    if total_n < CONTACT_N:
+        most_n = max(most_n, load_n[j])
+    if total_n < CONTACT_N and most_n < CONTACT_N:  # a reversed sensor takes from the sum of a loaded tile
         share = _REST_SHARE if total_n > -CONTACT_N else 1.0  # the tile was loaded when its rest was measured
         for j in range(4):
             sensors[j].rest_n += share * load_n[j]
@@ -208,7 +214,7 @@ def _weigh(
 
 
 @part
-def _find_dead(
+def _find_dead_or_reversed(
     sensors: NDArray[np.void],
     load_n: NDArray[np.float64],
     total_n: float,
@@ -216,7 +222,7 @@ def _find_dead(
     step_s: float,
     found: NDArray[np.int64],
 ) -> None:
-    """Accumulate the time for which a sensor carries nothing of a load of which it should have a part."""
+    """Accumulate the time for which a sensor carries nothing of a load of which it should have a part, or falls."""
     for j in range(4):
         plane, product, across = 0.0, 1.0, 1.0
         for i in range(4):
@@ -227,10 +233,16 @@ def _find_dead(
                 product *= max(load_n[i], 0.0)
             else:
                 across = max(load_n[i], 1.0)
-        expected_n = min(plane, product / across)
+        expected_n, others_n = min(plane, product / across), total_n - load_n[j]
+        if load_n[j] > CONTACT_N:
+            sensors[j].reversed_s = 0.0
+        elif load_n[j] < -CONTACT_N and expected_n > CONTACT_N and others_n >= LOADED_N:
+            sensors[j].reversed_s += step_s
+            if sensors[j].reversed_s >= DEAD_S:
+                found[j] |= _REVERSED
         if abs(load_n[j]) > ALIVE_N:
             sensors[j].dead_s = 0.0
-        elif abs(load_n[j]) < DEAD_N and expected_n > max(0.05 * (total_n - load_n[j]), CONTACT_N):
+        elif abs(load_n[j]) < DEAD_N and total_n >= LOADED_N and expected_n > max(0.05 * others_n, CONTACT_N):
             sensors[j].dead_s += step_s
             if sensors[j].dead_s >= DEAD_S:
                 found[j] |= _DEAD

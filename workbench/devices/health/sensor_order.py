@@ -7,7 +7,9 @@ That leaves two pairs, which are mirror images. If two opposite sensors are swap
 diagonal.
 
 The direction in which feet roll resolves the mirror images: from the previous tile towards the next one. This needs
-walks over three tiles; on a single tile two pairs are reported, and an opposite swap is not found.
+walks over three tiles; on a single tile two pairs are reported, and an opposite swap is not found. A tile that is
+turned shows only in that direction, too. Where all walk along one line, two opposite sensors and a quarter of a turn
+look the same, and both are reported.
 """
 
 from collections import deque
@@ -32,6 +34,7 @@ right, and below which wrong.
 APART_S = 1.5
 """Steps further apart in seconds belong to different walks."""
 
+_TURNS = ("90 degrees counter-clockwise", "180 degrees", "90 degrees clockwise")
 _PAIRS = ((0, 1), (2, 3), (1, 2), (0, 3), (0, 2), (1, 3))
 _AS_IS, _TRADED_X, _TRADED_Y = 0, 1, 2
 _CONTACTS = 64  # most contacts that can end in one piece of a stream
@@ -89,7 +92,7 @@ class SensorOrder:
         )
         self._centres = np.array([tile.centre_m for tile in floor.tiles])
         self._steps: deque[_Contact] = deque(maxlen=3)
-        self._cosines = np.zeros((count, 1 + len(_PAIRS)))
+        self._cosines = np.zeros((count, 1 + len(_PAIRS) + len(_TURNS)))
         self._walks = np.zeros(count, np.int64)
         self._found = np.zeros(count, np.bool_)
 
@@ -104,16 +107,18 @@ class SensorOrder:
                 break
 
     def take_found(self) -> Iterator[tuple[int, str]]:
-        """Yield tiles with swapped sensors, and which ones; each tile once."""
+        """Yield tiles with swapped sensors, and which ones, and turned tiles; each tile once."""
         for row in np.flatnonzero(~self._found & (self._state.sums["contacts"] >= CONTACTS)):
-            pairs = self._swapped(int(row))
-            if pairs:
+            pairs, turns = self._swapped(int(row))
+            swapped = " or ".join(f"{a + 1} and {b + 1}" for a, b in pairs)
+            found = [f"sensors {swapped} are swapped"] if pairs else []
+            found += [f"it is turned by {turn}" for turn in turns]
+            if found:
                 self._found[row] = True
-                names = " or ".join(f"{a + 1} and {b + 1}" for a, b in pairs)
-                yield int(row), f"sensors {names} are swapped"
+                yield int(row), ", or ".join(found)
 
     def is_swapped(self, row: int) -> bool:
-        """Return whether sensors of the tile at this row were found to be swapped."""
+        """Return whether sensors of the tile at this row were found to be swapped, or the tile turned."""
         return bool(self._found[row])
 
     def _take(self, contact: _Contact) -> None:
@@ -129,21 +134,26 @@ class SensorOrder:
         if not near or np.hypot(*direction) < 0.1:
             return
         tile = self.floor.tiles[middle.row]
-        cosines = []
+        rolls = []
         for pair in (None, *_PAIRS):
             trend = middle.trend.copy()
             if pair:
                 trend[list(pair)] = trend[list(pair[::-1])]
-            roll = trend @ np.array(tile.sensors_m) @ tile.axes
-            cosines.append(float(roll @ direction) / max(float(np.hypot(*roll) * np.hypot(*direction)), 1e-12))
-        self._cosines[middle.row] += cosines
+            rolls.append(trend @ np.array(tile.sensors_m) @ tile.axes)
+        x, y = rolls[0]
+        rolls += [np.array([-y, x]), np.array([-x, -y]), np.array([y, -x])]
+        sizes = np.hypot(*np.transpose(rolls)) * np.hypot(*direction)
+        self._cosines[middle.row] += np.array(rolls) @ direction / np.maximum(sizes, 1e-12)
         self._walks[middle.row] += 1
 
-    def _swapped(self, row: int) -> list[tuple[int, int]]:
-        """Return the pairs one of which must be swapped; empty if all is well, or if it cannot be decided."""
+    def _swapped(self, row: int) -> tuple[list[tuple[int, int]], list[str]]:
+        """Return the pairs of which one may be swapped, and the turns that the tile may have made.
+
+        Both are empty if all is well, or if it cannot be decided.
+        """
         corners, sums = self._state.corners[row], self._state.sums[row]
         if not corners.any():
-            return []
+            return [], []
         # The misfit of sensors with unequal gains is nearly constant; that of swapped ones varies.
         mean, square = sums["misfit"] / sums["time_s"], sums["misfit_squared"] / sums["time_s"]
         as_is, traded_x, traded_y = np.sqrt(np.maximum(square - mean * mean, 0.0))
@@ -154,15 +164,14 @@ class SensorOrder:
             axes = "x"
         elif as_is > MISFIT and as_is > BETTER * traded_y and traded_x > BETTER * traded_y:
             axes = "y"
-        elif not walked:
-            return []
-        possible = [i for i, pair in enumerate(_PAIRS) if _axes_apart(corners, pair) == (axes or "xy")]
-        if not walked:
-            return [_PAIRS[i] for i in possible]
-        best = max(possible, key=lambda i: cosines[1 + i])
+        elif not walked or cosines[0] >= WRONG:
+            return [], []
+        possible = [pair for pair in _PAIRS if _axes_apart(corners, pair) == (axes or "xy")]
+        right = dict(zip((*_PAIRS, *_TURNS), cosines[1:] > RIGHT, strict=True))
+        pairs = [pair for pair in possible if walked and right[pair]]
         if axes:
-            return [_PAIRS[best]] if cosines[1 + best] > RIGHT else [_PAIRS[i] for i in possible]
-        return [_PAIRS[best]] if cosines[1 + best] > RIGHT and cosines[0] < WRONG else []
+            return pairs or possible, []
+        return pairs, [turn for turn in _TURNS if right[turn]]
 
 
 def _corners(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
