@@ -1,8 +1,10 @@
 """Recordings that were cut short or damaged: read as far as they are whole, or refused in one line."""
 
 import os
+import shutil
 import sqlite3
 from contextlib import closing, suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,3 +152,22 @@ def test_a_recording_that_was_read_when_it_ended_is_read_from_a_folder_that_is_p
             assert len(recording.force_samples()) == 10
     finally:
         tmp_path.chmod(0o755)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="such a user may write anywhere")
+def test_what_a_killed_writer_left_is_read_from_an_archive_that_is_protected(tmp_path):
+    """All of it was still in the log, and SQLite has to lock a file to read its log without a third one beside it."""
+    archive = tmp_path / "archive"
+    archive.mkdir()
+    writer = Writer(tmp_path / "walk.underfoot", ABOUT)
+    writer.put("force", 0, np.ones((10, 10)))
+    writer.commit()
+    for name in ("walk.underfoot", "walk.underfoot-wal"):
+        Path(shutil.copy(tmp_path / name, archive)).chmod(0o444)
+    writer.close()
+    archive.chmod(0o555)
+    try:
+        with Recording(archive / "walk.underfoot") as recording:
+            assert len(recording.force_samples()) == 10
+    finally:
+        archive.chmod(0o755)

@@ -185,15 +185,16 @@ def _opened(path: Path) -> sqlite3.Connection:
     """Open a recording for reading, and for writing marks.
 
     Reading what a writer left in its log takes a file beside it; where the disk has no room for one, memory does, and
-    nobody else can read it meanwhile.
+    nobody else can read it meanwhile. Where nothing can be written, nothing can be locked either, nor need it be.
     """
-    where = f"{path.resolve().as_uri()}?mode=rw"
+    where = path.resolve().as_uri()
     with suppress(sqlite3.OperationalError):
-        return _connected(where, "pragma application_id", "select count(*) from sqlite_master")
-    log, is_writable = Path(f"{path}-wal"), os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)
-    if not is_writable and not (log.exists() and log.stat().st_size):
-        return _connected(f"{path.resolve().as_uri()}?immutable=1")  # there is no log, and there can be none
-    return _connected(where, "pragma locking_mode = exclusive")
+        return _connected(f"{where}?mode=rw", "pragma application_id", "select count(*) from sqlite_master")
+    log, is_protected = Path(f"{path}-wal"), not os.access(path, os.W_OK)
+    if not (log.exists() and log.stat().st_size) and (is_protected or not os.access(path.parent, os.W_OK)):
+        return _connected(f"{where}?immutable=1")  # there is no log, and there can be none
+    how = "mode=ro&vfs=unix-none" if is_protected and os.name == "posix" else "mode=rw"
+    return _connected(f"{where}?{how}", "pragma locking_mode = exclusive")
 
 
 def _connected(where: str, *asked: str) -> sqlite3.Connection:
