@@ -115,9 +115,11 @@ def no_file(path: str | Path) -> str:
 
 
 def require_replaceable(path: str | Path) -> None:
-    """Raise `BadFile` for what must not become a file: a device, or a file that is protected against writing."""
-    if os.path.exists(path_of(path)) and not os.path.isdir(path):
+    """Raise `BadFile` for what must not become a file: a folder, a device, or a file protected against writing."""
+    if os.path.exists(path_of(path)):
         with written(path):
+            if os.path.isdir(path):
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             if not os.path.isfile(path):
                 raise OSError(errno.EINVAL, "it is a device, and no file")
             if not os.access(path, os.W_OK):

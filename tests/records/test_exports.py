@@ -381,6 +381,14 @@ def test_an_export_that_is_stopped_at_any_of_its_parts_leaves_nothing(path, tmp_
             assert not list(tmp_path.iterdir()), last
 
 
+@pytest.mark.parametrize("name", ["csv", "floor.json", "steps.csv", "contacts.csv", "marks.csv", "stretch.csv"])
+def test_a_csv_export_of_which_a_table_cannot_be_written_leaves_none_of_them(path, tmp_path, name):
+    (tmp_path / f"walk.{name}").mkdir()
+    with Recording(path) as recording, pytest.raises(BadFile, match=f"walk.{name} cannot be written: is a directory"):
+        format_of(tmp_path / "walk.csv").write(ExportSource(recording), tmp_path / "walk.csv")
+    assert [file.name for file in tmp_path.iterdir()] == [f"walk.{name}"]
+
+
 def test_what_a_format_cannot_carry_is_said(path, tmp_path):
     skewed = Tile("t1", (0.3, 0.3), (0.0, 0.0), 0.0, ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, 0.0)))
     odd = write_recording(tmp_path / "odd.underfoot", 0.5, Floor((skewed,)), people="")
