@@ -31,6 +31,11 @@ class EngineSupervisor:
         return {name: child.pid for name, child in named if child is not None}
 
     @property
+    def is_started(self) -> bool:
+        """Whether there is an engine, besides one on standby."""
+        return self._engine is not None
+
+    @property
     def resume_point(self) -> tuple[int, float | None]:
         """Session frame to resume from, and the time at which it was played; None if nothing has been played yet."""
         when, frame = self._played

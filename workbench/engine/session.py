@@ -107,16 +107,13 @@ class Session:
         self._compiler = CompilerSupervisor()
         self._is_edited = is_edited
         self._recorder: Recorder | None = None
-        self._waits_for_recorder = False  # so that the beginning is recorded
         self._ending_recorders: list[Recorder] = []
         self._restarts = defaultdict[str, RestartLimit](lambda: RestartLimit(MOST_DEATHS, WITHIN_S))
-        self._setup: Setup | None = None  # the program last sent to the engine
+        self._setup: Setup | None = None  # the program last sent to the engine; the first waits for a recorder's file
         self._started = False  # whether the engine plays it
         self._standby_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # programs that can be played at once
-        self._settle_s = 0.0
-        self._begins_anew = False  # whether the patch being compiled starts without old states
-        self.is_compiled = True  # whether that is the present patch; the engine compiles the first one itself
+        self._awaited: tuple[bool, float] | None = None  # `anew` and `settle_s` of the present patch while not compiled
         self._is_refused = False  # whether an earlier patch plays instead of the present one
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
@@ -133,7 +130,6 @@ class Session:
         A session that is recorded plays once its file is there.
         """
         self._engine.start()
-        self._waits_for_recorder = self._recorder is not None
         self._start_engine()
 
     def close(self) -> list[str]:
@@ -172,6 +168,11 @@ class Session:
         return reports
 
     @property
+    def is_compiled(self) -> bool:
+        """Whether the present patch is not being compiled; the engine compiles the first one itself."""
+        return self._awaited is None
+
+    @property
     def health(self) -> Health:
         """The state of the engine."""
         return self.memory.status.health()
@@ -187,13 +188,9 @@ class Session:
     def edit(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Play this patch from now on: changed numbers are ramped; other changes build a program, which is faded in."""
         moved = self.moved_numbers(patch) if scopes == self.scopes and not anew else None
-        if self.is_compiled:
-            self._begins_anew, self._settle_s = anew, settle_s
-        else:  # a previous edit has not been carried out yet
-            self._begins_anew, self._settle_s = anew or self._begins_anew, max(settle_s, self._settle_s)
         self.patch, self.scopes = patch, scopes
         if moved is None:
-            self._request_compile()
+            self._request_compile(anew=anew, settle_s=settle_s)
         else:
             for command in moved:
                 self.send(command)
@@ -345,10 +342,11 @@ class Session:
 
     # --- the compiler ---
 
-    def _request_compile(self) -> None:
+    def _request_compile(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Compile the kernels of the present patch; it is played as soon as they are ready."""
         if self._setup is not None:
-            self.is_compiled = False
+            was_anew, settled_s = self._awaited or (False, 0.0)  # of an edit that has not been carried out yet
+            self._awaited = anew or was_anew, max(settle_s, settled_s)
             self._compile_progress.forget("compiler")
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
@@ -375,11 +373,11 @@ class Session:
 
     def _play_compiled(self) -> None:
         """Play the present patch, whose kernels are compiled now."""
-        self._compiled, self.is_compiled, self._is_refused = (self.patch, self.scopes), True, False
+        anew, settle_s = self._awaited or (False, 0.0)
+        self._compiled, self._awaited, self._is_refused = (self.patch, self.scopes), None, False
         if self._started:
-            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._begins_anew, settle_s=self._settle_s))
+            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=anew, settle_s=settle_s))
             self.repeats.resend()
-        self._begins_anew = False
 
     def _restart_compiler(self) -> None:
         if not self._compiler.has_died:
@@ -392,7 +390,7 @@ class Session:
 
     def _start_engine(self) -> None:
         """Send the waiting engine its configuration, after a requested recording has started."""
-        if self._waits_for_recorder:
+        if self._setup is None and self._recorder is not None and not self._recorder.has_begun:
             return
         patch, scopes = (self.patch, self.scopes) if self.is_compiled else self._compiled
         if self._setup is None:
@@ -477,8 +475,7 @@ class Session:
                 recorder.restart()
             elif reason is not None:
                 self._recorder = None
-        if self._waits_for_recorder and (self._recorder is None or self._recorder.has_begun):
-            self._waits_for_recorder = False
+        if self._setup is None and self._engine.is_started:
             self._start_engine()
 
     def _may_restart(self, name: str, reason: str) -> bool:
