@@ -1,4 +1,4 @@
-"""Plug-ins: packages that extend Underfoot, found by their entry points.
+"""What packages declare: Underfoot's own, file by file, and plug-ins, found by their entry points.
 
 A plug-in that cannot be loaded is reported once and left out.
 """
@@ -7,8 +7,10 @@ import inspect
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from importlib import import_module
 from multiprocessing import parent_process
 from pathlib import Path
+from pkgutil import iter_modules
 from types import ModuleType
 from typing import TypeGuard, TypeVar
 
@@ -18,6 +20,17 @@ T = TypeVar("T")
 
 NODES, TRANSPORTS, SCENES = "underfoot.nodes", "underfoot.transports", "underfoot.scenes"
 """Entry point groups."""
+
+
+def values_in(package: str) -> Iterator[object]:
+    """Yield every value in the modules of a package that is imported, or is being imported.
+
+    >>> import underfoot.nodes
+    >>> underfoot.nodes.REGISTRY["gain"] in values_in("underfoot.nodes")
+    True
+    """
+    for module in iter_modules(sys.modules[package].__path__):
+        yield from vars(import_module(f"{package}.{module.name}")).values()
 
 
 def add_declared(

@@ -3,12 +3,10 @@
 Plug-ins add nodes through entry points (docs/plugins.md); they cannot replace an existing one.
 """
 
-import importlib
-import pkgutil
 from typing import TypeGuard
 
 from underfoot.patch.node import NodeType, Registry
-from underfoot.plugins import NODES, add_declared
+from underfoot.plugins import NODES, add_declared, values_in
 
 
 def discover() -> Registry:
@@ -17,11 +15,7 @@ def discover() -> Registry:
     >>> "tile-output" in discover()
     True
     """
-    found: dict[str, NodeType] = {}
-    for module in pkgutil.iter_modules(__path__):
-        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
-            if _is_node(value):
-                found[value.type] = value
+    found = {value.type: value for value in values_in(__name__) if _is_node(value)}
     add_declared(found, NODES, _is_node, lambda node: node.type)
     return found
 

@@ -1,9 +1,7 @@
 """Calibration procedures, one per file. `CALIBRATIONS` collects them."""
 
-import importlib
-import pkgutil
-
 from underfoot.calibration.declaration import Calibration
+from underfoot.plugins import values_in
 
 
 def discover() -> dict[str, type[Calibration]]:
@@ -12,11 +10,11 @@ def discover() -> dict[str, type[Calibration]]:
     >>> list(discover())
     ['fsr', 'centroid', 'latency', 'plate', 'response']
     """
-    found = {}
-    for module in pkgutil.iter_modules(__path__):
-        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
-            if isinstance(value, type) and issubclass(value, Calibration) and value is not Calibration:
-                found[value.kind] = value
+    found = {
+        value.kind: value
+        for value in values_in(__name__)
+        if isinstance(value, type) and issubclass(value, Calibration) and value is not Calibration
+    }
     ordered: dict[str, type[Calibration]] = {}
     for kind in sorted(found):
         if found[kind].requires:

@@ -1,8 +1,6 @@
 """The transports to tiles, one file each; `TRANSPORTS` finds them all."""
 
-import importlib
 import inspect
-import pkgutil
 from collections.abc import Mapping
 from typing import TypeGuard
 
@@ -10,7 +8,7 @@ from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.devices.transport import Sender, Transport, made
 from underfoot.errors import BadValue
 from underfoot.plugins import TRANSPORTS as ENTRY_POINTS
-from underfoot.plugins import add_declared, require_declared
+from underfoot.plugins import add_declared, require_declared, values_in
 
 
 def discover() -> dict[str, type[Transport]]:
@@ -19,11 +17,7 @@ def discover() -> dict[str, type[Transport]]:
     >>> "udp" in discover()
     True
     """
-    found: dict[str, type[Transport]] = {}
-    for module in pkgutil.iter_modules(__path__):
-        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
-            if _is_transport(value):
-                found[value.scheme] = value
+    found = {value.scheme: value for value in values_in(__name__) if _is_transport(value)}
     add_declared(found, ENTRY_POINTS, _is_transport, lambda transport: transport.scheme)
     return found
 

@@ -1,28 +1,12 @@
 """The formats: each is one file here that declares a `Format`. `FORMATS` finds them all."""
 
-import importlib
-import pkgutil
 from pathlib import Path
 
 from underfoot.errors import BadValue
 from underfoot.exchange.format import Format
+from underfoot.plugins import values_in
 
-
-def discover() -> dict[str, Format]:
-    """Return every format that the modules of this folder declare, by its name.
-
-    >>> discover()["haptic"].suffix
-    '.haptic'
-    """
-    found: dict[str, Format] = {}
-    for module in pkgutil.iter_modules(__path__):
-        for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
-            if isinstance(value, Format):
-                found[value.name] = value
-    return found
-
-
-FORMATS = discover()
+FORMATS = {value.name: value for value in values_in(__name__) if isinstance(value, Format)}
 """Every format by its name."""
 
 READ = tuple(one for one in FORMATS.values() if one.read is not None)
