@@ -5,22 +5,14 @@ from underfoot.models.fibre_bundle import bundle, damage, grid
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, node
 
-THRESHOLDS = damage.THRESHOLDS
 
+class _Fibres:
+    """Common part: the parameters of one bundle."""
 
-@node("fibre-bundle", "Materials")
-class FibreBundle:
-    """Fibre bundle: fibres that share a load and break at random thresholds (7.1 to 7.15), or restructure (to 7.24).
-
-    Each failure is an event. Below the largest strain so far nothing breaks, until the ground is renewed.
-    """
-
-    accuracy = "exact in distribution: order statistics, by Kolmogorov-Smirnov at 1 %; strain to the step of a frame"
-    force = Input("N", doc="load on the bundle")
     model = Choice(
         "exact", options=damage.MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
-    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the breaking strains")
+    thresholds = Choice("weibull", options=damage.THRESHOLDS, doc="distribution of the breaking strains")
     fibres = Count(2000, 1, 10_000_000, doc="number of fibres N; the cost hardly depends on it")
     shape = Number(4.0, 0.5, 50.0, scale="log", doc="Weibull shape k: higher makes thresholds more alike")
     scale = Number(2.5, 0.01, 1000.0, scale="log", doc="scale lambda of the distribution, a strain")
@@ -40,6 +32,17 @@ class FibreBundle:
         1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of an event with energy k_F lambda^2 / 2"
     )
     softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength; 0.5 makes strength a velocity")
+
+
+@node("fibre-bundle", "Materials")
+class FibreBundle(_Fibres):
+    """Fibre bundle: fibres that share a load and break at random thresholds (7.1 to 7.15), or restructure (to 7.24).
+
+    Each failure is an event. Below the largest strain so far nothing breaks, until the ground is renewed.
+    """
+
+    accuracy = "exact in distribution: order statistics, by Kolmogorov-Smirnov at 1 %; strain to the step of a frame"
+    force = Input("N", doc="load on the bundle")
     events = Output(kind="event", doc="failures; at most one per frame")
     strain = Output(doc="strain x of the bundle")
     state, coefficients = bundle.STATE, damage.COEFFICIENTS
@@ -65,7 +68,7 @@ class FibreBundle:
 
 
 @node("fibre-grid", "Materials")
-class FibreGrid:
+class FibreGrid(_Fibres):
     """Grid of fibre bundles under the foot. The load follows the contact: intact cells break where the foot rolls."""
 
     accuracy = "exact in distribution for each cell (Kolmogorov-Smirnov at 1 %); cells share load once per frame"
@@ -75,26 +78,14 @@ class FibreGrid:
     model = Choice(
         "exact", options=grid.GRID_MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
-    thresholds = Choice("weibull", options=THRESHOLDS, doc="distribution of the breaking strains")
     fibres = Count(500, 1, 10_000_000, doc="number of fibres N per cell")
-    shape = Number(4.0, 0.5, 50.0, scale="log", doc="Weibull shape k: higher makes thresholds more alike")
-    scale = Number(2.5, 0.01, 1000.0, scale="log", doc="scale lambda of the distribution, a strain")
-    stiffness = Number(1.0, 1e-3, 1e6, scale="log", doc="stiffness k_F of a fibre")
-    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="mass m of a fibre")
-    damping = Number(0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre")
     creep = Number(0.0, 0.0, 100.0, doc="damping b_R of a whole bundle")
-    restructurings = Count(20, 1, 10_000, doc="restructurings n_max of a chain (inverse model)")
-    stiffening = Number(0.005, 0.0, 1.0, doc="alpha: stiffening of a chain per restructuring (inverse model)")
     strength = Number(
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole grid under uniform load"
-    )
-    renewal = Number(
-        0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load after which the ground is intact again"
     )
     loudness = Number(
         1.0, 0.0, 1000.0, scale="gain", added=0.05, doc="strength of an event with energy k_F lambda^2 / 2"
     )
-    softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength; 0.5 makes strength a velocity")
     columns = Count(3, 1, 8, doc="number of cells along the tile's x axis")
     rows = Count(3, 1, 8, doc="number of cells along the tile's y axis")
     width = Number(0.305, 0.01, 10.0, unit="m", doc="size of the tile along x")

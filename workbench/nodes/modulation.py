@@ -13,18 +13,18 @@ AT_EVENTS = 1
 """Index of "at events" in the options of `pace`."""
 
 
-def _low() -> Number:
+def _low(wire: str = "audio") -> Number:
     return Number(
-        0.0, -FARTHEST, FARTHEST, wire="audio", unit_of="out", doc="lower end, in the unit of the driven parameter"
+        0.0, -FARTHEST, FARTHEST, wire=wire, unit_of="out", doc="lower end, in the unit of the driven parameter"
     )
 
 
-def _high() -> Number:
+def _high(wire: str = "audio") -> Number:
     return Number(
         1.0,
         -FARTHEST,
         FARTHEST,
-        wire="audio",
+        wire=wire,
         unit_of="out",
         doc="upper end, in the unit of the driven parameter; below the lower end it inverts the signal",
     )
@@ -133,14 +133,7 @@ class StanceCurve:
         doc="points of the curve, linear between: 0 is low, 1 is high",
     )
     duration = Number(0.7, 0.05, 10.0, unit="s", scale="log", doc="expected duration of a stance")
-    low = Number(0.0, -FARTHEST, FARTHEST, unit_of="out", doc="lower end, in the unit of the driven parameter")
-    high = Number(
-        1.0,
-        -FARTHEST,
-        FARTHEST,
-        unit_of="out",
-        doc="upper end, in the unit of the driven parameter; below the lower end it inverts the signal",
-    )
+    low, high = _low(wire=""), _high(wire="")
     out = Output(doc="from low to high")
     state = Layout("stance_curve", "has_begun", "share", "value", "low", "high")
 
