@@ -255,7 +255,7 @@ def line_of(summary: Summary) -> str:
 
 def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job]":
     """Return a job for each combination of the grid's values; a recording takes no values."""
-    from underfoot.patch.node import installed_nodes
+    from underfoot.nodes import REGISTRY
     from underfoot.patch.outside_files import require_inside
     from underfoot.patch.patch import Patch
     from underfoot.records.recording import is_recording
@@ -270,7 +270,7 @@ def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "S
         return [ReplayJob(path, options.block, tuple(options.plates))]
     patch = Patch.load(path)
     if not options.outside_files:
-        require_inside(patch, installed_nodes(), path)
+        require_inside(patch, REGISTRY, path)
     return [_job(options, path, patch, values) for values in grid]
 
 

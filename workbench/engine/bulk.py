@@ -22,8 +22,8 @@ from underfoot.engine.session_replay import ReplayJob
 from underfoot.engine.worker_pool import MOST_TRIES, cores, in_parallel
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.files import write_file
+from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import files_of
-from underfoot.patch.node import installed_nodes
 from underfoot.records.wav import wav_bytes
 
 MANIFEST = "manifest.csv"
@@ -107,7 +107,7 @@ def _require_movable(item: Item) -> None:
     """Raise `BadValue` if the job reads files of this computer as it runs: another computer lacks them."""
     if isinstance(item.job, ReplayJob):
         raise BadValue(f"{item.patch} is a recording on this computer; render it without --cluster")
-    for id, _, _ in files_of(item.job.patch, installed_nodes()):
+    for id, _, _ in files_of(item.job.patch, REGISTRY):
         raise BadValue(f"{item.patch}: node {id} plays a file of this computer; render it without --cluster")
     if item.job.simulation is not None and item.job.simulation.recording:
         raise BadValue("--simulation plays a recording of this computer; render it without --cluster")

@@ -16,7 +16,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.patch.node import installed_nodes
+from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.forces import Forces
 
@@ -68,7 +68,7 @@ class RenderJob:
             profiles=self.profiles,
             seconds=self.seconds,
         )
-        return render_source(self.patch, installed_nodes(), source, seconds, options, files=files)
+        return render_source(self.patch, REGISTRY, source, seconds, options, files=files)
 
 
 def render(

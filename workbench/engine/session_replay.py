@@ -17,8 +17,9 @@ from underfoot.errors import BadFile, in_one_line
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
+from underfoot.nodes import REGISTRY
 from underfoot.patch.custom_nodes import run_needed
-from underfoot.patch.node import Registry, installed_nodes
+from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
@@ -54,7 +55,7 @@ class ReplayJob:
 
     def run(self, files: Files = NO_FILES) -> Rendered:
         """Replay it, to `files` as it is played."""
-        return replay(self.path, installed_nodes(), self.block, self.plates, files)
+        return replay(self.path, REGISTRY, self.block, self.plates, files)
 
 
 def replay(
