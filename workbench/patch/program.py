@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,8 +16,8 @@ from underfoot.patch.building import ENGINE_SIGNALS, Builder, Part
 from underfoot.patch.controls import on_ramp
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.guards import guarded
-from underfoot.patch.node import NodeType, Registry
-from underfoot.patch.patch import Patch
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.tables import ALL
 from underfoot.patch.wiring import downstream, node_id, upstream
 
@@ -61,18 +60,10 @@ class Program:
         self.left_out = tuple(node.id for node in patch.nodes if node.id not in needed)
         self.index = {id: k for k, id in enumerate(self.node_ids)}
         """Index of each node in the tables, by its id."""
-        self._types = [registry[patch.node(id).type] for id in self.node_ids]
-        self._values = [
-            _placed(type.values(patch.node(id).parameters), type, folder)
-            for id, type in zip(self.node_ids, self._types, strict=True)
-        ]
+        self._parts = [_part(patch.node(id), registry, guards.get(id, ()), folder) for id in self.node_ids]
         self._pending: list[tuple[int, int, float, float, float]] = []
         self._struck_rows: list[int] = []
-        parts = [
-            Part(id, type, values, guards.get(id, ()))
-            for id, type, values in zip(self.node_ids, self._types, self._values, strict=True)
-        ]
-        made = Builder(patch, parts, self.tiles, self.scope_names, rate=rate, block=block).build()
+        made = Builder(patch, self._parts, self.tiles, self.scope_names, rate=rate, block=block).build()
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
         self._struck, self._lists, self.engine_signals = made.struck, made.lists, made.engine_signals
         self._where = addresses(self.tables)
@@ -121,11 +112,12 @@ class Program:
         if id not in self.index:
             return
         k = self.index[id]
-        parameter = self._types[k].parameters.get(name)
+        part = self._parts[k]
+        parameter = part.type.parameters.get(name)
         if not isinstance(parameter, Number):
-            raise BadValue(f"{id} has no number {name!r}; allowed: numbers of a {self._types[k].type}")
+            raise BadValue(f"{id} has no number {name!r}; allowed: numbers of a {part.type.type}")
         value = parameter.check(value)
-        self._values[k][name] = value
+        part.values[name] = value
         p = self.tables
         if (k, name) in self._controls:
             q = self._controls[k, name]
@@ -166,7 +158,7 @@ class Program:
             if self.begins_anew and id not in self._follow_floor:
                 continue
             j = old.index.get(id)
-            if j is None or old._types[j] is not self._types[k] or not self._same_memory(k, old, j):
+            if j is None or old._parts[j].type is not self._parts[k].type or not self._same_memory(k, old, j):
                 all_stayed = False
                 continue
             for memory in ("state", "coefficients"):
@@ -177,7 +169,7 @@ class Program:
             outs = p.nodes[k]["outputs"]
             here, there = p.nodes[k]["outputs_at"], q.nodes[j]["outputs_at"]
             p.was_nonzero[here : here + outs] = q.was_nonzero[there : there + outs]
-            for name in self._types[k].parameters:
+            for name in self._parts[k].type.parameters:
                 self._take_control(old, k, j, name, frame)
         return all_stayed
 
@@ -234,21 +226,20 @@ class Program:
     def _same_memory(self, k: int, old: "Program", j: int) -> bool:
         here, there = self.tables.nodes[k], old.tables.nodes[j]
         same = all(here[size] == there[size] for size in ("state_size", "coefficients_size"))
-        structural = [n for n, p in self._types[k].parameters.items() if not p.is_ramped and p.kind != "tiles"]
-        return same and all(self._values[k][n] == old._values[j][n] for n in structural)
+        new, former = self._parts[k], old._parts[j]
+        structural = [n for n, p in new.type.parameters.items() if not p.is_ramped and p.kind != "tiles"]
+        return same and all(new.values[n] == former.values[n] for n in structural)
 
     def _take_control(self, old: "Program", k: int, j: int, name: str, frame: int) -> None:
         for ids, old_ids, table, start in (
             (self._controls, old._controls, "ramp", "ramp_start"),
             (self._signals, old._signals, "signal_ramp", "signal_start"),
         ):
-            if (k, name) in ids and (j, name) in old_ids and isinstance(self._types[k].parameters[name], Number):
-                theirs, began = (
-                    getattr(old.tables, table)[old_ids[j, name]],
-                    getattr(old.tables, start)[old_ids[j, name]],
-                )
-                now = on_ramp(theirs[0], theirs[1], frame - began)
-                target = self._values[k][name]
+            if (k, name) in ids and (j, name) in old_ids and isinstance(self._parts[k].type.parameters[name], Number):
+                there = old_ids[j, name]
+                begin, goal = getattr(old.tables, table)[there][:2]
+                now = on_ramp(begin, goal, frame - getattr(old.tables, start)[there])
+                target = self._parts[k].values[name]
                 if now != target:
                     getattr(self.tables, table)[ids[k, name], :2] = now
                     self.set(id=self.node_ids[k], name=name, value=target, frame=frame)
@@ -270,9 +261,11 @@ def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
     return downstream(patch.wires, [node.id for node in patch.nodes if registry[node.type].engine_signals])
 
 
-def _placed(values: dict[str, Any], type: NodeType, folder: Path | None) -> dict[str, Any]:
-    """Return the values with absolute file paths."""
+def _part(node: PlacedNode, registry: Registry, guards: Sequence[str], folder: Path | None) -> Part:
+    """Return a node to build, with absolute file paths."""
+    type = registry[node.type]
+    values = type.values(node.parameters)
     for name, parameter in type.parameters.items():
         if parameter.kind == "file" and values[name] and folder is not None:
             values[name] = str(folder / values[name])
-    return values
+    return Part(node.id, type, values, guards)
