@@ -9,16 +9,14 @@ from underfoot.patch.node import Input, Output, node
 from underfoot.patch.patch import Patch
 
 
-def no_op():
-    pass
-
-
 @node("push", "Floor")
 class Push:
     """Force, in newtons."""
 
     force = Output("N")
-    run = no_op
+
+    def run(force):
+        pass
 
 
 @node("step", "Timing")
@@ -28,7 +26,9 @@ class Step:
     force = Input("N")
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force at which a foot is down")
     onset = Output(kind="event")
-    run = no_op
+
+    def run(onset):
+        pass
 
 
 @node("shaker", "Outputs")
@@ -39,8 +39,10 @@ class Shaker:
     level = Number(1.0, 0.0, 10.0, wire="audio", doc="factor on the way out")
     tiles = Tiles()
     played = Output("m/s^2")
-    run = no_op
     is_sink = True
+
+    def run(played):
+        pass
 
 
 @node("hum", "Tones")
@@ -51,7 +53,9 @@ class Hum:
     chains = Count(2000, 1, 100_000, doc="how many")
     sharing = Choice("global", options=("global", "local"))
     out = Output("m/s^2")
-    run = no_op
+
+    def run(out):
+        pass
 
 
 @node("beat", "Timing")
@@ -60,7 +64,9 @@ class Beat:
 
     notes = Rows(((0, 4, 1.0),), (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)), most=24)
     out = Output(kind="event")
-    run = no_op
+
+    def run(out):
+        pass
 
 
 @node("through", "Shapes")
@@ -69,7 +75,9 @@ class Through:
 
     signal = Input()
     out = Output()
-    run = no_op
+
+    def run(out):
+        pass
 
 
 REGISTRY = {type.type: type for type in (Push, Step, Shaker, Hum, Beat, Through)}
