@@ -167,8 +167,8 @@ class Canvas(EditableView):
             scene.choose(wire)
         chosen = scene.selected()
         is_node = len(chosen) == 1 and chosen[0] in scene.nodes
-        is_framed = any(map(self._frame_of, chosen))
-        is_group = any(id in scene.group_nodes for id in chosen) or bool(self._group_of_selection())
+        is_framed = any(self._frame_of([id]) for id in chosen)
+        is_group = any(id in scene.group_nodes for id in chosen) or bool(self._frame_of(chosen))
         is_sub_patch = len(chosen) == 1 and chosen[0] in scene.group_nodes
         kinds = is_node, is_group, is_framed, is_sub_patch
         what = Selection(len(chosen), *kinds, bool(scene.chosen_wires()), bool(self.inside))
@@ -244,8 +244,7 @@ class Canvas(EditableView):
             super().mouseMoveEvent(event)
             if self.patch_scene.mouseGrabberItem() is not None:
                 self.patch_scene.adjust_group_frames()
-                self.patch_scene.highlight_wire(self._wire_under_dragged())
-                self.patch_scene.highlight_frame(self._frame_entered(place))
+                self.patch_scene.highlight(self._wire_under_dragged(), self._frame_entered(place))
 
     def _wire_under_dragged(self) -> WireItem | None:
         """Return the wire into which the dragged node would be inserted; only a single unwired node can be."""
@@ -280,8 +279,7 @@ class Canvas(EditableView):
         wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(event.position().toPoint()))
         super().mouseReleaseEvent(event)
         self._dragged_group = None
-        self.patch_scene.highlight_wire(None)
-        self.patch_scene.highlight_frame(None)
+        self.patch_scene.highlight()
         places = self.patch_scene.places()
         if places:
             members = self.patch_scene.members(places)
@@ -343,19 +341,16 @@ class Canvas(EditableView):
         if event.mimeData().hasFormat(MIME):
             event.acceptProposedAction()
             wire = self._wire_at_drop(event)
-            self.patch_scene.highlight_wire(wire)
             place = self.mapToScene(event.position().toPoint())
-            self.patch_scene.highlight_frame(None if wire else self.patch_scene.frame_around(place))
+            self.patch_scene.highlight(wire, None if wire else self.patch_scene.frame_around(place))
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        self.patch_scene.highlight_wire(None)
-        self.patch_scene.highlight_frame(None)
+        self.patch_scene.highlight()
 
     def dropEvent(self, event: QDropEvent) -> None:
         type = _dropped(event)
         wire = self._wire_at_drop(event)
-        self.patch_scene.highlight_wire(None)
-        self.patch_scene.highlight_frame(None)
+        self.patch_scene.highlight()
         if type in self.registry:
             event.acceptProposedAction()
             self.add(type, self.mapToScene(event.position().toPoint()), into=wire.wire if wire else None)
@@ -441,8 +436,7 @@ class Canvas(EditableView):
             at, none = QPointF(self.viewport().mapFromGlobal(self.cursor().pos())), Qt.MouseButton.NoButton
             up = QMouseEvent(QEvent.Type.MouseButtonRelease, at, at, Qt.MouseButton.LeftButton, none, _NO_KEYS)
             super().mouseReleaseEvent(up)
-        self.patch_scene.highlight_wire(None)
-        self.patch_scene.highlight_frame(None)
+        self.patch_scene.highlight()
         for item in self.patch_scene.nodes_and_group_nodes():
             item.setPos(*item.node.at)
         for note in self.patch_scene.notes.values():

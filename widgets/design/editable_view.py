@@ -359,9 +359,7 @@ class EditableView(PatchView):
 
     def ungroup(self) -> None:
         """Remove the group around the selection, or dissolve the selected collapsed group."""
-        blocks = [id for id in self.patch_scene.selected() if id in self.patch_scene.group_nodes]
-        frame = self._frame_around(self.patch_scene.selected()) or self._group_of_selection()
-        gone = blocks or ([frame] if frame else [])
+        gone = self._chosen_groups()
         if not gone:
             self.show_message("Select a group")
             return
@@ -373,7 +371,7 @@ class EditableView(PatchView):
         """Take what is selected out of its innermost frame, and beside it if it lies within."""
         patch, leaving, scene = self.document.patch, list[str](), self.patch_scene
         for shown in scene.selected():
-            if frame := self._frame_of(shown):
+            if frame := self._frame_of([shown]):
                 members = scene.members([shown])
                 patch = taken_out(patch, members, frame)
                 leaving += members
@@ -391,17 +389,17 @@ class EditableView(PatchView):
         self.document.edit(patch, f"Take {self._count_text(leaving)} out of the group")
         self.ensure_visible(list(items))
 
-    def _frame_of(self, shown: str) -> str:
-        """Return the innermost open group that something is in; "" if there is none."""
-        members = set(self.patch_scene.members([shown]))
-        around = [group.id for group in self.patch_scene.group_view.opened if members <= set(group.members)]
-        return around[-1] if around else ""
-
-    def _group_of_selection(self) -> str:
-        """Return the innermost open group that contains the whole selection."""
-        members = set(self._members())
+    def _frame_of(self, shown: Sequence[str]) -> str:
+        """Return the innermost open group that all of these items are in; "" if there is none."""
+        members = set(self.patch_scene.members(shown))
         around = [group.id for group in self.patch_scene.group_view.opened if members and members <= set(group.members)]
         return around[-1] if around else ""
+
+    def _chosen_groups(self) -> list[str]:
+        """Return the selected sub-patches, else the open group around the selection."""
+        chosen = self.patch_scene.selected()
+        frame = self._frame_around(chosen) or self._frame_of(chosen)
+        return [id for id in chosen if id in self.patch_scene.group_nodes] or ([frame] if frame else [])
 
     def collapse(self) -> None:
         """Collapse the selection to one node, with a port for each wire across its border; expand selected collapsed
@@ -436,12 +434,9 @@ class EditableView(PatchView):
         self.ensure_visible([id])
 
     def paint_group(self, colour: str) -> None:
-        """Set the colour of the group around the selection."""
-        chosen = self.patch_scene.selected()
-        blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
-        for id in blocks or [self._frame_around(chosen) or self._group_of_selection()]:
-            if id:
-                self.document.edit(self._with_group(id, colour=colour), "Colour a group")
+        """Set the colour of the selected sub-patches, else of the group around the selection."""
+        for id in self._chosen_groups():
+            self.document.edit(self._with_group(id, colour=colour), "Colour a group")
 
     def enter(self) -> None:
         """Open the selected sub-patch."""

@@ -62,7 +62,7 @@ class NodeSearch(QFrame):
         if into is None:
             self._open(at, None, "Add a node")
         else:
-            scene.highlight_wire(item)
+            scene.highlight(item)
             self._open(at, types_for_wire(scene.patch, scene.registry, into), "Insert a node")
 
     def ask_for_replacement(self, at: QPoint, type: str) -> None:
@@ -123,5 +123,5 @@ class NodeSearch(QFrame):
         if self._held is not None:
             self._held.end()
             self._held = None
-        self._scene.highlight_wire(None)
+        self._scene.highlight()
         self.closed.emit()

@@ -307,16 +307,15 @@ class PatchScene(QGraphicsScene):
         middle = QRectF(area.center().x() - 8, area.center().y() - 8, 16, 16)
         return next((item for item in fitting if item.passes(middle)), next(iter(fitting), None))
 
-    def highlight_wire(self, wire: WireItem | None) -> None:
-        """Highlight the wire into which a node would be inserted, and no other."""
+    def highlight(self, wire: WireItem | None = None, frame: GroupFrameItem | None = None) -> None:
+        """Highlight the wire into which a node would be inserted, the frame into which things would be put, and no
+        other.
+        """
         if self._highlighted is not wire:
             for item in (self._highlighted, wire):
                 if item is not None:
                     item.set_highlighted(item is wire)
             self._highlighted = wire
-
-    def highlight_frame(self, frame: GroupFrameItem | None) -> None:
-        """Highlight the frame of the group into which something would be put, and no other."""
         for one in self.group_frames.values():
             one.set_entered(one is frame)
 
