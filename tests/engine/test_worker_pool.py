@@ -2,8 +2,11 @@
 
 import multiprocessing
 import os
+import subprocess
+import sys
 import threading
-from contextlib import closing
+from contextlib import closing, contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -19,7 +22,18 @@ def worked(job):
         os._exit(3)
     if job == "wait":
         threading.Event().wait()
+    if isinstance(job, Path):
+        with job.open("w"), cleaned_up(job):
+            threading.Event().wait()
     return job, os.getpid()
+
+
+@contextmanager
+def cleaned_up(path):
+    try:
+        yield
+    finally:
+        path.unlink()
 
 
 def test_every_job_has_its_answer_and_processes_go_on_with_the_next():
@@ -50,6 +64,25 @@ def test_whoever_stops_early_leaves_no_process(monkeypatch):
     with closing(in_parallel(worked, ["a", "wait", "wait"], 2)) as answers:
         assert next(answers)[1][0] == "a"
     assert multiprocessing.active_children() == []
+
+
+def test_a_job_that_nobody_waits_for_any_more_cleans_up(tmp_path, until):
+    half_written = tmp_path / "part"
+    with closing(in_parallel(worked, [half_written, "a"], 2)) as answers:
+        assert next(answers)[1][0] == "a"
+        until(half_written.exists)
+    assert not half_written.exists()
+
+
+def test_a_job_ends_with_the_process_that_waits_for_it(tmp_path, until):
+    half_written = tmp_path / "part"
+    does = f"from test_worker_pool import *; list(in_parallel(worked, [Path({str(half_written)!r})], 1))"
+    with subprocess.Popen([sys.executable, "-c", does], cwd=Path(__file__).parent) as waiting:
+        try:
+            until(half_written.exists)
+        finally:
+            waiting.kill()
+    until(lambda: not half_written.exists())
 
 
 def test_there_is_a_core():

@@ -129,6 +129,12 @@ def leave_to_session(*names: str) -> None:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
+def raise_at_end(connection: Connection, number: int) -> None:
+    """In a child process, raise a signal in the main thread once nobody waits for what it does."""
+    assert isinstance(connection, _Listening)
+    connection.raise_at_end(number)
+
+
 def _require_guard() -> None:
     """Exit if the main script has no `__main__` guard: each child process would run it again and start more.
 
@@ -186,6 +192,16 @@ class _Listening:
             _run_nodes(message.files)
         raise EOFError
 
+    def raise_at_end(self, number: int) -> None:
+        """Raise a signal in the main thread once the connection has ended."""
+
+        def wait() -> None:
+            with self._came:
+                self._came.wait_for(lambda: bool(self._messages) and isinstance(self._messages[-1], _End))
+            signal.pthread_kill(threading.main_thread().ident or 0, number)
+
+        threading.Thread(target=wait, name="end", daemon=True).start()
+
     def _take(self) -> None:
         try:
             while True:
@@ -198,7 +214,7 @@ class _Listening:
     def _put(self, message: object) -> None:
         with self._came:
             self._messages.append(message)
-            self._came.notify()
+            self._came.notify_all()
 
 
 class _End(Struct, frozen=True):

@@ -10,7 +10,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
-from underfoot.engine.child_process import ChildProcess, run_tracker, wait_for_any
+from underfoot.engine.child_process import ChildProcess, raise_at_end, run_tracker, wait_for_any
 from underfoot.errors import UnderfootError
 
 Job = TypeVar("Job")
@@ -79,11 +79,18 @@ def in_parallel(
 
 
 def run(connection: Connection, work: Callable[[Job], object]) -> None:
-    """Run jobs until the connection ends, or Ctrl-C, which goes to all processes; the process's main function."""
+    """Run jobs until the connection ends, which ends a job, too, or Ctrl-C, which goes to all processes; the process's
+    main function."""
     with suppress(EOFError, OSError, KeyboardInterrupt):
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
-        while True:
-            connection.send(_answer(work, connection.recv()))
+        raise_at_end(connection, signal.SIGTERM)
+        try:
+            while True:
+                connection.send(_answer(work, connection.recv()))
+        finally:
+            for number in _ENDS:
+                signal.signal(number, signal.SIG_IGN)
 
 
 def _give(child: ChildProcess, waiting: deque[tuple[int, Job]], busy: dict[ChildProcess, int]) -> None:
