@@ -180,6 +180,20 @@ def test_a_sound_file_that_a_setting_names_is_there_though_the_patch_was_changed
         assert folder != study
 
 
+def test_a_session_that_is_shared_shows_no_folder_of_the_computer(tmp_path):
+    study, sessions = tmp_path / "anna" / "study", tmp_path / "anna" / "sessions"
+    for folder in (study, sessions):
+        folder.mkdir(parents=True)
+    equipment = {"target": f"replay:{study / 'walk.csv'}", "profiles": str(study / "profiles")}
+    protocol = Protocol.loads(protocol_text(), REGISTRY, "", study)
+    SessionFile.create(sessions / "a.session", protocol, "P1", study, equipment).close()
+    assert str(tmp_path).encode() not in (sessions / "a.session").read_bytes()
+    moved = (tmp_path / "anna").rename(tmp_path / "ben")  # both folders together
+    with closing(SessionFile.open(moved / "sessions" / "a.session")) as session:
+        assert session.folder == moved / "study"
+        assert (session.about["target"], session.about["profiles"]) == ("replay:walk.csv", "profiles")
+
+
 def test_a_session_is_read_though_its_protocol_would_not_be_begun_any_more(tmp_path):
     """It was measured with a factor that has a column's name, and a staircase of what has no level."""
     staircases = {"kind": "staircases", "parameters": {"followed": ["X"]}}

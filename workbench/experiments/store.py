@@ -9,6 +9,7 @@ page.
 import json
 import os
 import platform
+import re
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -81,6 +82,27 @@ class Note:
     text: str
 
 
+def _without_folders(text: str) -> str:
+    """Return a target or a file by its name.
+
+    >>> _without_folders("serial:/dev/ttyUSB0"), _without_folders("study/profiles/"), _without_folders("udp:[::1]:9000")
+    ('serial:ttyUSB0', 'profiles', 'udp:[::1]:9000')
+    """
+    return re.sub(r"[^:]*[/\\]", "", text.rstrip("/\\"))
+
+
+def _way_to(folder: Path | None, beside: Path) -> dict[str, str]:
+    """Return the protocol's folder as seen from the session's, if both lie in one folder of the disk."""
+    if folder is None:
+        return {}
+    there, here = os.path.realpath(folder), os.path.realpath(beside)
+    try:
+        common = os.path.commonpath([there, here])
+    except ValueError:  # another drive
+        return {}
+    return {} if os.path.dirname(common) == common else {"folder": os.path.relpath(there, here)}
+
+
 class SessionFile:
     """A session file that can be continued. `create` makes a new file and `open` opens an existing one; call `close` at
     the end.
@@ -104,8 +126,8 @@ class SessionFile:
     ) -> "SessionFile":
         """Return a new session file for a checked protocol, whose patches are in `folder`.
 
-        `about` is further metadata: target, profile. Raises `BadFile` if the file exists, and `BadValue` if a package
-        that a method needs is not installed.
+        `about` is further metadata: target, profiles. The file may be shared, so no folder of this computer is kept.
+        Raises `BadFile` if the file exists, and `BadValue` if a package that a method needs is not installed.
         """
         path = Path(path)
         require_id(participant)
@@ -115,8 +137,8 @@ class SessionFile:
         if os.path.exists(path):
             raise BadFile(f"{path} is there already; go on with it, or choose another name for the session")
         known = {
-            **(about or {}),
-            **({"folder": str(folder.absolute())} if folder is not None else {}),
+            **{key: _without_folders(text) for key, text in (about or {}).items()},
+            **_way_to(folder, path.parent),
             "protocol": protocol.dumps().decode(),
             "participant": participant,
             "begun": time_of_day(),
@@ -180,8 +202,8 @@ class SessionFile:
     @property
     def folder(self) -> Path:
         """The folder of the protocol's files when the session was begun; where that is gone, the session's own."""
-        begun = Path(self.about.get("folder", ""))
-        return begun if begun.is_absolute() and begun.is_dir() else self.path.parent
+        begun = Path(os.path.realpath(self.path.parent / self.about.get("folder", "")))
+        return begun if begun.is_dir() else self.path.parent
 
     def patches(self) -> dict[str, bytes]:
         """Return the protocol's patches as they were at the start of the session, by name."""
