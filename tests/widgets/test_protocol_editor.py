@@ -189,6 +189,7 @@ def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
     made.click(made.workspace.study_list.new)
     made.page(3)
     stages = made.protocol_editor.stages
+    made.type(made.protocol_editor.rows["study"].controls["counterbalanced"], "main, bye")
     for name in ("bye", "hello"):  # each comes behind the one that is chosen
         stages.list.setCurrentRow(0)
         made.click(stages.add)
@@ -200,6 +201,8 @@ def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
     assert [stages.list.item(k).text().partition("  →  ")[2] for k in range(3)] == ["", "bye", "end"]
     stages.list.setCurrentRow(1)
     assert stages.form.order.controls["next"].currentText() == "goodbye"
+    made.page(0)
+    assert made.protocol_editor.rows["study"].controls["counterbalanced"].text() == "main, goodbye"
     made.keep()
     assert [stage.next for stage in made.workspace.study_list.study.protocol.stages] == ["", "goodbye", "end"]
 

@@ -64,4 +64,4 @@ def facts_of(protocol: Protocol) -> str:
         practice = ", practice" if stage.practice else ""
         begun = f", begun by {stage.start}" if method.uses_stimuli else ""
         lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}{begun}")
-    return "  ·  ".join([*lines, about(sum(usual_s(protocol, stage) for stage in all_stages(protocol)))])
+    return "  ·  ".join([*lines, about(sum(usual_s(protocol, stage) for stage in all_stages(protocol, "1")))])

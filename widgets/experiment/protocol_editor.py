@@ -42,7 +42,7 @@ from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
 """The page of a mistake, by the first word of its place."""
-_FIELDS = ("title", "about", "seed", "limit_m_s2", "present_s")
+_FIELDS = ("title", "about", "seed", "counterbalanced", "limit_m_s2", "present_s")
 _CHECK_DELAY_MS = 150
 
 
@@ -159,7 +159,6 @@ class ProtocolEditor(QWidget):
         self._study, self._sounds = _scrolling(), _scrolling()
         for page in (self._study, self.questions, self.stimuli, self.stages, self._sounds):
             self.pages.addWidget(page)
-        self._show_rows()
         for changed in (self.questions.changed, self.stimuli.changed, self.stages.changed):
             changed.connect(self._record)
         for chosen in (self.stimuli.chosen, self.stages.chosen):
@@ -216,6 +215,8 @@ class ProtocolEditor(QWidget):
 
     def show_page(self, index: int) -> None:
         """Show the page with this index."""
+        if index == 0:
+            self._show_rows()  # a stage that is named there may have got another id
         if index == _PAGE_OF_FIELD["stages"]:
             self.stages.refresh()
         self.tabs.button(index).setChecked(True)

@@ -81,6 +81,9 @@ class StagePage(ItemList):
         for stage in self._stages:
             if stage.get("next") == old:
                 stage["next"] = new
+        raw = self.draft.raw
+        if isinstance(raw.get("counterbalanced"), list):  # else what is typed there is no list yet
+            raw["counterbalanced"] = [new if id == old else id for id in raw["counterbalanced"]]
 
     def _add(self) -> None:
         self._insert(self.list.currentRow() + 1, {"id": "", "kind": "read", "title": "", "text": ""})

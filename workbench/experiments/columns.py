@@ -7,6 +7,8 @@ NOT_FACTORS = frozenset(
         *FIRST_COLUMNS,
         *(
             "entry",
+            "stages_row",
+            "block_row",
             "correct",
             "right",
             "stimulus",

@@ -12,13 +12,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from underfoot.errors import BadValue, require
 from underfoot.experiments.declared import TextLine
+from underfoot.experiments.latin_square import number_of_row, row_of, rows_of
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial, is_right
-from underfoot.parameters import Parameter
+from underfoot.parameters import Choice, Parameter
 
 if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
+
+DRAWN, COUNTERBALANCED = "drawn", "counterbalanced"
+BLOCK_ROW = "block_row"
+"""The fact of a trial that is the row of its block in a Latin square, from 1."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,8 @@ class Method(ABC):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         inherited = getattr(cls, "parameters", {})
-        cls.parameters = inherited | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
+        own = {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
+        cls.parameters = own | {name: v for name, v in inherited.items() if name not in own}
 
     def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
         """Store `given`, checked parameters as `checked` returns them, and begin at the first trial."""
@@ -179,12 +185,6 @@ class ListedMethod(Method):
     def listed(self) -> Sequence[Trial]:
         """Return all trials in their order."""
 
-    def in_blocks(self, names: Sequence[str], blocks: int) -> Iterator[tuple[int, int, str]]:
-        """Yield trial number, block and name: each of these names once per block, in random order."""
-        drawn = ((block, name) for block in range(1, blocks + 1) for name in self.draws.shuffled(names))
-        for number, (block, name) in enumerate(drawn, start=1):
-            yield number, block, name
-
     @property
     def trial(self) -> Trial | None:
         """The next trial; None after the last."""
@@ -200,3 +200,30 @@ class ListedMethod(Method):
     def share(self) -> float:
         """The completed share of the trials, 0 to 1."""
         return self._at / max(len(self.trials), 1)
+
+
+class BlockedMethod(ListedMethod):
+    """A method of blocks, in each of which every stimulus comes equally often, in an order of its own."""
+
+    order = Choice(
+        DRAWN,
+        options=(DRAWN, COUNTERBALANCED),
+        doc="In each block: drawn for each participant, or rows of Williams's Latin square, by the number in the id.",
+    )
+
+    def in_blocks(
+        self, names: Sequence[str], blocks: int, repeats: int = 1
+    ) -> Iterator[tuple[int, int, str, dict[str, int]]]:
+        """Yield trial number, block, name and facts: each of these names `repeats` times per block."""
+        number = 0
+        for block in range(1, blocks + 1):
+            for name, facts in self._block(names, block, repeats):
+                number += 1
+                yield number, block, name, facts
+
+    def _block(self, names: Sequence[str], block: int, repeats: int) -> list[tuple[str, dict[str, int]]]:
+        if self.given["order"] == DRAWN:
+            return [(name, {}) for name in self.draws.shuffled([*names] * repeats)]
+        own = number_of_row(self.draws.participant, len(names)) + (block - 1) * repeats
+        rows = [1 + (own - 1 + k) % rows_of(len(names)) for k in range(repeats)]
+        return [(names[k], {BLOCK_ROW: row}) for row in rows for k in row_of(len(names), row)]

@@ -30,7 +30,7 @@ def plan_of(protocol: Protocol, participant: str) -> list[dict[str, Any]]:
     96
     """
     require_id(participant)
-    uses = [(stage, stage.method) for stage in protocol.order() if stage.method is not None]
+    uses = [(stage, stage.method) for stage in protocol.order_of(participant) if stage.method is not None]
     return [row for stage, use in uses for row in _rows(protocol, stage, use, participant)]
 
 

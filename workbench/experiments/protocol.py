@@ -14,6 +14,7 @@ from underfoot.documents import parse, placed, refusals
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
+from underfoot.experiments.latin_square import number_of_row, row_of
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Level, Stimulus, patch_path
@@ -124,6 +125,13 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     title: Annotated[str, _described("What it is called in the list.")] = ""
     about: Annotated[str, _described("What it is about, for experimenters.")] = ""
     seed: Annotated[int, msgspec.Meta(ge=0, le=2**53), _described("The same seed and participant: the same order.")] = 0
+    counterbalanced: Annotated[
+        tuple[str, ...],
+        _described(
+            "Ids of stages that change places from participant to participant: rows of Williams's Latin square, by the "
+            "number in the participant's id."
+        ),
+    ] = ()
     participant: tuple[Question, ...] = ()
     limit_m_s2: Annotated[Level, _described("Nothing is presented above this peak acceleration.")] = 20.0
     present_s: Annotated[
@@ -153,6 +161,16 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             order[stage.id] = stage
             at = at + 1 if not stage.next else following.get(stage.next, -1)
         return tuple(order.values())
+
+    def order_of(self, participant: str) -> tuple[Stage, ...]:
+        """Return the stages in a participant's order: those that are counterbalanced have changed places."""
+        order, size = list(self.order()), len(self.counterbalanced)
+        if size:
+            places = [k for k, stage in enumerate(order) if stage.id in self.counterbalanced]
+            row = row_of(size, number_of_row(participant, size))
+            for place, which in zip(places, row, strict=True):
+                order[place] = self.stage(self.counterbalanced[which])
+        return tuple(order)
 
     def pilot(self) -> "Protocol":
         """Return a short version for a trial run by the experimenter: two trials per stage, short pauses, and no
@@ -189,6 +207,11 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if left_out:
             first = min(left_out)
             raise BadValue(f"stages: no stage leads to {first!r}; name it in the next of another, or remove it")
+        several = len(set(self.counterbalanced)) == len(self.counterbalanced) != 1 and seen.issuperset(
+            self.counterbalanced
+        )
+        allowed = f"two or more stages of this protocol ({', '.join(sorted(seen))}), each once, or none"
+        require(several, "counterbalanced", list(self.counterbalanced), allowed)
         return self
 
     def _check_stage(self, place: str, stage: Stage, ids: set[str]) -> None:

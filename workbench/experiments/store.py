@@ -131,7 +131,7 @@ class SessionFile:
         """
         path = Path(path)
         require_id(participant)
-        for stage in protocol.stages:
+        for stage in protocol.order_of(participant):  # raises now for an id without a number that orders need
             if stage.method is not None:
                 method_of(protocol, stage, participant)  # raises now, not at the first trial, if a package is missing
         if os.path.exists(path):

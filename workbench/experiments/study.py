@@ -87,7 +87,7 @@ class Study:
         """Begin the study, and replay `entries`; raise `BadFile` if they are of another protocol or participant."""
         require_id(participant)
         self.protocol, self.participant = protocol, participant
-        self._stages = all_stages(protocol)
+        self._stages = all_stages(protocol, participant)
         self.entries: list[Entry] = []
         self._begin()
         for number, entry in enumerate(entries, 1):
@@ -111,9 +111,7 @@ class Study:
     @property
     def learnable(self) -> tuple[str, ...]:
         """The stimuli of the next trials, in the order of their numbers in learning, from 1."""
-        stages = self.protocol.order()
-        here = next((k for k, stage in enumerate(stages) if stage.id == self._page.stage), 0)
-        for stage in stages[here:]:
+        for stage in self._stages[self._at :]:
             if stage.method is not None:
                 method = METHODS[stage.method.kind]
                 given = method.checked(stage.method.parameters, self.protocol.stimuli)
@@ -296,9 +294,9 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
     return METHODS[use.kind](given, protocol.stimuli, SeededRandom(protocol.seed, participant, stage.id))
 
 
-def all_stages(protocol: Protocol) -> Sequence[Stage]:
-    """Return the stages in order, with the questions about the participant after the consent."""
-    stages = list(protocol.order())
+def all_stages(protocol: Protocol, participant: str) -> Sequence[Stage]:
+    """Return the stages in a participant's order, with the questions about the participant after the consent."""
+    stages = list(protocol.order_of(participant))
     if protocol.participant:
         first = Stage(id=PARTICIPANT, kind="questions", title="About you", questions=protocol.participant)
         stages.insert(1 if stages[0].kind == "consent" else 0, first)

@@ -5,6 +5,7 @@ from typing import Any
 
 from underfoot.errors import BadValue
 from underfoot.experiments.columns import FIRST_COLUMNS, NOT_FACTORS
+from underfoot.experiments.latin_square import number_of_row
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.study import PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation, is_right
@@ -28,6 +29,8 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
     found: list[dict[str, Any]] = []
     gain_db = 0.0
     person: dict[str, Any] = {}
+    if size := len(protocol.counterbalanced):
+        person["stages_row"] = number_of_row(participant, size)
     for number, entry in enumerate(entries, 1):
         try:
             if entry.stage == PARTICIPANT:

@@ -26,6 +26,8 @@ _DESCRIPTIONS = {
     "attempt": "1, or more where the trial was repeated.",
     "spoiled": "Why the trial does not count; empty where it does.",
     "entry": "Number of the page in the session; the recordings of the trial have it in their names.",
+    "stages_row": "The participant's row in the Latin square of the counterbalanced stages, from 1.",
+    "block_row": "The block's row in the Latin square of the stimuli, from 1.",
     "correct": "The right answer, where there is one.",
     "right": "1 where the answer is the right one, else 0.",
     "stimulus": "The stimulus that is judged, by its name in the protocol; empty for nothing.",

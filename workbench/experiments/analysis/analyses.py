@@ -18,6 +18,7 @@ from underfoot.experiments.analysis import (
     targets,
 )
 from underfoot.experiments.analysis.comparisons import spearman
+from underfoot.experiments.analysis.counterbalance import counterbalance
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.questionnaires import questionnaires
@@ -114,7 +115,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
-    return found if protocol is None else [*found, *questionnaires(rows, protocol)]
+    return found if protocol is None else [*found, *questionnaires(rows, protocol), *counterbalance(rows, protocol)]
 
 
 _NUMBERS = (

@@ -5,13 +5,13 @@ from typing import Any
 
 from underfoot.errors import require
 from underfoot.experiments.declared import TextLine
-from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import ask
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Choice, Count, Parameter, Text
 
 
-class AbsoluteIdentification(ListedMethod):
+class AbsoluteIdentification(BlockedMethod):
     """Every stimulus `repeats` times in each of `sessions`, in an order drawn for each participant.
 
     With `answers`, the participant chooses one of these words, and the right one is the stimulus's `correct`; several
@@ -32,9 +32,9 @@ class AbsoluteIdentification(ListedMethod):
     def listed(self) -> Sequence[Trial]:
         names = self.given["identified"]
         found: list[Trial] = []
-        for number, session, name in self.in_blocks([*names] * self.given["repeats"], self.given["sessions"]):
+        for number, session, name, facts in self.in_blocks(names, self.given["sessions"], self.given["repeats"]):
             right = self.stimuli[name].correct if self.given["answers"] else names.index(name) + 1
-            found.append(Trial(number, session, (Presentation(name),), right))
+            found.append(Trial(number, session, (Presentation(name),), right, facts))
         return found
 
     @classmethod

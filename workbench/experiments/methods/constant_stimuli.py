@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from underfoot.experiments.method import ListedMethod, StimulusName, StimulusNames
+from underfoot.experiments.method import BlockedMethod, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Choice, Count, Parameter, Text
@@ -11,7 +11,7 @@ from underfoot.parameters import Choice, Count, Parameter, Text
 COMPARISON, STANDARD = "comparison", "standard"
 
 
-class ConstantStimuli(ListedMethod):
+class ConstantStimuli(BlockedMethod):
     """Every comparison once per block, in random order.
 
     With a standard, a trial has two intervals. The standard comes first in half of the blocks of each comparison (one
@@ -39,19 +39,18 @@ class ConstantStimuli(ListedMethod):
         standard = self.given["standard"]
         orders = {name: self._standard_first(blocks) for name in names} if standard else {}
         found: list[Trial] = []
-        for block in range(1, blocks + 1):
-            for name in self.draws.shuffled(names):
-                intervals: tuple[Presentation, ...] = (Presentation(name),)
-                facts: dict[str, str | int] = {"comparison": name}
-                right = self.stimuli[name].correct
-                if standard:
-                    first = orders[name][block - 1]
-                    both = (Presentation(standard), Presentation(name))
-                    intervals = both if first else both[::-1]
-                    places = {COMPARISON: SECOND if first else FIRST, STANDARD: FIRST if first else SECOND, "": ""}
-                    facts |= {"comparison_at": places[COMPARISON], "judged_more": self.given["judged_more"]}
-                    right = places[right]
-                found.append(Trial(len(found) + 1, block, intervals, right, facts))
+        for number, block, name, of_block in self.in_blocks(names, blocks):
+            intervals: tuple[Presentation, ...] = (Presentation(name),)
+            facts: dict[str, str | int] = {"comparison": name, **of_block}
+            right = self.stimuli[name].correct
+            if standard:
+                first = orders[name][block - 1]
+                both = (Presentation(standard), Presentation(name))
+                intervals = both if first else both[::-1]
+                places = {COMPARISON: SECOND if first else FIRST, STANDARD: FIRST if first else SECOND, "": ""}
+                facts |= {"comparison_at": places[COMPARISON], "judged_more": self.given["judged_more"]}
+                right = places[right]
+            found.append(Trial(number, block, intervals, right, facts))
         return found
 
     def _standard_first(self, blocks: int) -> list[bool]:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import OpenChoice, ask
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Count, Parameter, Text
@@ -11,7 +11,7 @@ from underfoot.parameters import Count, Parameter, Text
 NOT_SORTED = "not sorted"
 
 
-class FreeLabels(ListedMethod):
+class FreeLabels(BlockedMethod):
     """Words for each stimulus. The experimenter sorts them by hand afterwards, in the table of trials."""
 
     kind, name = "free-labels", "Free labels"
@@ -25,8 +25,8 @@ class FreeLabels(ListedMethod):
 
     def listed(self) -> Sequence[Trial]:
         return [
-            Trial(number, block, (Presentation(name),), self.stimuli[name].correct)
-            for number, block, name in self.in_blocks(self.given["named"], self.given["repeats"])
+            Trial(number, block, (Presentation(name),), self.stimuli[name].correct, facts)
+            for number, block, name, facts in self.in_blocks(self.given["named"], self.given["repeats"])
         ]
 
     @classmethod

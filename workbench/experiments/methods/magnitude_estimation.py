@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import FreeNumber, ask
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Count, Parameter, Text
 
 
-class MagnitudeEstimation(ListedMethod):
+class MagnitudeEstimation(BlockedMethod):
     """Every stimulus once per block, in random order, answered with any number above 0."""
 
     kind, name = "magnitude-estimation", "Magnitude estimation"
@@ -23,7 +23,7 @@ class MagnitudeEstimation(ListedMethod):
 
     def listed(self) -> Sequence[Trial]:
         drawn = self.in_blocks(self.given["estimated"], self.given["blocks"])
-        return [Trial(number, block, (Presentation(name),)) for number, block, name in drawn]
+        return [Trial(number, block, (Presentation(name),), facts=facts) for number, block, name, facts in drawn]
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

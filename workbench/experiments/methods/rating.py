@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from underfoot.experiments.method import ListedMethod, StimulusNames
+from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import Scale, ask
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Count, Parameter, Text
 
 
-class Rating(ListedMethod):
+class Rating(BlockedMethod):
     """A slider from 0, `low`, to 100, `high`."""
 
     kind, name = "rating", "Rating"
@@ -22,7 +22,7 @@ class Rating(ListedMethod):
 
     def listed(self) -> Sequence[Trial]:
         drawn = self.in_blocks(self.given["rated"], self.given["blocks"])
-        return [Trial(number, block, (Presentation(name),)) for number, block, name in drawn]
+        return [Trial(number, block, (Presentation(name),), facts=facts) for number, block, name, facts in drawn]
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

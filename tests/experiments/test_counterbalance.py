@@ -1,0 +1,109 @@
+"""Orders of stages and of stimuli by Williams's Latin squares: who gets which, and how balanced a study is so far."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+from made_studies import TD, protocol_text, trials, walked
+
+from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.latin_square import row_of, rows_of
+from underfoot.experiments.plan import plan_of
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of as table_of
+from underfoot.nodes import REGISTRY
+
+STIMULI = dict.fromkeys(("A", "B", "C"), TD)
+
+
+def rated(id, **parameters):
+    return {"id": id, "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 2, **parameters}}}
+
+
+def made(stages, counterbalanced=(), stimuli=STIMULI):
+    return Protocol.loads(protocol_text(stages=stages, stimuli=stimuli, counterbalanced=counterbalanced), REGISTRY)
+
+
+TWO = made(
+    [{"id": "read", "kind": "read"}, rated("one"), {"id": "rest", "kind": "pause"}, rated("two")], ["one", "two"]
+)
+
+
+@pytest.mark.parametrize("size", range(2, 12))
+def test_each_condition_is_as_often_in_each_place_and_after_each_other(size):
+    rows = [row_of(size, number) for number in range(1, rows_of(size) + 1)]
+    places = Counter(place for row in rows for place in enumerate(row))
+    following = Counter(pair for row in rows for pair in pairwise(row))
+    assert (len(places), len(set(places.values()))) == (size * size, 1)
+    assert (len(following), len(set(following.values()))) == (size * (size - 1), 1)
+
+
+@pytest.mark.parametrize(
+    ("participant", "order"), [("P01", ["one", "two"]), ("P02", ["two", "one"]), ("7", ["one", "two"])]
+)
+def test_stages_change_places_by_the_number_in_the_id(participant, order):
+    stages = [page.stage for page in walked(Study(TWO, participant))]
+    assert list(dict.fromkeys(stages)) == ["read", order[0], "rest", order[1]]
+    assert list(dict.fromkeys(row["stage"] for row in plan_of(TWO, participant))) == order
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters"),
+    [
+        ("rating", {"blocks": 6}),
+        ("magnitude-estimation", {"blocks": 6}),
+        ("constant-stimuli", {"blocks": 6}),
+        ("free-labels", {"repeats": 6}),
+        ("absolute-identification", {"sessions": 3, "repeats": 2}),
+    ],
+)
+def test_stimuli_of_successive_blocks_have_successive_rows(kind, parameters):
+    """So that one person, over all rows, has each stimulus as often in each place."""
+    stage = {"id": "main", "kind": "trials"}
+    protocol = made([{**stage, "method": {"kind": kind, "parameters": {**parameters, "order": "counterbalanced"}}}])
+    found = trials(walked(Study(protocol, "P02")))
+    names = ["ABC"[k] for number in (2, 3, 4, 5, 6, 1) for k in row_of(3, number)]
+    assert [trial.intervals[0].stimulus for trial in found] == names
+    assert [trial.facts["block_row"] for trial in found[::3]] == [2, 3, 4, 5, 6, 1]
+
+
+def test_who_had_which_row_is_in_the_table_and_the_balance_in_the_report():
+    protocol = made([rated("one", order="counterbalanced"), rated("two")], ["one", "two"])
+    rows = []
+    for participant in ("P01", "P02", "P03"):
+        study = Study(protocol, participant)
+        walked(study)
+        rows += table_of(protocol, participant, study.entries)
+    assert {(row["participant"], row["stages_row"]) for row in rows} == {("P01", 1), ("P02", 2), ("P03", 1)}
+    *_, found = analysed(rows, protocol, Settings())
+    stages, stimuli = found.tables
+    assert stages.rows == ((1, "one, two", 2), (2, "two, one", 1))
+    assert stages.note.startswith("Not balanced: row 2 has fewest.")
+    assert [row[1:] for row in stimuli.rows[:3]] == [("A, B, C", 1), ("B, C, A", 1), ("C, A, B", 1)]
+    assert [row[2] for row in stimuli.rows[3:]] == [0, 0, 0]
+
+
+def test_an_interrupted_session_goes_on_in_its_order(tmp_path):
+    file = SessionFile.create(tmp_path / "a.session", TWO, "P02")
+    study = file.study(TWO)
+    for _ in range(3):
+        file.add(study.answer({q.name: q.default for q in study.page.questions}), [])
+    assert file.study(TWO).page == study.page
+    file.close()
+
+
+@pytest.mark.parametrize("protocol", [TWO, made([rated("one", order="counterbalanced")])])
+def test_an_id_without_a_number_is_refused_before_there_is_a_session(protocol, tmp_path):
+    with pytest.raises(BadValue, match="participant is 'Ann'; allowed: an id with a number"):
+        SessionFile.create(tmp_path / "a.session", protocol, "Ann")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("named", [["one"], ["one", "one"], ["one", "three"]])
+def test_stages_that_cannot_change_places_are_refused(named):
+    with pytest.raises(BadFile, match=r"counterbalanced is .*; allowed: two or more stages of this protocol"):
+        made([rated("one"), rated("two")], named)
