@@ -23,6 +23,14 @@ FOOT = {"id": "x", "kind": "trials", "foot": {"by": "halves"}}
             0,
             "stimuli.0.factors",
         ),
+        (  # 0 and 0.0, as one types 0.5
+            {"stimuli": {"A": {**A, "factors": {"amplitude": 0}}}},
+            {"stimuli": {"A": {**A, "factors": {"amplitude": 0.0}}}},
+            "Change stimulus A, Factors",
+            0,
+            "stimuli.0.factors",
+        ),
+        ({"seed": 1}, {"seed": 1.0}, "Change Seed", -1, "seed"),
         ({"stages": [{"id": "a"}]}, {"stages": [{"id": "ab"}]}, "Rename stage a", 0, "stages.0.name"),
         ({"stages": [{**FOOT, "foot": None}]}, {"stages": [FOOT]}, "Change stage x, answer by foot", 0, ""),
         (

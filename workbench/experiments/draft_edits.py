@@ -40,11 +40,16 @@ def edit_between(before: Mapping[str, Any], after: Mapping[str, Any]) -> DraftEd
     """
     for part, what in _LISTS.items():
         old, new = _items(before.get(part)), _items(after.get(part))
-        if json.dumps(old) != json.dumps(new):
+        if _differ(old, new):
             return _edit_of_list(part, what, old, new, after)
-    part = next((name for name in {**before, **after} if before.get(name) != after.get(name)), "")
+    part = next((name for name in {**before, **after} if _differ(before.get(name), after.get(name))), "")
     steps = _first_difference(before, after)
     return DraftEdit(f"Change {_place(steps, after)}", part, merge=_merge(steps, before, after))
+
+
+def _differ(one: object, other: object) -> bool:
+    """Return whether two values are written differently: 0 and 0.0 are equal, and so are documents in another order."""
+    return json.dumps(one) != json.dumps(other)
 
 
 def _items(value: object) -> list[tuple[str, dict[str, Any]]]:
@@ -72,7 +77,7 @@ def _edit_of_list(
         return DraftEdit(f"Replace the {part if part != 'participant' else 'questions'}", part, 0)
     if index >= 0:
         return DraftEdit(f"Move {what} {now[index]}", part, index)
-    index = next(k for k, (one, other) in enumerate(zip(old, new, strict=True)) if one[1] != other[1])
+    index = next(k for k, (one, other) in enumerate(zip(old, new, strict=True)) if _differ(one[1], other[1]))
     one, other = old[index][1], new[index][1]
     steps = _first_difference(one, other)
     place = _place((part, now[index] if part == "stimuli" else index, *steps), after)
@@ -83,12 +88,12 @@ def _first_difference(before: object, after: object) -> tuple[str | int, ...]:
     """Return the keys to the innermost value that contains all of the first difference."""
     if isinstance(before, Mapping) and isinstance(after, Mapping):
         for key in {**before, **after}:
-            if before.get(key) != after.get(key):
+            if _differ(before.get(key), after.get(key)):
                 return (key, *(() if key in _TYPED_WHOLE else _first_difference(before.get(key), after.get(key))))
     old, new = _objects(before), _objects(after)
     if old is not None and new is not None and len(old) == len(new):
         for at, (one, other) in enumerate(zip(old, new, strict=True)):
-            if one != other:
+            if _differ(one, other):
                 return at, *_first_difference(one, other)
     return ()
 
