@@ -203,6 +203,13 @@ def test_the_keys_of_the_projection_can_be_read_on_black_in_the_light_palette(sc
     scenes.projection.close()
 
 
+def test_a_scene_says_that_it_is_not_felt_yet(scenes, qtbot):
+    start(scenes, qtbot, "touch-widgets")
+    assert scenes.stage.is_felt or scenes.panel.state.text() == "Preparing its vibration…"
+    qtbot.waitUntil(lambda: scenes.panel.state.text().startswith("button pressed"))
+    assert scenes.stage.is_felt
+
+
 def test_what_one_scene_did_is_not_said_of_another(scenes, qtbot):
     start(scenes, qtbot, "touch-widgets")
     scenes.panel.add_line("Button down, press 1")

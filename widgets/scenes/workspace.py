@@ -212,6 +212,8 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.view.times = PaintTimes()
         self.view.times.clock = self._session_s
         self.view.show_scene(scene)
+        if not self.stage.is_felt:
+            self.panel.state.setText("Preparing its vibration…")
         self.panel.log.clear()
         self._poll_timer.start()
         self._show_availability()
@@ -263,7 +265,7 @@ class ScenesWorkspace(ProjectingWorkspace):
                 self.projection.update()
             if self.projection is None or self._ticks % _BESIDE_TICKS == 0:
                 self.view.update()
-        if self._ticks % _SPEED_TICKS == 0:
+        if stage.is_felt and self._ticks % _SPEED_TICKS == 0:
             self.panel.state.setText(stage.scene.state)
             self.panel.show_speed(painted.times.pictures_per_s, stage.latencies_s, painted.times.display_latency_s)
 

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from underfoot.engine import commands
-from underfoot.engine.reports import CommandApplied, Report
+from underfoot.engine.reports import CommandApplied, PatchRefused, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
 from underfoot.errors import UnderfootError
@@ -43,6 +43,8 @@ class Stage:
         self._sent: deque[tuple[commands.Strike, float]] = deque(maxlen=KEPT)
         self._before: Patch | None = session.patch
         session.edit(self._own)
+        self.is_felt = session.is_compiled
+        """Whether the scene's patch plays; also if it was refused."""
 
     def tick(self) -> list[Moment]:
         """Step the scene through the moments completed since the last call, and return these."""
@@ -56,9 +58,11 @@ class Stage:
         return done
 
     def take(self, reports: Iterable[Report]) -> None:
-        """Take reports, for the frames at which strikes took effect."""
+        """Take reports, for the frames at which strikes took effect, and whether the patch has."""
         rate = self.session.target.rate
         for report in reports:
+            is_swap = isinstance(report, CommandApplied) and isinstance(report.command, commands.Swap)
+            self.is_felt |= is_swap or isinstance(report, PatchRefused)
             if isinstance(report, CommandApplied) and isinstance(report.command, commands.Strike):
                 while self._sent:
                     command, happened_s = self._sent.popleft()
