@@ -14,6 +14,9 @@ from underfoot.widgets.session.open_patch import SLOTS, other_slot
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Durations of a preview in seconds; 0 for the patch's own."""
 
+MOST_NAME_PX = 16 * theme.GRID
+"""Room for the name of a node that is played alone; the status line has all of it."""
+
 
 class ListenBar(QWidget):
     """Shows the listening state, and emits requests. The keys of its actions work in all of `around`."""
@@ -98,7 +101,8 @@ class ListenBar(QWidget):
         """Show the name of the node that is played alone; "" for none."""
         self.audition_button.setVisible(bool(name))
         self.audition_button.setChecked(bool(name))
-        self.audition_button.setText(f"{literal(name)} alone  ×")
+        short = self.fontMetrics().elidedText(name, Qt.TextElideMode.ElideRight, MOST_NAME_PX)
+        self.audition_button.setText(f"{literal(short)} alone  ×")
 
     def show_match(self, gains: Mapping[str, str], on: bool) -> None:
         """Show the attenuation of the louder slot."""
