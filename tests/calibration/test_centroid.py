@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from underfoot.calibration.files.measurements import Presses
-from underfoot.calibration.results.centroid import drawings_of, part_of, quantities_of, verdict_of
+from underfoot.calibration.results.centroid import drawings_of, part_of, quantities_of, result_of, verdict_of
 from underfoot.calibration.science.centroid import SHEAR_SHARE, assess, best_static_forces
 from underfoot.calibration.science.centroid_fit import centroid, convex_hull, fit_correction
 from underfoot.calibration.science.press_plausibility import load_groups
@@ -161,6 +161,14 @@ def test_readings_go_through_the_profile_s_curves():
     silent = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, Curve(uncalibrated="dead"), curve)))
     with pytest.raises(BadValue, match="sensor 3 has no curve"):
         assess(counts, TILE, silent)
+
+
+def test_another_tile_s_profile_is_refused_before_and_after():
+    other = Profile(tile="t2")
+    with pytest.raises(BadValue, match="the profile's tile is 't2'; allowed: t1, which was pressed"):
+        assess(presses(), TILE, other)
+    with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: t2, whose profile this is"):
+        result_of(assess(presses(), TILE), presses()).apply(other)
 
 
 def test_what_cannot_be_right_is_refused_or_left_out():

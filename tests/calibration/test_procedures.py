@@ -75,6 +75,8 @@ def test_both_procedures_run_on_the_simulator_from_first_to_last_page():
     assert figures["memory_error_percent"] < 2.0
     assert result.good
     profile = result.apply(Profile(tile="t1"))
+    with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: t2, whose profile this is"):
+        result.apply(Profile(tile="t2"))
     result = run(
         CentroidProcedure(TILE, profile), hand, {"form": "quick", "loads_n": (100.0, 200.0, 400.0), "falling": "yes"}
     )

@@ -326,11 +326,12 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         found: Part | None = getattr(self, kind)
         return found
 
-    def with_part(self, part: Part, today: date | None = None) -> "Profile":
+    def with_part(self, part: Part, today: date | None = None, tile: str = "") -> "Profile":
         """Return the profile with a new part; the part it replaces is added to `earlier` with today's date.
 
-        With the part that is in use already, the same profile.
+        With the part that is in use already, the same profile. `BadValue` if it was measured on another `tile`.
         """
+        require(tile in ("", self.tile), "the measured tile", tile, f"{self.tile}, whose profile this is")
         kind = _kind(part)
         day = (date.today() if today is None else today).isoformat()
         old = self.part(kind)

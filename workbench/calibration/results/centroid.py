@@ -40,7 +40,7 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling: Presses | None
         warnings=found.left_out,
         drawings=drawings_of(found),
         raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
-        apply=lambda profile: profile.with_part(part_of(found, "presses at known places")),
+        apply=lambda profile: profile.with_part(part_of(found, "presses at known places"), tile=found.tile.id),
         method=METHOD,
     )
 

@@ -43,7 +43,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
         warnings=found.warnings,
         drawings=drawings_of(found),
         raw=_raw(np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),
-        apply=lambda profile: profile.with_part(part_of(found, reference)),
+        apply=lambda profile: profile.with_part(part_of(found, reference), tile=found.tile),
         method=METHOD,
     )
 

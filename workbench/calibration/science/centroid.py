@@ -88,8 +88,10 @@ def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> Cent
 
     By the sensors' newtons where they are known, also with hysteresis compensated; else by the profile's curves.
     `BadValue` for fewer than 6 presses or 4 positions, positions off the tile, a sensor that is dead or has no curve,
-    sensors that look swapped, and a table whose forces or positions do not fit its readings.
+    sensors that look swapped, a table whose forces or positions do not fit its readings, and another tile's profile.
     """
+    if profile is not None:
+        require(profile.tile == presses.tile, "the profile's tile", profile.tile, f"{presses.tile}, which was pressed")
     if presses.newtons is not None:
         found, compensated = assess_forces(presses, presses.static_n, tile), presses.newtons[:, 4:]
         return found if compensated.size == 0 else _with_bounds(found, presses, compensated)
