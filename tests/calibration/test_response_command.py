@@ -124,7 +124,7 @@ def write(path, samples, rate=RATE):
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], BadMeasurement, "say --channel"),
         (lambda f: ["--sweep", f["narrow"], "--recorded", f["narrow_heard"]], BadFile, "sweep over all of them"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["text"]], BadFile, "cannot be read"),
-        (lambda f: ["--sweep", "nowhere.wav", "--recorded", f["silent"]], BadFile, "nowhere.wav"),
+        (lambda f: ["--sweep", "no.wav", "--recorded", f["silent"]], BadFile, r"no\.wav cannot be read: no such file"),
         (lambda f: ["--target", "moon"], BadValue, "--target"),
         (lambda f: ["--target", "simulator", "--tile", "t9"], BadValue, "t9"),
         (lambda f: ["--target", "simulator", "--seed", "-1"], BadValue, "--seed"),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, fields
 from functools import wraps
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from underfoot.commands.options import takes_options
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue, DeviceError
+from underfoot.files import read_file
 from underfoot.plugins import refuse
 
 if TYPE_CHECKING:
@@ -222,8 +224,8 @@ def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np
     if not 0.0 < options.full_scale <= 1e5:
         raise BadValue(f"--full-scale is {options.full_scale:g}; allowed: above 0, up to 1e5 m/s^2")
     try:
-        rate_hz, m_s2 = wavfile.read(options.acceleration)
-    except (OSError, ValueError) as error:
+        rate_hz, m_s2 = wavfile.read(BytesIO(read_file(options.acceleration)))
+    except ValueError as error:
         raise BadFile(f"{options.acceleration} cannot be read: {error}") from None
     tiles = len(source.floor.tiles)
     if m_s2.dtype.kind != "f" or m_s2.reshape(len(m_s2), -1).shape[1] != tiles:

@@ -1,11 +1,13 @@
 """A sweep and its recording in WAV files."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.files import read_file
 from underfoot.kernels import Floats
 
 if TYPE_CHECKING:
@@ -60,10 +62,9 @@ def read_wav(path: Path) -> tuple[Floats, int]:
     import soundfile
 
     try:
-        samples, rate_hz = soundfile.read(path, dtype="float64", always_2d=True)
-    except (OSError, soundfile.LibsndfileError) as error:
-        reason = getattr(error, "error_string", None) or getattr(error, "strerror", None) or str(error)
-        raise BadFile(f"{path} cannot be read: {reason.rstrip('.').lower()}") from None
+        samples, rate_hz = soundfile.read(BytesIO(read_file(path)), dtype="float64", always_2d=True)
+    except soundfile.LibsndfileError as error:
+        raise BadFile(f"{path} cannot be read: {error.error_string.rstrip('.').lower()}") from None
     if not samples.size:
         raise BadFile(f"{path} holds no samples")
     return samples, int(rate_hz)
