@@ -232,6 +232,17 @@ def test_the_engine_plays_a_patch_without_scipy():
     assert done.returncode == 0, done.stderr
 
 
+def test_the_emulator_sends_without_scipy():
+    """Only a file of acceleration needs it; it took half a second of the processor at each start."""
+    done = python(
+        f"{blocked(('scipy',))}\n"
+        "import underfoot.__main__ as door\n"
+        "sys.argv = ['underfoot', 'emulate', '--udp', '9', '--seconds', '0.01']\n"
+        "door.main()"
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_workspaces_open_without_what_only_computes():
     """They are made while the window is already in use."""
     every = sorted(module for module in SOURCES if re.fullmatch(r"underfoot\.widgets\.\w+\.workspace", module))

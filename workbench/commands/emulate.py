@@ -212,15 +212,15 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
 
 def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np.int64] | None":
     """Return the accelerometers' samples from the file of acceleration, four per force sample."""
+    if options.acceleration is None:
+        return None
     import numpy as np
     from scipy.io import wavfile
-    from scipy.signal import resample_poly
+    from scipy.signal import resample_poly  # half a second
 
     from underfoot.devices.framing.wire_format import REST
     from underfoot.devices.link_acceleration import EACH
 
-    if options.acceleration is None:
-        return None
     if not 0.0 < options.full_scale <= 1e5:
         raise BadValue(f"--full-scale is {options.full_scale:g}; allowed: above 0, up to 1e5 m/s^2")
     try:
