@@ -6,7 +6,7 @@ A new file is a new format; `underfoot export` and the window offer what is here
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -53,7 +53,7 @@ class ExportSource:
                     f"within the recording's 0 to {length_s:.10g} s"
                 )
 
-    @property
+    @cached_property  # for each of its pieces
     def forces(self) -> RecordedForces:
         """The floor, the rates and the ends of the whole recording."""
         return RecordedForces(self.recording)
