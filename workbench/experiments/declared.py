@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, ClassVar
 
 import msgspec
@@ -75,9 +76,7 @@ def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str,
     >>> sounds["noise"].allowed, sounds["noise_db"].allowed, sounds["noise_db"].label
     ('none, pink, white', '-120 to 0 dB', 'Noise level')
     """
-    info = inspect.type_info(document)
-    assert isinstance(info, inspect.StructType)
-    known = {field.name: field for field in info.fields}
+    known = _known_fields(document)
     found = {}
     for name in names:
         field = known[name]
@@ -85,6 +84,13 @@ def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str,
         if made is not None:
             found[name] = ask(name, made)
     return found
+
+
+@cache  # a form asks at each key
+def _known_fields(document: type[msgspec.Struct]) -> dict[str, inspect.Field]:
+    info = inspect.type_info(document)
+    assert isinstance(info, inspect.StructType)
+    return {field.name: field for field in info.fields}
 
 
 def caption(name: str) -> tuple[str, str]:
