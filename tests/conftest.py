@@ -1,6 +1,7 @@
 """What all tests share: nothing that a test starts outlives it. Fixtures of several files are in `helpers/`."""
 
 import gc
+import linecache
 import math
 import multiprocessing
 import os
@@ -18,6 +19,7 @@ gc.disable()  # collected between tests, in the main thread: Qt crashes where an
 
 def pytest_collection_finish(session):
     gc.freeze()
+    linecache.clearcache()  # of the sources of all docstrings: each example would look at each of these files
 
 
 pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes")
