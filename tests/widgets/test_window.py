@@ -179,7 +179,7 @@ def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeyp
 
 
 def test_a_preview_comes_for_what_is_selected(window, qtbot):
-    with qtbot.waitSignal(window.bridge.preview_computed, timeout=LONG_MS) as came:
+    with qtbot.waitSignal(window.controller.previews.preview_computed, timeout=LONG_MS) as came:
         design(window).canvas.patch_scene.select(["noise"])
     assert not came.args[0].error
 

@@ -9,13 +9,9 @@ from underfoot.engine.reports import (
     CommandApplied,
     Compiling,
     Costs,
-    Distributions,
-    ErrorCurveDrawn,
     Fault,
     Notice,
-    Outlines,
     OutputChanged,
-    Preview,
     ProcessDied,
     Started,
 )
@@ -46,14 +42,6 @@ class Bridge(QObject):
     """`Costs`, twice a second."""
     faulted = Signal(object)
     """`Fault`: a node produced a value that is not finite."""
-    preview_computed = Signal(object)
-    """`Preview`, as requested."""
-    outlines_computed = Signal(object)
-    """`Outlines`, as requested."""
-    distributions_computed = Signal(object)
-    """`Distributions` of the node that was previewed."""
-    errors_measured = Signal(object)
-    """`ErrorCurveDrawn`, as far as the curve is known."""
     health_reported = Signal(object)
     """`Health`, ten times a second."""
     forces_tracked = Signal(object)
@@ -167,14 +155,6 @@ class Bridge(QObject):
                 self.marked.emit(mark.text, mark.frame(frame, rate_hz) / rate_hz)
             case Costs():
                 self.costs_measured.emit(report)
-            case Preview():
-                self.preview_computed.emit(report)
-            case Outlines():
-                self.outlines_computed.emit(report)
-            case Distributions():
-                self.distributions_computed.emit(report)
-            case ErrorCurveDrawn():
-                self.errors_measured.emit(report)
             case Notice(text):
                 if isinstance(report, OutputChanged):
                     self.output_changed.emit(report)

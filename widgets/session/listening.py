@@ -54,7 +54,7 @@ class Listening(QObject):
         self._blind_timer.timeout.connect(self._play_blind_slot)
         self._steps_when_swapped = False
         self._loop_s = 1.0
-        self._is_looping = False
+        self.is_looping = False
         controller.bridge.reported.connect(self._handle_reports)
         self._is_node_set_new = False
         open_patch.nodes.changed.connect(self._note_new_code)
@@ -70,24 +70,24 @@ class Listening(QObject):
         """Play from the start, with a step on the tile; a loop restarts with it."""
         if self._controller.refuses_lent():
             return
-        if self._is_looping:
+        if self.is_looping:
             self._controller.loop(self.tile, self._loop_s)
         else:
             self._controller.play_from_start(self.tile)
 
     def loop(self, on: bool) -> None:
         """Start or end the loop."""
-        self._is_looping = on and not self._controller.refuses_lent()
-        if self._is_looping:
+        self.is_looping = on and not self._controller.refuses_lent()
+        if self.is_looping:
             self.play_from_start()
         else:
             self._controller.end_loop()
-        if self._is_looping != on:
+        if self.is_looping != on:
             self.changed.emit()
 
     def _end_loop_of_lent(self, locked: bool) -> None:
         """End the loop when a study or a scene takes the session: it would start their patches, too."""
-        if locked and self._is_looping:
+        if locked and self.is_looping:
             self.loop(False)
             self.changed.emit()
 
@@ -96,11 +96,6 @@ class Listening(QObject):
         if seconds != self._loop_s:
             self._loop_s = seconds
             self._controller.set_loop_length(seconds)
-
-    @property
-    def is_looping(self) -> bool:
-        """Whether the loop is on."""
-        return self._is_looping
 
     # --- single nodes ---
 
@@ -188,7 +183,7 @@ class Listening(QObject):
 
     def _handle_reports(self, reports: list[object]) -> None:
         """Step on the tile once the patch for a single node plays; continue the loop in a new session."""
-        if self._is_looping and any(isinstance(report, Started) for report in reports):
+        if self.is_looping and any(isinstance(report, Started) for report in reports):
             self._controller.loop(self.tile, self._loop_s)
         swapped = any(isinstance(report, CommandApplied) and isinstance(report.command, Swap) for report in reports)
         if self._steps_when_swapped and swapped and (self.auditioned_output is not None or self._preset is not None):

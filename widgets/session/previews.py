@@ -34,10 +34,7 @@ class Previews(QObject):
         self._session, self._registry = session, registry
         self._preview_ticket, self._preview_node = 0, ""
         self._distributions_ticket = self._errors_ticket = self._outlines_ticket = 0
-        bridge.preview_computed.connect(self._emit_preview)
-        bridge.distributions_computed.connect(self._emit_distributions)
-        bridge.outlines_computed.connect(self._emit_outlines)
-        bridge.errors_measured.connect(self._emit_errors)
+        bridge.reported.connect(self._emit_answers)
 
     def request_preview(
         self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, distributions: bool = False, name: str = ""
@@ -66,18 +63,14 @@ class Previews(QObject):
         if session is not None:
             self._errors_ticket = session.measure_errors(without_missing(patch, self._registry), node)
 
-    def _emit_preview(self, preview: Preview) -> None:
-        if preview.ticket == self._preview_ticket:
-            self.preview_computed.emit(preview, self._preview_node)
-
-    def _emit_distributions(self, distributions: Distributions) -> None:
-        if distributions.ticket == self._distributions_ticket:
-            self.distributions_computed.emit(distributions)
-
-    def _emit_outlines(self, outlines: Outlines) -> None:
-        if outlines.ticket == self._outlines_ticket:
-            self.outlines_computed.emit(outlines)
-
-    def _emit_errors(self, curve: ErrorCurveDrawn) -> None:
-        if curve.ticket == self._errors_ticket:
-            self.errors_measured.emit(curve)
+    def _emit_answers(self, reports: list[object]) -> None:
+        for report in reports:
+            match report:
+                case Preview(ticket) if ticket == self._preview_ticket:
+                    self.preview_computed.emit(report, self._preview_node)
+                case Distributions(ticket) if ticket == self._distributions_ticket:
+                    self.distributions_computed.emit(report)
+                case Outlines(ticket) if ticket == self._outlines_ticket:
+                    self.outlines_computed.emit(report)
+                case ErrorCurveDrawn(ticket) if ticket == self._errors_ticket:
+                    self.errors_measured.emit(report)
