@@ -6,6 +6,7 @@ from underfoot.kernels import kernel, part
 from underfoot.lanes import (
     all_eight,
     all_four,
+    all_one,
     anywhere,
     chosen,
     eight,
@@ -97,3 +98,15 @@ def test_what_is_written_for_any_number_of_lanes_takes_as_many_as_it_is_shown():
         np.testing.assert_array_equal(out[places], 3.0 * a[places])
         out[places] = 7.0
         assert (out == 7.0).all()
+
+
+@kernel
+def _alone(number, other):
+    a, b = all_one(number), all_one(other)
+    larger = chosen(b > a, b, a)
+    return total(roots(magnitudes(larger)) / full_like(a, 3.0)), anywhere(a > b), everywhere(a < b)
+
+
+def test_a_vector_of_one_is_a_number():
+    assert _alone(-2.0, 7.0) == (np.sqrt(7.0) / 3.0, False, True)
+    assert _alone(5.0, -7.0) == (np.sqrt(5.0) / 3.0, True, False)

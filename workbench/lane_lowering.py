@@ -107,7 +107,7 @@ def after(like: Lanes, rest: Signature, code: Code) -> Emission:
 
 
 def summed(kind: Lanes) -> Emission:
-    """Return the sum of four or eight: the second half is added to the first, until one number is left."""
+    """Return the sum of one, four or eight: the second half is added to the first, until one number is left."""
 
     def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         (of,) = arguments

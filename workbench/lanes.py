@@ -113,6 +113,19 @@ def _all_eight(number: float) -> Floats:
 
 
 @intrinsic
+def all_one(context: "TypingContext", number: "types.Type") -> "Emission":
+    """Return a number as a vector of one, for what is written for four or eight."""
+    from underfoot.lane_lowering import repeated
+
+    return repeated(1)
+
+
+@all_one.in_python
+def _all_one(number: float) -> Floats:
+    return np.full(1, number)
+
+
+@intrinsic
 def full_like(context: "TypingContext", like: "Lanes", number: "types.Type") -> "Emission":
     """Return as many copies of a number as `like` has."""
     from underfoot.lane_lowering import after, repeated
@@ -127,7 +140,7 @@ def _full_like(like: Floats, number: float) -> Floats:
 
 @intrinsic
 def total(context: "TypingContext", numbers: "Lanes") -> "Emission":
-    """Return the sum of four or eight: the second half is added to the first, until one number is left."""
+    """Return the sum of one, four or eight: the second half is added to the first, until one number is left."""
     from underfoot.lane_lowering import summed
 
     return summed(numbers)

@@ -5,20 +5,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.engine.safety_rows import LARGEST, NEGLIGIBLE, along, is_still, limit_row
+from underfoot.engine.safety_rows import LARGEST, along, held, is_still, limit_row, limited, limits_of
 from underfoot.kernels import Floats, inlined, part
 from underfoot.lanes import (
     all_eight,
     all_four,
-    anywhere,
-    chosen,
     eight,
     everywhere,
     full_like,
     magnitudes,
     put,
     put_across,
-    roots,
     take_like,
 )
 from underfoot.layouts import Layout, Memory
@@ -217,68 +214,28 @@ def _run(work: Memory, stage: np.record, n: int, zero: Floats) -> int:
 
     As many of the rows side by side are processed as there are numbers in `zero`.
     """
-    lanes, one, infinite = work.lanes, full_like(zero, 1.0), full_like(zero, math.inf)
-    negligible, largest = full_like(zero, NEGLIGIBLE), full_like(zero, LARGEST)
-    nearly_one = full_like(zero, 1.0 - NEGLIGIBLE)
-    burst_share, rms_share = full_like(zero, stage.burst_share), full_like(zero, stage.rms_share)
-    release_share, pole = full_like(zero, stage.release_share), full_like(zero, stage.dc_pole)
-    spare = full_like(zero, stage.burst_share / stage.rms_share - 1.0)
-    scale, most = take_like(zero, lanes.scale, 0), take_like(zero, lanes.most, 0)
-    square, peak = take_like(zero, lanes.square, 0), take_like(zero, lanes.peak, 0)
-    dc_in, dc_out = take_like(zero, lanes.dc_in, 0), take_like(zero, lanes.dc_out, 0)
-    burst_square, mean_square = take_like(zero, lanes.burst_square, 0), take_like(zero, lanes.mean_square, 0)
-    peak_gain = take_like(zero, lanes.peak_gain, 0)
+    lanes, infinite, largest = work.lanes, full_like(zero, math.inf), full_like(zero, LARGEST)
+    scale = take_like(zero, lanes.scale, 0)
+    limits = limits_of(stage, take_like(zero, lanes.most, 0), take_like(zero, lanes.square, 0))
+    dc = take_like(zero, lanes.dc_in, 0), take_like(zero, lanes.dc_out, 0)
+    squares = take_like(zero, lanes.burst_square, 0), take_like(zero, lanes.mean_square, 0)
+    gain, peak = take_like(zero, lanes.peak_gain, 0), take_like(zero, lanes.peak, 0)
     done = n
     for i in range(n):
         now = take_like(zero, work.given, i * ROWS) * scale
         is_finite = magnitudes(now) < infinite
-        now = _held(now, largest) * full_like(zero, work.level[i])
-        sounds = magnitudes(now) + magnitudes(dc_in) + magnitudes(dc_out) > zero
+        now = held(now, largest) * full_like(zero, work.level[i])
+        sounds = magnitudes(now) + magnitudes(dc[0]) + magnitudes(dc[1]) > zero
         if not everywhere(is_finite & sounds):
             done = i
             break
-        y = now - dc_in + pole * dc_out
-        dc_in = now
-        dc_out = chosen(magnitudes(y) > negligible, y, zero)
-        burst_square = _toward(burst_square, y * y, burst_share)
-        allowed = square + _larger(square - mean_square, zero) * spare
-        is_over = burst_square > allowed
-        if anywhere(is_over):
-            y = chosen(is_over, y * roots(allowed / burst_square), y)
-        gain = peak_gain + release_share * (one - peak_gain)
-        gain = chosen(gain > nearly_one, one, gain)
-        is_above = magnitudes(y) * gain > most
-        if anywhere(is_above):
-            gain = chosen(is_above, most / magnitudes(y), gain)
-        peak_gain = gain
-        y = y * (gain * full_like(zero, work.opening[i]))
-        mean_square = _toward(mean_square, y * y, rms_share)
-        y = _held(y + take_like(zero, work.before, i * ROWS), most)
-        peak = _larger(peak, magnitudes(y))
+        before = take_like(zero, work.before, i * ROWS)
+        y, dc, squares, gain, peak = limited(now, before, work.opening[i], limits, dc, squares, gain, peak)
         put(work.made, i * ROWS, y)
-    put(lanes.dc_in, 0, dc_in)
-    put(lanes.dc_out, 0, dc_out)
-    put(lanes.burst_square, 0, burst_square)
-    put(lanes.mean_square, 0, mean_square)
-    put(lanes.peak_gain, 0, peak_gain)
+    put(lanes.dc_in, 0, dc[0])
+    put(lanes.dc_out, 0, dc[1])
+    put(lanes.burst_square, 0, squares[0])
+    put(lanes.mean_square, 0, squares[1])
+    put(lanes.peak_gain, 0, gain)
     put(lanes.peak, 0, peak)
     return done
-
-
-@inlined
-def _toward(mean: Floats, value: Floats, share: Floats) -> Floats:
-    mean = mean + share * (value - mean)
-    return chosen(mean > full_like(mean, NEGLIGIBLE), mean, full_like(mean, 0.0))
-
-
-@inlined
-def _larger(a: Floats, b: Floats) -> Floats:
-    """Return the larger of two values with the semantics of `max`, including the sign of zero."""
-    return chosen(b > a, b, a)
-
-
-@inlined
-def _held(value: Floats, most: Floats) -> Floats:
-    """Clamp a value to -most to most."""
-    value = _larger(value, full_like(most, -1.0) * most)
-    return chosen(most < value, most, value)

@@ -1,6 +1,6 @@
-"""One row of the safety stage: its state, and the processing of its samples.
+"""The rule of the safety stage, for as many rows as there are numbers in a vector, and its use on one row.
 
-`safety_lanes` does the same for eight rows at a time, bit for bit.
+`safety_lanes` uses it on four or eight rows at a time, with the same bits.
 """
 
 import math
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.kernels import Floats, inlined, part
+from underfoot.lanes import all_one, anywhere, chosen, full_like, magnitudes, roots, total
 
 NEGLIGIBLE, LARGEST = 1e-12, 100.0
 """States below the first are set to 0; input is clamped to the second."""
@@ -88,12 +89,11 @@ def limit_row(
 ) -> None:
     """Add a row's frames, from session frame `frame` on, to its channel; `level` and `opening` are gains per frame."""
     # Keep the loop's values in variables: in a record they would go through memory in every frame.
-    channel, most, square = row.channel, row.peak_limit, row.rms_limit**2
-    burst_share, rms_share, release_share = stage.burst_share, stage.rms_share, stage.release_share
-    pole, spare = stage.dc_pole, stage.burst_share / stage.rms_share - 1.0
+    channel, silent_frame = row.channel, row.silent_frame
     scale, scaled_from = row.scale.target, row.scale.frame + row.scale.frames
-    dc_in, dc_out, burst_square, mean_square = row.dc_in, row.dc_out, row.burst_square, row.mean_square
-    peak_gain, silent_frame, largest = row.peak_gain, row.silent_frame, row.peak
+    limits = limits_of(stage, all_one(row.peak_limit), all_one(row.rms_limit**2))
+    dc, squares = (all_one(row.dc_in), all_one(row.dc_out)), (all_one(row.burst_square), all_one(row.mean_square))
+    gain, peak = all_one(row.peak_gain), all_one(row.peak)
     for i in range(acceleration.size):
         here = frame + i
         now = acceleration[i] * (scale if here >= scaled_from else along(row.scale, float(here)))
@@ -101,43 +101,86 @@ def limit_row(
             stage.faults += 1
             now = 0.0
         now = min(max(now, -LARGEST), LARGEST) * level[i]
-        if now == dc_in == dc_out == 0.0:
+        if now == total(dc[0]) == total(dc[1]) == 0.0:
             if silent_frame < 0:
                 silent_frame = here
             continue
         if silent_frame >= 0:
             silent = here - silent_frame
-            burst_square = _decayed(burst_square, burst_share, silent)
-            mean_square = _decayed(mean_square, rms_share, silent)
-            peak_gain = 1.0 - _decayed(1.0 - peak_gain, release_share, silent)
+            burst_square = _decayed(total(squares[0]), stage.burst_share, silent)
+            mean_square = _decayed(total(squares[1]), stage.rms_share, silent)
+            squares = all_one(burst_square), all_one(mean_square)
+            gain = all_one(1.0 - _decayed(1.0 - total(gain), stage.release_share, silent))
             silent_frame = -1
-        y = now - dc_in + pole * dc_out
-        dc_in = now
-        dc_out = y if abs(y) > NEGLIGIBLE else 0.0
-        burst_square = _toward(burst_square, y * y, burst_share)
-        # A burst may use the remainder of the mean square, so that the mean itself stays within its limit.
-        allowed = square + max(square - mean_square, 0.0) * spare
-        if burst_square > allowed:
-            y *= math.sqrt(allowed / burst_square)
-        gain = peak_gain + release_share * (1.0 - peak_gain)
-        if gain > 1.0 - NEGLIGIBLE:
-            gain = 1.0
-        if abs(y) * gain > most:
-            gain = most / abs(y)
-        peak_gain = gain
-        y *= gain * opening[i]
-        mean_square = _toward(mean_square, y * y, rms_share)
-        y = min(max(y + out[i, channel], -most), most)
-        largest = max(largest, abs(y))
-        out[i, channel] = y
-    row.dc_in, row.dc_out, row.burst_square, row.mean_square = dc_in, dc_out, burst_square, mean_square
-    row.peak_gain, row.silent_frame, row.peak = peak_gain, silent_frame, largest
+        before = all_one(out[i, channel])
+        y, dc, squares, gain, peak = limited(all_one(now), before, opening[i], limits, dc, squares, gain, peak)
+        out[i, channel] = total(y)
+    row.dc_in, row.dc_out = total(dc[0]), total(dc[1])
+    row.burst_square, row.mean_square = total(squares[0]), total(squares[1])
+    row.peak_gain, row.silent_frame, row.peak = total(gain), silent_frame, total(peak)
 
 
 @inlined
-def _toward(mean: float, value: float, share: float) -> float:
-    mean += share * (value - mean)
-    return mean if mean > NEGLIGIBLE else 0.0
+def limits_of(stage: np.record, most: Floats, square: Floats) -> tuple[Floats, ...]:
+    """Return the limits of rows as `limited` takes them: of peak and mean square, shares of a frame, spare, DC pole."""
+    burst, rms, release = stage.burst_share, stage.rms_share, stage.release_share
+    shares = full_like(most, burst), full_like(most, rms), full_like(most, release)
+    return most, square, *shares, full_like(most, burst / rms - 1.0), full_like(most, stage.dc_pole)
+
+
+@inlined
+def limited(
+    now: Floats,
+    before: Floats,
+    opening: float,
+    limits: tuple[Floats, ...],
+    dc: tuple[Floats, Floats],
+    squares: tuple[Floats, Floats],
+    gain: Floats,
+    peak: Floats,
+) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats], Floats, Floats]:
+    """Return a frame behind DC block and limits, added to what was there `before`, and the rows' state after it.
+
+    The state as in `ROW`: the DC block's last input and output, both mean squares, the peak limiter's gain, the peak.
+    """
+    most, square, burst_share, rms_share, release_share, spare, pole = limits
+    zero, one = full_like(now, 0.0), full_like(now, 1.0)
+    y = now - dc[0] + pole * dc[1]
+    dc = now, chosen(magnitudes(y) > full_like(now, NEGLIGIBLE), y, zero)
+    burst_square = _toward(squares[0], y * y, burst_share)
+    # A burst may use the remainder of the mean square, so that the mean itself stays within its limit.
+    allowed = square + larger(square - squares[1], zero) * spare
+    is_over = burst_square > allowed
+    if anywhere(is_over):
+        y = chosen(is_over, y * roots(allowed / burst_square), y)
+    gain = gain + release_share * (one - gain)
+    gain = chosen(gain > full_like(now, 1.0 - NEGLIGIBLE), one, gain)
+    is_above = magnitudes(y) * gain > most
+    if anywhere(is_above):
+        gain = chosen(is_above, most / magnitudes(y), gain)
+    y = y * (gain * full_like(now, opening))
+    squares = burst_square, _toward(squares[1], y * y, rms_share)
+    y = held(y + before, most)
+    return y, dc, squares, gain, larger(peak, magnitudes(y))
+
+
+@inlined
+def held(value: Floats, most: Floats) -> Floats:
+    """Clamp a value to -most to most."""
+    value = larger(value, full_like(most, -1.0) * most)
+    return chosen(most < value, most, value)
+
+
+@inlined
+def larger(a: Floats, b: Floats) -> Floats:
+    """Return the larger of two values with the semantics of `max`, including the sign of zero."""
+    return chosen(b > a, b, a)
+
+
+@inlined
+def _toward(mean: Floats, value: Floats, share: Floats) -> Floats:
+    mean = mean + share * (value - mean)
+    return chosen(mean > full_like(mean, NEGLIGIBLE), mean, full_like(mean, 0.0))
 
 
 @inlined
