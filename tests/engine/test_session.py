@@ -16,8 +16,10 @@ from underfoot.clock import FADE
 from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
 from underfoot.engine.reports import Notice, Outlines, OutputChanged, PatchRefused, Preview, ProcessDied
 from underfoot.engine.safety import PANIC
+from underfoot.engine.session import Session
 from underfoot.engine.session_replay import replay
-from underfoot.errors import BadValue
+from underfoot.engine.target import Target
+from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.records.recording import Recording
@@ -278,6 +280,31 @@ def test_what_must_not_reach_the_engine_is_refused_here(until):
         ):
             with pytest.raises(BadValue, match="allowed: "):
                 session.send(command)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        Session.start,
+        Session.play,
+        Session.panic,
+        lambda session: session.health,
+        lambda session: session.panicked,
+        lambda session: session.edit(hum()),
+        lambda session: session.send(Strike("", "t1", 1.0)),
+        lambda session: session.preview(hum(), "tone"),
+        lambda session: session.record("never.underfoot"),
+        lambda session: session.force.read(),
+        lambda session: session.vibration.read(),
+        lambda session: session.response.read(),
+    ],
+)
+def test_what_is_asked_of_a_closed_session_is_refused_in_a_line(ask):
+    session = Session(Target(default_floor()), hum(), REGISTRY)
+    session.close()
+    with pytest.raises(DeviceError, match="the session is closed; start another one"):
+        ask(session)
+    assert (session.poll(), session.close(), session.pids) == ([], [], {})
 
 
 def test_a_session_that_never_started_leaves_nothing(until):

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
@@ -20,6 +20,9 @@ from underfoot.engine.child_process import ChildProcess, leave_to_session, wait_
 from underfoot.engine.rings import Reader, Ring, RingName
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.records.recording import Writer
+
+if TYPE_CHECKING:
+    from underfoot.engine.commands import Command
 
 COMMIT_S = 0.05
 """Interval in seconds between commits: half of the allowed loss at a kill, because a busy machine is late."""
@@ -49,6 +52,15 @@ class RecordMark:
 
     frame: int
     text: str
+
+
+def record_of(frame: int, command: "Command", rate: int) -> RecordCommand | RecordMark:
+    """Return what a recording stores of a command that took effect."""
+    from underfoot.engine.commands import Mark, to_text  # which the recorder's process need not load
+
+    if isinstance(command, Mark):
+        return RecordMark(command.frame(frame, rate), command.text)
+    return RecordCommand(frame, *to_text(command))
 
 
 @dataclass(frozen=True)

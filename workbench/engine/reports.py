@@ -194,3 +194,13 @@ class Health(Struct, frozen=True):
     """Number of changes of delay between the card's inputs and outputs, which show that frames were lost silently."""
     clock_trip_s: float = 0.0
     """The round trip by the card's clock, which stamps blocks as they come in and leave; 0 where it does not."""
+
+
+def given_up(process: str, reason: str, *, patch_waits: bool) -> Notice:
+    """Return the report of a process that is not started again."""
+    line = f"the {process} fails again and again; it is not started any more: {reason}"
+    if process == "engine":
+        return OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
+    if process == "compiler" and patch_waits:
+        return PatchRefused.because(f"the compiler fails again and again, the last time with {reason}")
+    return Notice(line)

@@ -16,6 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.engine.shared_blocks import new_block
+from underfoot.errors import DeviceError
 from underfoot.kernels import intrinsic, kernel
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
+CLOSED = "the session is closed; start another one"
 HEADER = np.dtype(
     [
         ("written", np.int64),
@@ -146,7 +148,7 @@ class Ring:
     """A ring of `capacity` rows of `width` numbers. `create` in the supervisor, `open` elsewhere."""
 
     def __init__(self, memory: SharedMemory, where: RingName, owned: bool) -> None:
-        self._memory, self.where, self._owned = memory, where, owned
+        self._memory, self.where, self._owned, self._is_closed = memory, where, owned, False
         buffer = memory.buf
         self.header = np.ndarray((1,), HEADER, buffer)
         self.rows = np.ndarray((where.capacity, where.width), where.dtype, buffer, offset=_HEADER_BYTES)
@@ -186,7 +188,9 @@ class Ring:
 
     @property
     def written(self) -> int:
-        """Number of rows ever written. Reading them requires `copy_rows`."""
+        """Number of rows ever written. Reading them requires `copy_rows`. `DeviceError` once it is closed."""
+        if self._is_closed:
+            raise DeviceError(CLOSED)
         return int(self.header["written"][0])
 
     @property
@@ -200,6 +204,7 @@ class Ring:
 
     def close(self) -> None:
         """Release the memory; its creator also removes it."""
+        self._is_closed = True
         del self.header, self.rows
         self._memory.close()
         if self._owned:

@@ -19,7 +19,6 @@ from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import (
     Command,
     Level,
-    Mark,
     Play,
     Set,
     Start,
@@ -27,32 +26,31 @@ from underfoot.engine.commands import (
     TileEqualiser,
     Walk,
     equalisers_of,
-    to_text,
 )
 from underfoot.engine.compile_progress import CompileProgress
 from underfoot.engine.compiler_supervisor import SHARED, CompilerSupervisor
 from underfoot.engine.engine_supervisor import EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
+from underfoot.engine.recorder import RecordAbout, Recorder, record_of
 from underfoot.engine.repeats import Repeats
 from underfoot.engine.reports import (
-    NOTHING,
     CommandApplied,
     Compiled,
     Compiling,
     Health,
     Notice,
-    OutputChanged,
     PatchRefused,
     ProcessDied,
     Report,
     Started,
+    given_up,
 )
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest, Setup
-from underfoot.engine.rings import Reader
+from underfoot.engine.rings import CLOSED, Reader
 from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz, is_simulated, plates_of
+from underfoot.errors import DeviceError
 from underfoot.floor.profile import profiles_of, round_trip_frames
 from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
@@ -71,7 +69,8 @@ RECORDER_END_S = 120.0
 
 
 class Session:
-    """A running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
+    """A running target with the patch that it plays. Nothing starts before `start`; `close` ends all, and then whatever
+    is asked of it is a `DeviceError`."""
 
     def __init__(
         self,
@@ -129,6 +128,7 @@ class Session:
         Where it has to compile them, the compiler begins at the other end; otherwise that one starts afterwards.
         A session that is recorded plays once its file is there.
         """
+        self._require_open()
         self._engine.start()
         self._start_engine()
 
@@ -167,6 +167,10 @@ class Session:
         reports, self._reports = self._reports, []
         return reports
 
+    def _require_open(self) -> None:
+        if self._closed:
+            raise DeviceError(CLOSED)
+
     @property
     def is_compiled(self) -> bool:
         """Whether the present patch is not being compiled; the engine compiles the first one itself."""
@@ -175,6 +179,7 @@ class Session:
     @property
     def health(self) -> Health:
         """The state of the engine."""
+        self._require_open()
         return self.memory.status.health()
 
     @property
@@ -187,6 +192,7 @@ class Session:
 
     def edit(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Play this patch from now on: changed numbers are ramped; other changes build a program, which is faded in."""
+        self._require_open()
         moved = self.moved_numbers(patch) if scopes == self.scopes and not anew else None
         self.patch, self.scopes = patch, scopes
         if moved is None:
@@ -202,6 +208,7 @@ class Session:
 
     def send(self, command: Command) -> None:
         """Send one command to the engine; its settings are restored after a restart of the engine."""
+        self._require_open()
         command.check(self.target.floor)
         match command:
             case Play(on):
@@ -235,6 +242,7 @@ class Session:
 
     def play(self) -> None:
         """Open the output, also after a panic."""
+        self._require_open()
         self.memory.status.panic = False
         self.send(Play(True))
 
@@ -244,6 +252,7 @@ class Session:
 
     def panic(self) -> None:
         """Silence at once, past everything that waits in buffers, until `play`."""
+        self._require_open()
         self.memory.status.panic = True
         self.playing = False
         self.send(Play(False))
@@ -251,12 +260,14 @@ class Session:
     @property
     def panicked(self) -> bool:
         """Whether a panic is in effect."""
+        self._require_open()
         return self.memory.status.panic
 
     def preview(
         self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", *, distributions: bool = False
     ) -> int:
         """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
+        self._require_open()
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
         ticket = self._compiler.new_ticket()
@@ -271,6 +282,7 @@ class Session:
         """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
         request cancels it.
         """
+        self._require_open()
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         ticket = self._compiler.new_ticket()
         self._compiler.request(
@@ -283,6 +295,7 @@ class Session:
 
         Any other request stops it.
         """
+        self._require_open()
         ticket = self._compiler.new_ticket()
         self._compiler.request(ErrorCurveRequest(ticket, patch.dumps(), node))
         return ticket
@@ -299,6 +312,7 @@ class Session:
 
         Only what was recorded from before `start` on can be replayed.
         """
+        self._require_open()
         self._reports.extend(Notice(text) for text in self.stop_recording())
         made_of, _ = simulation(self.target.simulation)
         about = {
@@ -432,7 +446,7 @@ class Session:
             self.repeats.take_report(message)
             match message:
                 case CommandApplied(frame, command) if self._recorder is not None:
-                    self._recorder.send(self._record_of(frame, command))
+                    self._recorder.send(record_of(frame, command, self.target.rate))
                 case Compiling():
                     if not self._compiler.is_started:
                         self._compiler.start_sharing(self._compile_request(SHARED, from_end=True))
@@ -449,12 +463,6 @@ class Session:
                     if self._compiler.awaits_preview:
                         self._compiler.start()
             self._reports.append(message)  # type: ignore[arg-type]
-
-    def _record_of(self, frame: int, command: Command) -> RecordCommand | RecordMark:
-        """Return what a recording stores of a command that took effect."""
-        if isinstance(command, Mark):
-            return RecordMark(command.frame(frame, self.target.rate), command.text)
-        return RecordCommand(frame, *to_text(command))
 
     def _restart_engine(self) -> None:
         if not self._engine.has_died:
@@ -483,14 +491,5 @@ class Session:
         allowed = self._restarts[name].allows_after_death()
         self._reports.append(ProcessDied(name, reason, allowed))
         if not allowed:
-            self._reports.append(self._given_up(name, reason))
+            self._reports.append(given_up(name, reason, patch_waits=not self.is_compiled))
         return allowed
-
-    def _given_up(self, name: str, reason: str) -> Notice:
-        """Return the report of a process that is not started again."""
-        line = f"the {name} fails again and again; it is not started any more: {reason}"
-        if name == "engine":
-            return OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
-        if name == "compiler" and not self.is_compiled:
-            return PatchRefused.because(f"the compiler fails again and again, the last time with {reason}")
-        return Notice(line)
