@@ -67,6 +67,19 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def require_alike(**arrays: ArrayLike) -> None:
+    """Raise `BadValue` unless all arrays have the shape of the first.
+
+    >>> require_alike(x=[1.0, 2.0], f=[0.1, 0.2, 0.3])
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: the shape of f is (3,); allowed: (2,), as x
+    """
+    (first, one), *others = arrays.items()
+    for name, other in others:
+        given, allowed = np.shape(other), np.shape(one)
+        require(given == allowed, f"the shape of {name}", given, f"{allowed}, as {first}")
+
+
 def plain(value: object) -> object:
     """Return a scalar or an array of NumPy as Python's own number, text or lists, and anything else as it is.
 

@@ -1,6 +1,7 @@
 """What calibration knows of a tile: its arithmetic, its file, and what it has against itself."""
 
 import json
+import math
 from datetime import date
 
 import msgspec
@@ -118,6 +119,23 @@ def test_without_compensation_it_is_the_static_curve():
     profile = Profile(tile="t1", fsr=fsr())
     readings = np.random.default_rng(0).uniform(0.0, 65535.0, (50, 4))
     assert profile.force_over_time(readings, np.arange(50.0)) == pytest.approx(profile.force(readings))
+
+
+@pytest.mark.parametrize(
+    ("time_s", "states"),
+    [
+        (["soon"] * 3, None),
+        ([[0.0], [0.1, 0.2], [0.3]], None),
+        ([0.0, 0.1], None),
+        ([0.0, 0.1, math.nan], None),
+        ([0.0, 0.1, 0.2], np.zeros(4)),
+        ([0.0, 0.1, 0.2], Profile.rested()[:2]),
+    ],
+)
+def test_times_and_states_that_are_none_are_refused_in_a_line(time_s, states):
+    profile = Profile(tile="t1", fsr=fsr(*(compensated(),) * 4))
+    with pytest.raises(BadValue, match="allowed: "):
+        profile.force_over_time(np.ones((3, 4)), time_s, states)
 
 
 def test_a_reading_that_is_nan_leaves_the_state_as_it_was():

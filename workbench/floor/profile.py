@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import numbers
 from underfoot.documents import read_document, write_document
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
@@ -252,12 +253,14 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         the same newtons. A sensor whose calibration has no compensation is as in `force`. Time that runs back counts as
         none passed.
         """
-        counts, times = _four(readings, "readings"), np.asarray(time_s, dtype=np.float64)
+        counts, times = _four(readings, "readings"), numbers("time_s", time_s)
         require(counts.ndim == 2, "readings", counts.shape, "shape (n, 4)")
         require(times.shape == counts.shape[:1], "time_s", times.shape, f"as many as readings, {counts.shape[:1]}")
         if self.fsr is None:
             return counts.copy()
         states = self.rested() if states is None else states
+        is_of_four = isinstance(states, np.ndarray) and (states.dtype, states.shape) == (STATE, (4,))
+        require(is_of_four, "states", states, "those of `rested`, which the block before left")
         columns = [
             curve.force_over_time(np.ascontiguousarray(counts[:, j]), times, states[j])
             for j, curve in enumerate(self.fsr.sensors)

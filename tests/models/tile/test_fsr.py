@@ -8,6 +8,7 @@ import pytest
 from underfoot.errors import BadValue
 from underfoot.models.tile import fsr
 from underfoot.models.tile.fsr import FSR_RANGES, FULL_COUNTS, RATED_N, Fsr
+from underfoot.models.tile.fsr_curves import exponential, power, rational, rising, spline, straight
 from underfoot.models.tile.fsr_hysteresis import STATE, HysteresisModel, compensate
 
 RATE = 1000.0
@@ -174,3 +175,16 @@ def test_values_out_of_range_are_refused(name, end):
     low, high = FSR_RANGES[name]
     with pytest.raises(BadValue, match=f"{name} is"):
         Fsr(**{name: (low - 1.0, 2.0 * high)[end]})
+
+
+def test_arrays_of_unequal_lengths_are_refused_in_a_line():
+    nothing, three = HysteresisModel(0.0, False, np.empty(0), np.ones(1)), np.arange(3.0)
+    with pytest.raises(BadValue, match=r"the shape of time_s is \(2,\); allowed: \(3,\), as apparent_n"):
+        compensate(three, three[:2], nothing, np.zeros(1, STATE)[0])
+    for fit in (straight, power, rational, exponential):
+        with pytest.raises(BadValue, match=r"the shape of w is \(2,\); allowed: \(3,\), as x"):
+            fit(three, three, three[:2])
+    with pytest.raises(BadValue, match=r"the shape of f is \(2,\); allowed: \(3,\), as x"):
+        spline(three, three[:2], three, 2)
+    with pytest.raises(BadValue, match=r"the shape of weights is \(2,\)"):
+        rising(three, three[:2])

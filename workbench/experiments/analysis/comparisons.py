@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import require_alike
 from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis.libraries import statsmodels
 
@@ -167,6 +168,7 @@ def spearman(name: str, x: ArrayLike, y: ArrayLike) -> Test:
     """Test the rank correlation of two variables."""
     from scipy import stats
 
+    require_alike(x=x, y=y)
     values = [np.asarray(x, np.float64), np.asarray(y, np.float64)]
     if len(values[0]) < 3 or min(np.ptp(v) for v in values) == 0.0:
         raise BadMeasurement(f"{name}: a correlation needs three or more people who differ")

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from msgspec import Struct
 
+from underfoot.arguments import require_alike
 from underfoot.kernels import Floats
 
 _KNOTS = 49
@@ -38,6 +39,7 @@ def cubic_hermite(x: Floats, y: Floats, slope: Floats, at: Floats) -> Floats:
     >>> cubic_hermite(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([-1.0, 0.5, 2.0]))
     array([0.  , 0.25, 3.  ])
     """
+    require_alike(x=x, y=y, slope=slope)
     k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
     width = x[k + 1] - x[k]
     t = np.clip((at - x[k]) / width, 0.0, 1.0)
@@ -55,6 +57,7 @@ def straight(x: Floats, f: Floats, w: Floats) -> FittedCurve:
     >>> straight(x, 0.3 * x, np.ones(11)).parameters
     {'factor': 0.3}
     """
+    require_alike(x=x, f=f, w=w)
     a = max(float((w * f * x).sum() / max((w * x * x).sum(), 1e-300)), 1e-12)
     ends = np.array([0.0, float(x.max())])
     return FittedCurve("straight", {"factor": a}, ends, a * ends, np.full(2, a))
@@ -68,6 +71,7 @@ def power(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     >>> round(curve.parameters["exponent"], 6)
     1.5
     """
+    require_alike(x=x, f=f, w=w)
     good = (x > 0.0) & (f > 0.0)
     if np.count_nonzero(good) < 2 or np.ptp(x[good]) == 0.0:
         return None
@@ -86,6 +90,7 @@ def rational(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     >>> round(curve.parameters["ceiling"])
     1200
     """
+    require_alike(x=x, f=f, w=w)
     top = float(x.max())
     # 1/c = s / top: s from 0 (linear) towards 1 (the ceiling is just above the largest reading).
     return _best_of("rational", ("factor", "ceiling"), x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), _rational(top))
@@ -99,6 +104,7 @@ def exponential(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     >>> round(curve.parameters["scale"])
     250
     """
+    require_alike(x=x, f=f, w=w)
     top = float(x.max())
 
     def shape(s: float) -> tuple[dict[str, float], Callable[[Floats], Floats]]:
@@ -116,6 +122,7 @@ def resistor(x: Floats, f: Floats, w: Floats, conductance: Callable[[Floats], Fl
     >>> round(curve.parameters["rs_ohm_n"]), round(curve.parameters["r0_ohm"])
     (30000, 200)
     """
+    require_alike(x=x, f=f, w=w)
     good = (x > 0.0) & (f > 0.0)
     if np.count_nonzero(good) < 2:
         return None
@@ -148,6 +155,7 @@ def spline(x: Floats, f: Floats, w: Floats, pieces: int) -> FittedCurve | None:
     >>> bool(np.abs(curve.force(x) - 10.0 * x**3).max() < 0.02)
     True
     """
+    require_alike(x=x, f=f, w=w)
     from scipy.interpolate import BSpline
     from scipy.optimize import nnls
 
@@ -179,6 +187,7 @@ def rising(values: Floats, weights: Floats) -> Floats:
     >>> rising(np.array([1.0, 3.0, 2.0, 4.0]), np.ones(4))
     array([1. , 2.5, 2.5, 4. ])
     """
+    require_alike(values=values, weights=weights)
     from scipy.optimize import isotonic_regression
 
     return np.asarray(isotonic_regression(values, weights=weights).x)

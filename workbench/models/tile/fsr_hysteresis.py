@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from underfoot.arguments import require_alike
 from underfoot.errors import require
 from underfoot.kernels import Floats, kernel
 
@@ -76,6 +77,7 @@ def compensate(apparent_n: Floats, time_s: Floats, model: HysteresisModel, state
     >>> compensate(np.array([0.0, 5.0]), np.array([0.0, 0.1]), nothing, np.zeros(1, STATE)[0])
     array([0., 5.])
     """
+    require_alike(apparent_n=apparent_n, time_s=time_s)
     terms, newtons = np.empty((apparent_n.size, 1 + model.widths.size)), np.empty(apparent_n.size)
     record = model.record()
     play_operators(apparent_n, time_s, record, state, np.empty(LAGS_S.size), terms)
