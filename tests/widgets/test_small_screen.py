@@ -77,6 +77,17 @@ def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
     assert all(area.widget().rect().contains(part.geometry()) for part in parts)
 
 
+def test_the_picture_of_a_scene_is_whole_on_a_screen_of_1280_x_800_at_150_percent(qtbot):
+    workspace = ScenesWorkspace()
+    qtbot.addWidget(workspace)
+    workspace.resize(853, 460)
+    show(qtbot, workspace)
+    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.view))
+    for row in range(workspace.list.list.count()):
+        workspace.list.list.setCurrentRow(row)
+        qtbot.waitUntil(lambda: area.widget().height() == area.viewport().height())
+
+
 def test_the_picture_of_a_scene_which_has_no_keys_is_no_tab_stop(qtbot):
     workspace = ScenesWorkspace()
     qtbot.addWidget(workspace)

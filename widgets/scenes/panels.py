@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QPlainTextEdit,
     QPushButton,
     QScrollArea,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -104,6 +105,8 @@ class ScenePanel(QWidget):
         self.log.setMaximumBlockCount(MAX_LOG_LINES)
         self.log.setAccessibleName("What happened")
         self.log.setMinimumHeight(5 * theme.GRID)
+        for part in (self.parameters, self.log):  # they scroll; without this a low window would scroll the picture, too
+            part.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self._lay_out()
         self.start.clicked.connect(self._start_or_stop)
         self.project.clicked.connect(self.project_requested)

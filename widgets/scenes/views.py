@@ -94,9 +94,6 @@ class SceneView(QWidget):
         moved = QTransform.fromTranslate(area.center().x(), area.center().y())
         return moved.scale(scale, -scale).translate(*(-0.5 * (low + high)).tolist())
 
-    def sizeHint(self) -> QSize:
-        return QSize(640, 640)
-
     def minimumSizeHint(self) -> QSize:
         return QSize(16 * theme.GRID, 30 * theme.GRID)
 
