@@ -63,7 +63,7 @@ def test_simulated_walks_name_nobody(rows, columns):
 
 def test_sensors_of_different_gain_and_noise_name_nobody():
     random = np.random.default_rng(5)
-    forces = walked() * random.uniform(0.75, 1.25, (1, 9, 4)) + random.normal(0.0, 0.5, walked().shape)
+    forces = walked() * random.uniform(0.75, 1.25, (1, 9, 4)) + random.normal(0.0, 1.0, walked().shape)
     assert found(FLOOR, forces) == []
 
 
@@ -115,6 +115,20 @@ def test_a_loose_sensor():
         out[start : start + 6] = True
     (line,) = found(FLOOR, changed(walked(), 1, 0, lambda f: np.where(out, 0.0, f)))
     assert line == "tile t2: sensor 1 is loose (fell to nothing 3 times while its tile was loaded)"
+
+
+@pytest.mark.parametrize("hum_n", [8.0, 40.0])
+def test_a_noisy_tile(hum_n):
+    """Its steps were gone, in silence: each wave of the hum of the mains was a contact."""
+    hum = hum_n * np.sin(2.0 * np.pi * 50.0 * np.arange(len(walked())) / 1000.0)
+    forces = walked().copy()
+    forces[:, 1] += hum[:, None]
+    lines = found(FLOOR, forces)
+    assert lines == [
+        f"tile t2: sensor {sensor} is noisy (swings by {hum_n:.0f} N 50 times a second with nobody on its tile; hum of "
+        "the mains, or its shaker?)"
+        for sensor in (1, 2, 3, 4)
+    ]
 
 
 def swapped(tile, pair, forces=None):

@@ -1,4 +1,4 @@
-"""Detection of dead, reversed, saturated or loose sensors while people walk; swapped ones are found by `sensor_order`.
+"""Detection of dead, reversed, saturated, loose or noisy sensors while people walk; `sensor_order` finds swapped ones.
 
 Four sensors under a plate are redundant for force and centroid: on a rigid plate both diagonals carry the same load,
 on a flexible one they differ by the product of the load's positions along and across. So each sensor can be predicted
@@ -8,10 +8,12 @@ from the other three.
 - *Reversed*: it falls below rest while the other three carry such a load.
 - *Saturated*: it stays at one reading, at the top of the range or below it, while the load on its tile changes.
 - *Loose*: it repeatedly falls to rest from one sample to the next while the others do not, and recovers.
+- *Noisy*: with nobody on its tile it swings to and fro so far that four such sensors reach the load of a contact.
 
 A sensor is reported only when nothing else explains the readings; a walk with too little evidence reports none.
 """
 
+import math
 from collections import deque
 from typing import NamedTuple
 
@@ -33,8 +35,10 @@ meanwhile.
 """
 FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
 """A loose sensor loses at least `FALL_N` at once and recovers within `BACK_S`, `FALLS` times within `WITHIN_S`."""
+NOISY_N, SWINGS, NOISY_S, MEAN_S = CONTACT_N / 4.0, 10, 1.0, 0.1
+"""A noisy sensor swings by `NOISY_N` or more about its mean of `MEAN_S`, `SWINGS` times within `NOISY_S`."""
 
-_DEAD, _SATURATED, _LOOSE, _REVERSED = 1, 2, 4, 8
+_DEAD, _SATURATED, _LOOSE, _REVERSED, _NOISY = 1, 2, 4, 8, 16
 _REST_SHARE = 0.002
 
 _SENSOR = np.dtype(
@@ -51,14 +55,32 @@ _SENSOR = np.dtype(
         ("fell_from_n", np.float64),
         ("falls", np.int64),
         ("first_fall_s", np.float64),
+        ("mean_n", np.float64),
+        ("side", np.float64),
+        ("swings", np.float64),
+        ("swing_n", np.float64),
     ],
     align=True,
 )
 """State of a sensor: its force at rest, its newest force and reading; the time and samples of a constant reading, and
 the others' load when it began; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has
-recovered), from which load, how often, and when first.
+recovered), from which load, how often, and when first; its mean, the side of it on which it swung last, and in these
+`NOISY_S` how often and how far.
 """
-_TILE = np.dtype([("is_known", np.bool_), ("time_s", np.float64)], align=True)
+_TILE = np.dtype(
+    [
+        ("is_known", np.bool_),
+        ("time_s", np.float64),
+        ("mean_n", np.float64),
+        ("least_n", np.float64),
+        ("most_n", np.float64),
+        ("watched_s", np.float64),
+    ],
+    align=True,
+)
+"""State of a tile: its last time, the mean of its load, and of these `NOISY_S` the least and the largest such mean, and
+how much has passed.
+"""
 
 
 class _Samples(NamedTuple):
@@ -149,6 +171,11 @@ class SensorHealth:
                 (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
                 (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
                 (_SATURATED, f"saturated (stays at {known['reading']} while the load on its tile changes)"),
+                (
+                    _NOISY,
+                    f"noisy (swings by {known['swing_n']:.0f} N {known['swings']:.0f} times a second with nobody on "
+                    "its tile; hum of the mains, or its shaker?)",
+                ),
                 (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
@@ -181,8 +208,9 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
         for j in range(4):
             if _is_saturated(sensors[j], reading[j], load_n[j], total_n - load_n[j], step_s):
                 found[j] |= _SATURATED
-            if step_s > 0.0 and _is_loose(sensors, force_n, now_s, j):
+            if step_s > 0.0 and not found[j] & _NOISY and _is_loose(sensors, force_n, now_s, j):
                 found[j] |= _LOOSE
+        _find_noise(tile, sensors, force_n, total_n, step_s, found)
         tile.time_s, tile.is_known = now_s, True
         for j in range(4):
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
@@ -246,6 +274,46 @@ def _find_dead_or_reversed(
             sensors[j].dead_s += step_s
             if sensors[j].dead_s >= DEAD_S:
                 found[j] |= _DEAD
+
+
+@part
+def _find_noise(
+    tile: np.record,
+    sensors: NDArray[np.void],
+    force_n: NDArray[np.float64],
+    total_n: float,
+    step_s: float,
+    found: NDArray[np.int64],
+) -> None:
+    """Count how often the sensors swing about their means, and evaluate it every `NOISY_S`."""
+    share = min(step_s / MEAN_S, 1.0)
+    mean_n: float = tile.mean_n + share * (total_n - tile.mean_n)
+    least_n: float = min(tile.least_n, mean_n)
+    most_n: float = max(tile.most_n, mean_n)
+    watched_s: float = tile.watched_s + step_s
+    tile.mean_n, tile.least_n, tile.most_n, tile.watched_s = mean_n, least_n, most_n, watched_s
+    for j in range(4):
+        if not tile.is_known:
+            sensors[j].mean_n = force_n[j]
+        sensors[j].mean_n += share * (force_n[j] - sensors[j].mean_n)
+        off_n = force_n[j] - sensors[j].mean_n
+        if abs(off_n) < NOISY_N:
+            continue
+        sensors[j].swing_n = max(sensors[j].swing_n, abs(off_n))
+        if off_n * sensors[j].side <= 0.0:
+            sensors[j].side = math.copysign(1.0, off_n)
+            sensors[j].swings += 0.5
+    if watched_s < NOISY_S:
+        return
+    # The rest of noisy sensors may be low by their swings, and a tenth of these is left in the mean.
+    swings_n = sensors[0].swing_n + sensors[1].swing_n + sensors[2].swing_n + sensors[3].swing_n
+    is_steady = most_n - least_n < CONTACT_N + 0.1 * swings_n
+    for j in range(4):
+        if is_steady and sensors[j].swings >= SWINGS and most_n < LOADED_N + swings_n:
+            found[j] |= _NOISY
+        elif not found[j] & _NOISY:
+            sensors[j].swings = sensors[j].swing_n = 0.0
+    tile.least_n, tile.most_n, tile.watched_s = mean_n, mean_n, 0.0
 
 
 @part
