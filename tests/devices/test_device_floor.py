@@ -1,5 +1,6 @@
 """What tiles of hardware send becomes rows of forces: by hand, over a transport that gives what it is given."""
 
+import itertools
 import threading
 import time
 import tracemalloc
@@ -214,6 +215,23 @@ def test_damaged_frames_are_said_and_an_outage_is_none(until):
         assert not any("lost" in line for line in source.take_notices())
         send([(0, i, 1000 * i, 0) for i in range(3600, 6000)], write=damaged)
         until(lambda: any(line.startswith("given: ") for line in source.take_notices()), "it is said")
+
+
+def test_a_tile_that_is_silent_while_others_send_is_said_until_it_sends(until):
+    """A board without power, or with another's number: nothing was said of its tile."""
+    with device_floor(default_floor(1, 3)) as (source, send):
+        said, numbers = [], itertools.count()
+
+        def hears(tiles, words):
+            number = next(numbers)
+            send([(t, number, 16_667 * number, 1000) for t in tiles])
+            said.extend(source.take_notices())
+            return words in said
+
+        until(lambda: hears((1,), "nothing comes from t1, t3, while others send"), "it is said", seen=lambda: said)
+        until(lambda: hears((0, 1), "frames come from t1 now"), "it is said", seen=lambda: said)
+        until(lambda: hears((0,), "nothing comes from t2, while others send"), "it is said", seen=lambda: said)
+    assert not any("t3" in line for line in said[said.index("frames come from t1 now") :])
 
 
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):

@@ -27,6 +27,7 @@ from underfoot.floor.profile import Profile
 from underfoot.quantities import counted
 
 _SETTLED_S = 5.0  # after which a clock's fit is reported
+_SILENT_S, _PAUSE_S = 1.0, 0.3  # of a tile while others send, and of all
 _WRONG_RATE = 0.1
 _MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts, from which it is named
 
@@ -66,6 +67,9 @@ class DeviceFloor:
         self._unknown_tiles: set[int] = set()
         self._announced: set[str] = set()
         self._overflowed = 0
+        self._heard = np.zeros(len(floor.tiles), np.int64)
+        self._heard_s = np.full(len(floor.tiles), self._since_s)
+        self._silent = np.zeros(len(floor.tiles), bool)
         self.reader = TransportReader(transport, self.receive, form)
         self.reader.notices.extend(self._conversion.notices)
         self.receive(np.zeros(0, SAMPLE), self._since_s)  # loads the kernels in advance; there is no sample yet
@@ -106,7 +110,7 @@ class DeviceFloor:
 
     def take_notices(self) -> list[str]:
         """Return the notices since the last call, one line each. Not for the callback."""
-        notices = self.reader.take_notices() + self._health.take_notices()
+        notices = self.reader.take_notices() + self._health.take_notices() + self._silences()
         for key, line in self._findings():
             if line and key not in self._announced:
                 self._announced.add(key)
@@ -153,6 +157,20 @@ class DeviceFloor:
         yield "unknown tiles", self._unknown_line()
         for row, tile in enumerate(self.floor.tiles):
             yield f"stranger {tile.id}", self.reader.foreign_sender_line(row)
+
+    def _silences(self) -> list[str]:
+        """Return a line with the tiles that are silent while others send, and one with those that send again."""
+        now_s, heard = time.monotonic(), self.reader.parser.heard(len(self.floor.tiles))
+        self._heard_s[heard != self._heard] = now_s
+        self._heard = heard
+        if now_s - self._heard_s.max() > _PAUSE_S:  # all pause: nobody's silence grows
+            self._heard_s += now_s - self._heard_s.max()
+            return []
+        silent = now_s - self._heard_s > _SILENT_S
+        fallen, risen, self._silent = silent & ~self._silent, self._silent & ~silent, silent
+        ids = np.array(self.floor.ids)
+        lines = [f"nothing comes from {', '.join(ids[fallen])}, while others send"] if fallen.any() else []
+        return lines + ([f"frames come from {', '.join(ids[risen])} now"] if risen.any() else [])
 
     def _clock_line(self) -> str:
         """Return the fit of the clocks, once it has settled."""

@@ -213,6 +213,11 @@ class Parser:
             return 0.0, 0.0
         return missed / max(missed + accepted, 1), refused / (accepted + refused)
 
+    def heard(self, tiles: int) -> NDArray[np.int64]:
+        """Return how many valid frames of each of the first so many tiles came, handed over or not."""
+        known = self._state.tiles[:tiles]
+        return np.asarray(known["accepted"] + known["doubled"] + known["stale"] + known["foreign"])
+
     def restarts(self, tile: int) -> int:
         """Return how often a tile's sequence began again."""
         return int(self._state.tiles[tile]["restarts"])
