@@ -19,9 +19,9 @@ from underfoot.__main__ import cli
 from underfoot.errors import BadFile
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.floor.step_finder import find_steps
-from underfoot.records.exports import ExportSource, ExportStopped, format_of, formats
+from underfoot.records.exports import ExportSource, ExportStopped, format_of, formats, write_export
 from underfoot.records.force_files import read_force_file
-from underfoot.records.recording import Recording
+from underfoot.records.recording import Recording, Writer
 
 FLOOR = default_floor(1, 2)
 
@@ -390,6 +390,32 @@ def test_a_csv_export_of_which_a_table_cannot_be_written_leaves_none_of_them(pat
     with Recording(path) as recording, pytest.raises(BadFile, match=f"walk.{name} cannot be written: is a directory"):
         format_of(tmp_path / "walk.csv").write(ExportSource(recording), tmp_path / "walk.csv")
     assert [file.name for file in tmp_path.iterdir()] == [f"walk.{name}"]
+
+
+@pytest.mark.parametrize("suffix", formats())
+def test_a_recording_that_is_being_written_is_exported_as_it_was_when_that_began(tmp_path, suffix):
+    """Forces ended before the vibration, and contacts and events of steps came after the end."""
+    path = write_recording(tmp_path / "walk.underfoot", 4.0, FLOOR)
+    writer = Writer(path, {}, resume=True)
+
+    def go_on(text, share):
+        first, count = writer.end("vibration"), writer.end("force")
+        stamps = first + 48.0 * np.arange(100)
+        writer.put("force", count, np.column_stack([stamps, stamps, np.full((100, 8), 50.0)]))
+        for table in ("vibration", "commanded", "measured"):
+            writer.put(table, first, np.ones((4800, 2), np.float32))
+        writer.mark(first, "later")
+        writer.commit()
+        return True
+
+    with Recording(path) as recording:
+        write_export(ExportSource(recording), tmp_path / f"still{suffix}")
+        write_export(ExportSource(recording, progress=go_on), tmp_path / f"grown{suffix}")
+    writer.close()
+    still = sorted(tmp_path.glob("still*"))
+    assert [file.stat().st_size for file in still] == [
+        file.with_name(file.name.replace("still", "grown")).stat().st_size for file in still
+    ]
 
 
 def test_what_a_format_cannot_carry_is_said(path, tmp_path):

@@ -34,7 +34,7 @@ class _Formats(click.Command):
 @click.option("--to", "to_s", type=float, metavar="S", help="Export up to this second; by default the last.")
 def export(recording: Path, output: Path, vibration: str, from_s: float | None, to_s: float | None) -> None:
     """Write RECORDING for other programs."""
-    from underfoot.records.exports import ExportSource, format_of
+    from underfoot.records.exports import ExportSource, write_export
     from underfoot.records.recording import Recording
     from underfoot.records.survey import RecordedForces
 
@@ -52,4 +52,4 @@ def export(recording: Path, output: Path, vibration: str, from_s: float | None, 
         if from_s is not None or to_s is not None:
             length_s = RecordedForces(opened).length_s
             stretch_s = (0.0 if from_s is None else from_s, length_s if to_s is None else to_s)
-        format_of(output).write(ExportSource(opened, vibration, progress, stretch_s), output)
+        write_export(ExportSource(opened, vibration, progress, stretch_s), output)

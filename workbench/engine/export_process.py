@@ -9,7 +9,7 @@ from pathlib import Path
 from underfoot.engine.child_process import leave_to_session
 from underfoot.engine.survey_process import TELL_S, Progress
 from underfoot.errors import UnderfootError
-from underfoot.records.exports import ExportSource, ExportStopped, format_of
+from underfoot.records.exports import ExportSource, ExportStopped, write_export
 from underfoot.records.recording import Recording
 
 
@@ -43,8 +43,7 @@ def run(connection: Connection, request: ExportRequest) -> None:
         try:
             path = Path(request.path)
             with Recording(Path(request.source)) as recording:
-                export = ExportSource(recording, request.vibration, progress, request.stretch_s)
-                format_of(path).write(export, path)
+                write_export(ExportSource(recording, request.vibration, progress, request.stretch_s), path)
             connection.send(f"The recording was exported to {path}")
         except ExportStopped:
             connection.send("The export was stopped; nothing of it is left.")

@@ -271,6 +271,15 @@ class Recording:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
+    @contextmanager
+    def at_one_moment(self) -> Iterator[None]:
+        """In this block nothing changes: what a writer adds meanwhile is not there yet. Nothing can be written."""
+        self._base.execute("begin")
+        try:
+            yield
+        finally:
+            self._base.rollback()
+
     def force_samples(self) -> NDArray[np.float64]:
         """Return all force samples, float64 [sample, column]: stamp and arrival in session frames, then corner forces
         in N."""

@@ -181,6 +181,12 @@ def format_of(path: Path) -> ExportFormat:
     return known[path.suffix.lower()]
 
 
+def write_export(export: ExportSource, path: Path) -> None:
+    """Write an export in the format of the path's suffix; of a recording that is being written, all that it has now."""
+    with export.recording.at_one_moment():
+        format_of(path).write(export, path)
+
+
 def _still(frames: int, tiles: int) -> Iterator[NDArray[np.float32]]:
     for begin in range(0, frames, 48_000):
         yield np.zeros((min(48_000, frames - begin), tiles), np.float32)
