@@ -8,7 +8,7 @@ from scipy.stats import norm
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import psychometric, thesis
 
-pytest.importorskip("statsmodels")
+sm = pytest.importorskip("statsmodels.api")
 X = np.array(thesis.STIFFNESS_N_MM)
 TWENTY = np.full(7, 20)
 
@@ -29,6 +29,14 @@ def test_the_fit_is_where_scipys_likelihood_is_largest():
     best = minimize(loss, [-2.0, 2.0], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12})
     found = psychometric.fit(X, yes, TWENTY)
     assert (found.intercept, found.slope) == pytest.approx((best.x[0], best.x[1] / 100.0), rel=1e-5)
+
+
+def test_the_fit_and_its_covariance_are_those_of_statsmodels_with_its_own_normal_distribution():
+    yes = np.array([1, 3, 7, 12, 13, 15, 19])
+    model = sm.GLM(yes / 20, sm.add_constant(X), sm.families.Binomial(sm.families.links.Probit()), freq_weights=TWENTY)
+    expected, found = model.fit(), psychometric.fit(X, yes, TWENTY)
+    assert (found.intercept, found.slope) == pytest.approx(tuple(expected.params), rel=1e-9)
+    np.testing.assert_allclose(found.covariance, expected.cov_params(), rtol=1e-6)
 
 
 def test_the_likelihood_with_lapses_is_climbed_to_its_highest_top():

@@ -206,6 +206,28 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
     return float(np.percentile(kept, low, method="lower")), float(np.percentile(kept, high, method="higher"))
 
 
+class _Normal:
+    """The normal distribution as statsmodels asks for it; that of `scipy.stats` gives the same bits, but checks its
+    arguments at each call, in two thirds of the time of a fit.
+    """
+
+    @staticmethod
+    def pdf(z: Floats) -> Floats:
+        return np.asarray(np.exp(-(z**2) / 2.0) / math.sqrt(2.0 * math.pi))
+
+    @staticmethod
+    def cdf(z: Floats) -> Floats:
+        from scipy.special import ndtr
+
+        return np.asarray(ndtr(z))
+
+    @staticmethod
+    def ppf(p: Floats) -> Floats:
+        from scipy.special import ndtri
+
+        return np.asarray(ndtri(p))
+
+
 def _probit(levels: Floats, counts: Floats, totals: Floats) -> Curve:
     """Maximise the likelihood by statsmodels, with levels centred and scaled."""
     glm = statsmodels("genmod.generalized_linear_model").GLM
@@ -217,7 +239,7 @@ def _probit(levels: Floats, counts: Floats, totals: Floats) -> Curve:
     design = np.column_stack([np.ones_like(scaled), scaled])
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # for data that a step fits exactly: the slope is then at its limit
-        model = glm(shares, design, families.Binomial(families.links.Probit()), freq_weights=totals[used])
+        model = glm(shares, design, families.Binomial(families.links.Probit(_Normal)), freq_weights=totals[used])
         result = model.fit()
     a, b = (float(value) for value in result.params)
     back = np.array([[1.0, -middle / width], [0.0, 1.0 / width]])
