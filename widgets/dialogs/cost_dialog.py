@@ -20,7 +20,7 @@ from underfoot.bench.cost_process import CostRequest
 from underfoot.patch.patch import Patch
 from underfoot.quantities import counted
 from underfoot.widgets import theme
-from underfoot.widgets.dialogs.one_answer import OneAnswer
+from underfoot.widgets.polled_process import PolledProcess
 
 _COLUMNS = ("", "ms a second", "Share", "")
 
@@ -33,9 +33,9 @@ class CostDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Cost of a block")
         self._request, self._measured = request, b""
-        died = "The process that measured died; measure again."
-        self._measurement = OneAnswer("cost", "underfoot.bench.cost_process", died, self)
-        self._measurement.ended.connect(self._show_answer)
+        self._measurement = PolledProcess("cost", "underfoot.bench.cost_process", self)
+        self._measurement.received.connect(self._show_answer)
+        self._measurement.ended.connect(lambda _: self._stop("The process that measured died; measure again."))
         tiles = len(request(0).floor.tiles)
         self.feet = QComboBox()
         self.feet.setAccessibleName("Tiles with a foot on them")
@@ -69,7 +69,7 @@ class CostDialog(QDialog):
         super().done(result)
 
     def _start_or_stop(self) -> None:
-        if self._measurement.is_awaited:
+        if self._measurement.is_running:
             self._stop("Stopped.")
             return
         request = self._request(self.feet.currentData())
@@ -83,7 +83,8 @@ class CostDialog(QDialog):
         self.start_button.setText("Measure")
         self.summary.setText(message)
 
-    def _show_answer(self, answer: BlockStages | str) -> None:
+    def _show_answer(self, answers: list[BlockStages | str]) -> None:
+        answer = answers[0]
         if isinstance(answer, str):
             self._stop(answer)
         else:

@@ -24,7 +24,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.file_chooser import FileChooser
-from underfoot.widgets.dialogs.one_answer import OneAnswer
+from underfoot.widgets.polled_process import PolledProcess
 
 STEP, WALK = "one step over one tile", "a walk over this floor"
 
@@ -40,9 +40,9 @@ class ExportDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Export")
         self._export, self._name, self._file_chooser = export, name, file_chooser
-        died = "The process that wrote it died; export again."
-        self._writing = OneAnswer("export", "underfoot.exchange.export_process", died, self)
-        self._writing.ended.connect(self._show_answer)
+        self._writing = PolledProcess("export", "underfoot.exchange.export_process", self)
+        self._writing.received.connect(self._show_answer)
+        self._writing.ended.connect(lambda _: self._stop("The process that wrote it died; export again."))
         self._path = Path()
         self.formats = QListWidget()
         self.formats.setAccessibleName("Formats")
@@ -132,7 +132,7 @@ class ExportDialog(QDialog):
     # --- writing ---
 
     def _start_or_stop(self) -> None:
-        if self._writing.is_awaited:
+        if self._writing.is_running:
             self._stop("Stopped; nothing was written.")
             return
         suffix = self.format.suffix
@@ -150,7 +150,8 @@ class ExportDialog(QDialog):
         self._show_busy(True)
         self.message.setText("Playing and writing, in another process; the first time compiles for up to a minute…")
 
-    def _show_answer(self, answer: tuple[str, ...] | str) -> None:
+    def _show_answer(self, answers: list[tuple[str, ...] | str]) -> None:
+        answer = answers[0]
         self._stop(answer if isinstance(answer, str) else _result_text(self._path, answer))
 
     def _stop(self, message: str) -> None:

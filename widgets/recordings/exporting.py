@@ -3,18 +3,17 @@
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QFileDialog, QGridLayout, QWidget
 
-from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.export_process import ExportRequest
 from underfoot.engine.survey_process import Progress
 from underfoot.quantities import pretty_text
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
+from underfoot.widgets.polled_process import PolledProcess
 from underfoot.widgets.recordings.tracks import time_text
 
-POLL_MS = 100
 _ONE_KIND = (".wav", ".mat")
 _WORDS = {
     "commanded": "commanded acceleration, m/s²",
@@ -107,12 +106,11 @@ class Exporting(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.hide()
-        self._process: ChildProcess | None = None
+        self._process = PolledProcess("export", "underfoot.engine.export_process", self)
+        self._process.received.connect(self._take)
+        self._process.ended.connect(self._end)
         self._folder = ""
         self._source: Path | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(POLL_MS)
-        self._timer.timeout.connect(self._poll)
 
     def is_reading(self, path: Path) -> bool:
         """Whether this recording is being exported."""
@@ -121,7 +119,7 @@ class Exporting(QWidget):
     @property
     def is_busy(self) -> bool:
         """Whether a file is being written."""
-        return self._process is not None
+        return self._process.is_running
 
     def ask(self, source: Path, length_s: float, selection: Stretch | None) -> None:
         """Ask for stretch, format and file, and export the recording `source`."""
@@ -136,24 +134,19 @@ class Exporting(QWidget):
     def begin(self, source: Path, path: Path, vibration: str, stretch_s: Stretch | None = None) -> None:
         """Export the recording `source`, or a stretch of it, to the file `path`, in a process."""
         self._source = source
-        request = ExportRequest(str(source), str(path), vibration, stretch_s)
-        self._process = ChildProcess("export", "underfoot.engine.export_process", request)
-        self._timer.start()
+        self._process.begin(ExportRequest(str(source), str(path), vibration, stretch_s))
         self.progressed.emit("Exporting…")
 
     def stop(self) -> None:
         """Stop the export and delete the partial file."""
-        if self._process is not None:
+        if self.is_busy:
             self._process.send("stop")
             self.progressed.emit("Stopping…")
 
     def close_down(self) -> None:
         """Stop the export, and wait for the process to end."""
-        process, self._process = self._process, None
-        self._timer.stop()
-        if process is not None:
-            process.send("stop")
-            process.end(5.0)
+        self._process.send("stop")
+        self._process.stop(within_s=5.0)
 
     def _ask_file(self, source: Path, suffix: str, vibration: str, stretch_s: Stretch | None) -> None:
         part = "" if stretch_s is None else " {:.2f}-{:.2f} s".format(*stretch_s)
@@ -172,20 +165,14 @@ class Exporting(QWidget):
         self._folder = str(path.parent)
         self.begin(source, path, vibration, stretch_s)
 
-    def _poll(self) -> None:
-        process = self._process
-        if process is None:
-            return
-        is_over = not process.is_alive
-        for message in process.receive():
+    def _take(self, messages: list[Progress | str]) -> None:
+        for message in messages:
             if isinstance(message, Progress):
                 self.progressed.emit(f"{message.text}: {100.0 * message.share:.0f} %")
             else:
                 self.notified.emit(message)
-        if is_over:
-            self._timer.stop()
-            self._process = None
-            has_failed, how = process.has_failed, process.end(1.0)
-            if has_failed:  # otherwise it has said how it went
-                self.notified.emit(f"The export was lost: its process ended with {how}; export it again.")
-            self.progressed.emit("")
+
+    def _end(self, how: str) -> None:
+        if how:  # otherwise it has said how it went
+            self.notified.emit(f"The export was lost: its process ended with {how}; export it again.")
+        self.progressed.emit("")
