@@ -68,7 +68,7 @@ class ChoicePanel(QWidget):
         layout.addWidget(theme.label("CALIBRATION", "heading"))
         for key, name in kinds:
             card = KindCard(name)
-            card.clicked.connect(lambda _=False, key=key: self._choose(key))
+            card.clicked.connect(lambda _=False, key=key: self.kind_chosen.emit(key))
             self._group.addButton(card)
             self.cards[key] = card
             layout.addWidget(card)
@@ -129,9 +129,6 @@ class ChoicePanel(QWidget):
         self._none.setVisible(not self._indices)
         self.restore.setVisible(bool(self._indices))
         self.restore.setEnabled(False)
-
-    def _choose(self, key: str) -> None:
-        self.kind_chosen.emit(key)
 
     def _restore(self) -> None:
         self.restore.setEnabled(False)  # a second click would be meant for the list as it was

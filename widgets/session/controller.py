@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import platformdirs
 from msgspec.structs import replace
@@ -84,7 +84,9 @@ class SessionController(QObject):
         """Of the last session that was opened, with kind, source and simulation in the settings."""
         self._failure = ""
         """Why the target that was wanted cannot be used, until another one is."""
-        self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
+        self._is_leaving = self._is_changing = self._is_released = False
+        self._lent: Literal["", "patch", "all"] = ""
+        """What of the session a study or a scene has."""
         self._is_recording = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
@@ -114,7 +116,7 @@ class SessionController(QObject):
 
     def play_patch(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Play the patch of the last `edit`, as `transform_patch` now returns it."""
-        if self.session is not None and not self._is_lent:
+        if self.session is not None and not self._lent:
             self.session.folder = self._patch_folder
             self.session.edit(self.transform_patch(self._patch), anew=anew, settle_s=settle_s)
 
@@ -126,7 +128,7 @@ class SessionController(QObject):
     @property
     def is_lent(self) -> bool:
         """Whether a study uses the session."""
-        return self._is_lent
+        return bool(self._lent)
 
     def set_target(self, target: Target) -> None:
         """Close the session and open one on another target, without waiting for the old one to end.
@@ -135,7 +137,7 @@ class SessionController(QObject):
         """
         self.target = self._with_profiles(target)
         self._is_changing |= self.session is not None
-        if self._is_lent:
+        if self._lent:
             self.notified.emit("The target changes when the study or the scene has ended.")
         elif self.session is not None:
             self.notified.emit("Changing the target…")
@@ -169,29 +171,28 @@ class SessionController(QObject):
         """
         if self.refuses_lent():
             return None
-        self._is_lent = self.session is not None
-        self._is_level_lent = self._is_lent and not only_patch
-        self.target_locked.emit(self._is_lent)
+        if self.session is not None:
+            self._lent = "patch" if only_patch else "all"
+        self.target_locked.emit(self.is_lent)
         return self.session
 
     def refuses_lent(self) -> bool:
         """Return whether a study or a scene has the session; if so, say that."""
-        if self._is_lent:
+        if self._lent:
             self.notified.emit("A study or a scene has the session; end that first.")
-        return self._is_lent
+        return self.is_lent
 
     def take_back(self) -> None:
         """Restore the patch and level from before `lend`, with the changes made since."""
-        if not self._is_lent:
+        if not self._lent:
             return
-        was_level_lent = self._is_level_lent
-        self._is_lent = self._is_level_lent = False
+        lent, self._lent = self._lent, ""
         self.target_locked.emit(False)
         if self.session is not None:
-            if was_level_lent:
+            if lent == "all":
                 self.session.send(Level(self._settings.level_db))
             self.edit(self._patch, self._patch_folder)
-            if was_level_lent:
+            if lent == "all":
                 (self.session.play if self.is_playing else self.session.stop)()
             if self._is_changing:
                 self.set_target(self.target)
@@ -295,21 +296,21 @@ class SessionController(QObject):
         """Open the output, also after a panic."""
         self._is_silent_start = False
         self._set_playing(True)
-        if self.session is not None and not self._is_level_lent:
+        if self.session is not None and self._lent != "all":
             self.session.play()
 
     def play_from_start(self, tile: str) -> None:
         """Play the patch from its start, with a step on a tile as in the preview."""
         if not self.is_playing:
             self.play()
-        if self.session is not None and not self._is_lent:
+        if self.session is not None and not self._lent:
             self.session.restart(tile)
 
     def loop(self, tile: str, period_s: float) -> None:
         """Play the patch from its start in every period, on the engine's clock."""
         if not self.is_playing:
             self.play()
-        if self.session is not None and not self._is_lent:
+        if self.session is not None and not self._lent:
             self.session.repeats.begin(tile, period_s)
 
     def set_loop_length(self, period_s: float) -> None:
@@ -326,7 +327,7 @@ class SessionController(QObject):
         """Ramp the output down; the session continues."""
         self._is_silent_start = False
         self._set_playing(False)
-        if self.session is not None and not self._is_level_lent:
+        if self.session is not None and self._lent != "all":
             self.session.stop()
 
     def play_or_stop(self) -> None:
@@ -346,7 +347,7 @@ class SessionController(QObject):
     def set_level(self, db: float) -> None:
         """Set the output level in decibels of full scale, and keep it for the next start."""
         self._settings.level_db = db
-        if not self._is_level_lent:
+        if self._lent != "all":
             self.send(Level(db))
         self.level_changed.emit(db)
 

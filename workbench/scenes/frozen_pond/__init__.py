@@ -116,8 +116,6 @@ class FrozenPond(Scene):
 
     def _design(self) -> None:
         given = self.given
-        if given.keys() < self.parameters.keys():
-            return  # the constructor sets the parameters one by one
         ground = Ground(
             threshold_n=given["threshold_n"],
             spread=given["spread"],
