@@ -59,11 +59,8 @@ _LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
 class Inspector(QScrollArea):
     """Shows one or several selected nodes, or the patch. It emits new values, and edits nothing itself."""
 
-    edited = Signal(str, str, object, str)
-    """Node, parameter, value, and a word that is the same for changes which belong together."""
-
-    many_edited = Signal(list, str, object, str)
-    """Nodes, the parameter that all of them have, its value for all, and the same word."""
+    edited = Signal(list, str, object, str)
+    """Nodes, a parameter of all of them, its value, and a word that is the same for changes which belong together."""
 
     patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
@@ -230,7 +227,7 @@ class Inspector(QScrollArea):
             self.picture.setAccessibleName(f"{type.label} as a picture")
             self.picture.edit_began.connect(self._begin)
             self.picture.edited.connect(
-                lambda name, value: self.edited.emit(id, name, value, f"{id} picture {self._edit_number}")
+                lambda name, value: self.edited.emit([id], name, value, f"{id} picture {self._edit_number}")
             )
             column.addWidget(self.picture)
         for name in type.parameters:
@@ -254,7 +251,7 @@ class Inspector(QScrollArea):
     def _connect_editor(self, editor: ParameterEditor, end: str) -> None:
         """Emit what is done in the control of a node's parameter, "node.parameter"."""
         id, _, name = end.partition(".")
-        editor.value_changed.connect(lambda value: self.edited.emit(id, name, value, f"{end} {self._edit_number}"))
+        editor.value_changed.connect(lambda value: self.edited.emit([id], name, value, f"{end} {self._edit_number}"))
         if isinstance(editor, NumberEditor):
             editor.offer_driving()
             editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
@@ -304,7 +301,7 @@ class Inspector(QScrollArea):
         """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes."""
         for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
             if name in self.editors:
-                self.edited.emit(id, name, value, f"{id}.{notes} {self._edit_number}")
+                self.edited.emit([id], name, value, f"{id}.{notes} {self._edit_number}")
 
     def _build_many(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
@@ -318,7 +315,7 @@ class Inspector(QScrollArea):
             self._add_editor(column, name, editor)
             editor.label.setWordWrap(True)
             editor.value_changed.connect(
-                lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._edit_number}")
+                lambda value, name=name: self.edited.emit(ids, name, value, f"{ids}.{name} {self._edit_number}")
             )
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost})

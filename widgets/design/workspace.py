@@ -270,7 +270,6 @@ class DesignWorkspace(Workspace):
         self.canvas.refused.connect(self.refused)
         self.canvas.files_pasted.connect(self.files_pasted)
         self.inspector.edited.connect(self._set)
-        self.inspector.many_edited.connect(self._set_many)
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_requested.connect(self._disconnect)
         self.inspector.refused.connect(self.canvas.show_message)
@@ -284,17 +283,12 @@ class DesignWorkspace(Workspace):
     def _set_target(self, target: Target) -> None:
         self.set_floor(target.floor.tiles)
 
-    def _set(self, id: str, name: str, value: object, merge_key: str) -> None:
+    def _set(self, ids: list[str], name: str, value: object, merge_key: str) -> None:
         patch = self.patch()
-        parameter = self.registry[patch.node(id).type].parameters[name]
-        self.document.edit(patch.set(id, name, value, self.registry), f"Set {parameter.label.lower()}", merge_key)
-
-    def _set_many(self, ids: list[str], name: str, value: object, merge_key: str) -> None:
-        patch = self.patch()
-        label = self.registry[patch.node(ids[0]).type].parameters[name].label.lower()
+        text = f"Set {self.registry[patch.node(ids[0]).type].parameters[name].label.lower()}"
         for id in ids:
             patch = patch.set(id, name, value, self.registry)
-        self.document.edit(patch, f"Set {label} of {len(ids)} nodes", merge_key)
+        self.document.edit(patch, f"{text} of {len(ids)} nodes" if len(ids) > 1 else text, merge_key)
 
     def _set_patch_field(self, field: str, value: object, merge_key: str) -> None:
         name = PATCH_FIELDS[field].label.lower()

@@ -188,7 +188,7 @@ def test_with_nothing_selected_the_patch_itself_is_edited(workspace):
 
 def test_a_patch_is_the_same_after_saving_and_opening(workspace, tmp_path):
     workspace.canvas.patch_scene.select(["step"])
-    workspace.inspector.edited.emit("step", "threshold", 44.0, "")
+    workspace.inspector.edited.emit(["step"], "threshold", 44.0, "")
     path = tmp_path / "sample.json"
     workspace.patch().save(path)
     edited = workspace.patch()
@@ -221,7 +221,7 @@ def test_previews_are_asked_for_and_shown(workspace, qtbot):
     workspace.previews.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
     assert "peak 3 m/s²" in workspace.preview.note.full_text
     with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
-        workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
+        workspace.inspector.edited.emit(["hum"], "frequency", 60.0, "")
     assert wanted.args == ["hum", "t1", False]
 
 
@@ -245,7 +245,7 @@ def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_ag
     with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
         workspace.previews.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     assert set(wanted.args[0]) == others
-    workspace.inspector.edited.emit("step", "threshold", 60.0, "")
+    workspace.inspector.edited.emit(["step"], "threshold", 60.0, "")
     reached = []
     workspace.previews.small_plots.signal_ranges_changed.connect(lambda reach: reached.append(dict(reach)))
     outlines = Outlines(1, {"push.force": np.array([-2.0, 3.0])}, {"step.onset": np.array([[0.5, 1.0]])})
