@@ -7,7 +7,7 @@ py-c3d takes 10 s for 10 minutes at 1 kHz, and refuses files whose rates are rou
 import math
 import os
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -26,7 +26,7 @@ _KEY = 0x50
 _ORDERS = {84: "<", 85: "<", 86: ">"}
 """Byte order of the processors: Intel, DEC, and MIPS or SGI."""
 _DEC = 85
-_AT_ONCE = 1 << 24
+_AT_ONCE = 1 << 21
 """Bytes of frames that are read at once."""
 
 
@@ -48,14 +48,13 @@ class C3DFile:
             reason = in_one_line(error)[:120]
             raise BadFile(f"{path} is no C3D file that can be read: {reason}") from None
 
-    def analogs(self, channels: NDArray[np.intp]) -> Values:
-        """Return the samples of channels, counted from 0, [channel, sample], in their units."""
+    def analogs(self, channels: NDArray[np.intp]) -> Iterator[Values]:
+        """Yield the samples of channels, counted from 0, part by part, [channel, sample], in their units."""
         scale, offset = self._per_channel("SCALE", channels, 1.0), self._per_channel("OFFSET", channels, 0.0)
         if self._kind == "u2":
             offset %= 65_536.0
         general = self.number("ANALOG:GEN_SCALE", 1.0)
         a_time = max(_AT_ONCE // self._frame_bytes, 1)
-        parts = [np.zeros((0, len(channels)))]
         try:
             with self.path.open("rb") as file, np.errstate(all="ignore"):
                 file.seek(self._data_at)
@@ -63,10 +62,9 @@ class C3DFile:
                     data = file.read(min(a_time, self._frames - first) * self._frame_bytes)
                     frames = self._decoded(data, self._kind).reshape(-1, self._frame_bytes // self._width)
                     rows = frames[:, 4 * self._points :].reshape(-1, self.channels)[:, channels]
-                    parts.append((rows - offset) * (scale * general))
+                    yield ((rows - offset) * (scale * general)).T
         except (OSError, ValueError) as error:
             raise BadFile(f"{self.path} cannot be read: {in_one_line(error)[:120]}") from None
-        return np.concatenate(parts).T
 
     def of_channels(self, name: str) -> Sequence[str]:
         """Return the texts of a parameter of channels; those from the 256th on are in NAME2, NAME3, ..."""

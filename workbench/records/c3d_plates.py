@@ -52,13 +52,19 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
         raise BadFile(f"{path} has no force samples")
     if not LEAST_HZ <= rate_hz <= MOST_HZ:
         raise BadFile(f"{path}: ANALOG:RATE is {rate_hz:g}; allowed: {LEAST_HZ:g} to {MOST_HZ:g} Hz")
-    values = np.split(
-        file.analogs(np.concatenate([plate.channels for plate in plates])),
-        np.cumsum([len(plate.channels) for plate in plates])[:-1],
-    )
-    up_n = np.stack([plate.corner_forces(part) for plate, part in zip(plates, values, strict=True)], axis=1)
-    loads_n = up_n.sum(axis=2)
-    force_n = up_n if (loads_n * np.abs(loads_n)).sum() >= 0.0 else -up_n
+    force_n = np.empty((file.samples, len(plates), 4))
+    channels = np.concatenate([plate.channels for plate in plates])
+    ends = np.cumsum([len(plate.channels) for plate in plates])[:-1]
+    at, pressed = 0, 0.0
+    for values in file.analogs(channels):  # an hour of them would take several times the memory of the forces
+        part = force_n[at : at + values.shape[1]]
+        for number, (plate, one) in enumerate(zip(plates, np.split(values, ends), strict=True)):
+            part[:, number] = plate.corner_forces(one)
+        loads_n = part.sum(axis=2)
+        pressed += float((loads_n * np.abs(loads_n)).sum())
+        at += len(part)
+    if pressed < 0.0:
+        np.negative(force_n, out=force_n)
     return ForceSeries(np.arange(len(force_n)) / rate_hz, force_n, rate_hz), floor
 
 

@@ -53,17 +53,14 @@ def wav_file(
     path: str | Path, frames: int, channels: int, rate_hz: float, comment: str = ""
 ) -> Iterator[Callable[[NDArray[np.float32]], None]]:
     """Yield a function that takes successive parts, together `frames` frames; afterwards they are the file `path`."""
-    with replaced(path) as part, part.open("wb") as file:
+    with replaced(path) as part, written(path), part.open("wb") as file:
 
         def put(samples: NDArray[np.float32]) -> None:
-            with written(path):
+            with written(path):  # by its name, where several are written at once
                 file.write(np.ascontiguousarray(samples, "<f4").data)
 
-        with written(path):
-            file.write(wav_header(frames, channels, round(rate_hz), comment))
+        file.write(wav_header(frames, channels, round(rate_hz), comment))
         yield put
-        with written(path):
-            file.close()
 
 
 def wav_samples(path: str | Path, frames: int, channels: int, rate_hz: float) -> NDArray[np.float32]:
