@@ -2,6 +2,7 @@
 
 import random
 import struct
+import tracemalloc
 
 import ezc3d
 import numpy as np
@@ -90,6 +91,10 @@ def integers(kind, count=100):
     return np.random.default_rng(1).integers(low, high, (count, 8)).astype(float)
 
 
+def analogs(file):
+    return np.concatenate(list(file.analogs(np.arange(8))), axis=1)
+
+
 @pytest.mark.parametrize("processor", [INTEL, DEC, MIPS])
 @pytest.mark.parametrize("kind", ["float", "signed", "unsigned"])
 def test_files_of_every_processor_hold_what_was_measured(tmp_path, processor, kind):
@@ -97,17 +102,30 @@ def test_files_of_every_processor_hold_what_was_measured(tmp_path, processor, ki
     path.write_bytes(FileBytes(processor).file(counts, kind))
     own = C3DFile(path)
     expected = 0.5 * np.array(PLATE["ANALOG"]["SCALE"]) * (counts - (32_768 if kind == "unsigned" else 0))
-    np.testing.assert_allclose(own.analogs(np.arange(8)), expected.T, rtol=1e-6)
+    np.testing.assert_allclose(analogs(own), expected.T, rtol=1e-6)
     forces, floor = read_force_file(path)
     assert floor == floor_of(path)
     assert floor.tiles[0].size_m == (0.5, 0.4)
     assert (len(forces.force_n), forces.rate_hz) == (100, 200.0)
     if processor != MIPS and kind != "unsigned":  # ezc3d refuses the one, and takes the other for signed numbers
         theirs = ezc3d.c3d(str(path))
-        np.testing.assert_allclose(own.analogs(np.arange(8)), theirs["data"]["analogs"][0], rtol=1e-6)
+        np.testing.assert_allclose(analogs(own), theirs["data"]["analogs"][0], rtol=1e-6)
         for name in PLATE["FORCE_PLATFORM"]:
             found = np.ravel(theirs["parameters"]["FORCE_PLATFORM"][name]["value"], order="F")
             np.testing.assert_allclose(own.numbers[f"FORCE_PLATFORM:{name}"].ravel(order="F"), found, rtol=1e-6)
+
+
+def test_a_long_file_takes_little_more_memory_than_its_forces(tmp_path):
+    path, samples = tmp_path / "long.c3d", np.tile(integers("signed"), (4000, 1))
+    path.write_bytes(FileBytes(INTEL).file(samples, "signed", last=65_535))
+    tracemalloc.start()
+    forces, _ = read_force_file(path)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(forces.force_n) == 400_000
+    assert most < 2.5 * (forces.force_n.nbytes + forces.time_s.nbytes)
+    for at in (0, 200_000, 399_900):
+        assert (forces.force_n[at : at + 100] == forces.force_n[:100]).all()
 
 
 @pytest.mark.parametrize("z", ["down", "up"])

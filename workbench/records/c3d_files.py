@@ -26,7 +26,7 @@ _KEY = 0x50
 _ORDERS = {84: "<", 85: "<", 86: ">"}
 """Byte order of the processors: Intel, DEC, and MIPS or SGI."""
 _DEC = 85
-_AT_ONCE = 1 << 21
+_AT_ONCE = 1 << 18
 """Bytes of frames that are read at once."""
 
 
