@@ -175,6 +175,28 @@ def test_two_down_one_up_is_held_against_the_level_that_is_felt_in_71_of_100():
     assert abs(found.bias) < 0.4
 
 
+@pytest.mark.parametrize("catch", [False, True])
+def test_levels_in_ones_own_unit_are_the_axis_and_a_catch_trial_without_it_is_in_no_curve(catch):
+    """Each was a condition of its own, with a curve of one level; and a stimulus without it ended the analysis."""
+    stimuli = {f"d{db}": {**TD, "level_m_s2": 10.0 ** (db / 20.0), "factors": {"db": db}} for db in (-9, -6, -3, 0, 3)}
+    stimuli |= {"loud": {**TD, "level_m_s2": 6.0, "correct": "yes"}} if catch else {}
+    made = made_protocol("constant-stimuli", {"blocks": 30}, stimuli)
+    rows, _ = simulated_rows(made, 0, 1, {"pse_0": 1.0, "slope_0": 0.4})
+    (found,) = analysed(rows, made, Settings(bootstrap=0))
+    shares = next(table for table in found.tables if table.title == "Share judged more")
+    assert (shares.columns, [row[0] for row in shares.rows]) == (("db", "share"), [-9.0, -6.0, -3.0, 0.0, 3.0])
+    told = "30 trials are in no curve: their stimuli have no db."
+    assert (told in found.remarks) is catch
+
+
+def test_a_power_law_is_over_the_level_also_where_it_is_said_in_decibels():
+    stimuli = {f"d{db}": {**TD, "level_m_s2": 10.0 ** (db / 20.0), "factors": {"db": db}} for db in (-12, -6, 0, 6)}
+    made = made_protocol("magnitude-estimation", {"blocks": 3}, stimuli)
+    rows, _ = simulated_rows(made, 0, 1, {"numbers_spread": 0.0, "exponent": 0.7})
+    (found,) = analysed(rows, made, Settings())
+    assert found.tables[0].rows[0][1:3] == ("exponent", pytest.approx(0.7, abs=1e-5))
+
+
 def test_beside_silence_what_is_not_felt_is_guessed():
     """Simulated people compared the level with that of the protocol, at 0 dB, wherever their threshold was."""
     found = summary_of_staircases(

@@ -39,25 +39,44 @@ def judged_more(row: Row) -> bool:
     return bool(chosen != (row.get("judged_more") == "not chosen"))
 
 
-def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
-    """Return the curves' axis, the numeric factor with most values, and the factor that separates curves, or ""."""
+def axis_and_condition(rows: Sequence[Row], *, in_si: bool = False) -> tuple[str, str]:
+    """Return the curves' axis, the numeric factor with most values, and the factor that separates curves, or "".
+
+    A factor with a value of its own for each of another's is the same in other words, and separates nothing. Of the
+    level in other words, such as dB, and the level itself, the axis is the former, or, `in_si`, the latter.
+
+    >>> places = [(db, place) for db in (0, 6, 12) for place in ("heel", "toe")]
+    >>> rows = [{"stimulus": f"{db}{at}", "level_m_s2": 10.0 ** (db / 20), "db": db, "place": at} for db, at in places]
+    >>> axis_and_condition(rows), axis_and_condition(rows, in_si=True)
+    (('db', 'place'), ('level_m_s2', 'place'))
+    """
     values = {name: {row[name] for row in rows if name in row} for name in factors_of(rows)}
     numbers = [name for name, found in values.items() if all(isinstance(v, int | float) for v in found)]
     if not numbers:
         raise BadMeasurement("the stimuli have no factor that is a number; a curve needs one")
-    axis = max(numbers, key=lambda name: len(values[name]))
-    return axis, next((name for name in values if name != axis), "")
+    levels = [name for name in numbers if name == LEVEL or _are_one(rows, name, LEVEL)]
+    less = {name for name in levels if (name == LEVEL) != in_si} if len(levels) > 1 else set()
+    axis = max((name for name in numbers if name not in less), key=lambda name: len(values[name]))
+    return axis, next((name for name in values if name != axis and not _are_one(rows, name, axis)), "")
 
 
-def prepared(rows: Sequence[Row]) -> tuple[Sequence[Row], str, str]:
-    """Return the rows, the axis and the condition of the curves.
+def _are_one(rows: Sequence[Row], name: str, other: str) -> bool:
+    """Return whether each value of a factor belongs to one value of another, and the other way round."""
+    pairs = {(row[name], row[other]) for row in rows if name in row and other in row}
+    return len({one for one, _ in pairs}) == len({one for _, one in pairs}) == len(pairs) > 0
+
+
+def prepared(rows: Sequence[Row], *, in_si: bool = False) -> tuple[list[Row], str, str]:
+    """Return the rows of stimuli that have a place in the curves, and the axis and the condition of these.
 
     Who set a level of their own gets other levels than the next. Levels are a condition of all people only as in the
     protocol; as an axis, they are what each person got.
     """
     alike = _at_protocol_levels(rows)
-    axis, condition = axis_and_condition(alike)
-    return (rows if axis == LEVEL else alike), axis, condition
+    axis, condition = axis_and_condition(alike, in_si=in_si)
+    placed = {row.get("stimulus") for row in rows if axis in row and (not condition or condition in row)}
+    there = rows if axis == LEVEL else alike
+    return [row for row in there if row.get("stimulus") in placed], axis, condition
 
 
 def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
@@ -136,6 +155,7 @@ def _half_name(rows: Sequence[Row]) -> str:
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     """Report over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
+    all_rows = rows
     try:
         rows, axis, condition = prepared(rows)
     except BadMeasurement as error:
@@ -143,6 +163,9 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         plain.remarks.append(f"No psychometric curve: {error}.")
         return plain
     found, half = Findings("Constant stimuli"), _half_name(rows)
+    if beside := len(all_rows) - len(rows):
+        needed = " and ".join(filter(None, (axis, condition)))
+        found.remarks.append(f"{beside} trials are in no curve: their stimuli have no {needed}.")
     if mixed := ", ".join(further_factors(rows, axis, condition)):
         found.remarks.append(f"Each curve is over all values of {mixed}: they are told apart by {condition} only.")
     called = {"pse": "PSE"}.get(half, half)

@@ -57,7 +57,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     note = "Exponents: mean over people. Magnitudes: geometric mean. Student's intervals, of magnitudes for logarithms."
     found.tables.append(estimates_table("Magnitudes over people", "of", over, note))
     try:
-        rows, axis, condition = prepared(rows)
+        rows, axis, condition = prepared(rows, in_si=True)
     except BadMeasurement as error:
         found.remarks.append(f"No exponent: {error}.")
         return found
@@ -93,7 +93,7 @@ def _raised(one: Estimate) -> Estimate:
 
 def _exponents(rows: Sequence[Row]) -> list[Estimate]:
     try:
-        rows, axis, condition = prepared(rows)
+        rows, axis, condition = prepared(rows, in_si=True)
     except BadMeasurement:
         return []
     found = []
@@ -131,7 +131,7 @@ def _by_stimulus(rows: Sequence[Row]) -> list[tuple[Any, list[Row]]]:
 
 def _lines(rows: Sequence[Row], axis: str, condition: str) -> list[tuple[Any, list[Row]]]:
     """Return the rows that a power law is of, by condition: a logarithm needs a value above 0 on the axis."""
-    there = [row for row in rows if row.get(axis, 0) > 0 and (not condition or condition in row)]
+    there = [row for row in rows if row[axis] > 0]
     return by_value(there, condition) if condition else [("", there)] if there else []
 
 
