@@ -282,8 +282,7 @@ class MainWindow(QMainWindow):
         self._settings_file.save()
 
     def _show_title(self) -> None:
-        slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
-        self.setWindowTitle(f"{self.open_patch.name}{slot}[*] – Underfoot")
+        self.setWindowTitle(f"{self.open_patch.name_and_slot}[*] – Underfoot")
         self.setWindowModified(not self.open_patch.is_saved)
 
     def _make_actions(self) -> dict[str, QAction]:

@@ -130,8 +130,13 @@ class OpenPatch(QObject):
 
     @property
     def name(self) -> str:
-        """The name in the title: the patch's own title, else its file's name."""
+        """The patch's own title, else its file's name."""
         return self.patch.title or (self.path.stem if self.path else "Untitled")
+
+    @property
+    def name_and_slot(self) -> str:
+        """The name, with the slot where there are two."""
+        return f"{self.name} ({self.slot})" if self.other is not None else self.name
 
     @property
     def folder(self) -> Path | None:
@@ -359,7 +364,7 @@ class OpenPatch(QObject):
         if self.is_saved:
             then()
             return
-        box = message_box(self._window, "Unsaved work", f"Save the changes to “{self.name}”?")
+        box = message_box(self._window, "Unsaved work", f"Save the changes to “{self.name_and_slot}”?")
         box.setStandardButtons(_Answer.Save | _Answer.Discard | _Answer.Cancel)
         box.setDefaultButton(_Answer.Save)
         box.finished.connect(lambda answer: self._answered(_Answer(answer), then))

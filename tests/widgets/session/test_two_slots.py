@@ -27,6 +27,7 @@ def two(qtbot, tmp_path):
 def answer(window, qtbot, button):
     question = dialog_of(window, QMessageBox)
     qtbot.mouseClick(question.button(button), Qt.MouseButton.LeftButton)
+    return question.text()
 
 
 def test_what_is_in_the_other_slot_survives_a_crash(two, qtbot, tmp_path):
@@ -59,11 +60,11 @@ def test_closing_asks_about_the_slot_that_is_not_seen(two, qtbot):
 
 def test_closing_asks_about_both_one_after_the_other(two, qtbot):
     QTest.keyClick(design(two).canvas, X)
-    design(two).document.edit(noise_patch("Another"), "All")
+    design(two).document.edit(noise_patch("Hiss").set("noise", "amplitude", 3.0, REGISTRY), "Set amplitude")
     two.close()
-    answer(two, qtbot, BUTTON.Discard)
+    assert answer(two, qtbot, BUTTON.Discard) == "Save the changes to “Hiss (A)”?"
     assert two.isVisible()
-    answer(two, qtbot, BUTTON.Discard)
+    assert answer(two, qtbot, BUTTON.Discard) == "Save the changes to “Hiss (B)”?"
     assert not two.isVisible()
 
 
