@@ -157,32 +157,33 @@ class FootEvidence:
 
         `final`: no further samples will come.
         """
-        parts = [other for other in self.loads if other.foot == foot and other is not load]
-        now_s = self.now_s
-        age_s = now_s - load.start_s
+        age_s = self.now_s - load.start_s
         if age_s < SETTLED_S and not final:
             return math.nan
-        # Newer samples may still be divided.
-        until_s = math.inf if final else now_s - SETTLED_S
+        is_due = final or age_s >= DECIDED_S or load.end is not None
+        parts = [other for other in self.loads if other.foot == foot and other is not load]
+        until_s = math.inf if final else self.now_s - SETTLED_S  # newer samples may still be divided
         mine = self._own_track(load, until_s)
         track = np.concatenate([self._own_track(other, until_s) for other in parts])
-        is_over = load.end is not None
-        is_old = final or age_s >= DECIDED_S
         if not len(mine) or not len(track):
-            return light_load_m(load, parts, now_s) if is_old or is_over else math.nan
+            return light_load_m(load, parts, self.now_s) if is_due else math.nan
         if not fits_in_foot(np.concatenate([mine, track])[:, PLACE]):
             return None
-        if nearest_distance_m(mine, track) > APART_M:
-            return None if is_old or is_over else math.nan
+        if nearest_distance_m(mine, track) > APART_M:  # they may still come nearer
+            return None if is_due else math.nan
         rest_ends_s = max(other.end_s for other in parts)
-        if load.start_s - min(other.start_s for other in parts) < SWING_S:
-            is_sure = is_old or age_s >= FIT_DECIDED_S or is_over or rest_ends_s < math.inf
-            cost_m: float | None = distance_m(mine[0], track) if is_sure else math.nan
-        else:
-            cost_m = toes_m(mine, track, min(load.end_s, now_s) - rest_ends_s)
-            cost_m = cost_m if cost_m is None or is_over or is_old else math.nan
-        is_part = cost_m is not None and not math.isnan(cost_m)
-        return None if is_part and bears_twice([*parts, load]) and not bears_twice(parts) else cost_m
+        began_m: float | None
+        if load.start_s - min(other.start_s for other in parts) < SWING_S:  # too early for another foot
+            is_sure = is_due or age_s >= FIT_DECIDED_S or rest_ends_s < math.inf
+            began_m = distance_m(mine[0], track) if is_sure else math.nan
+        else:  # the foot's toes, or another foot
+            is_sure = is_due
+            began_m = toes_m(mine, track, min(load.end_s, self.now_s) - rest_ends_s)
+        if began_m is None:
+            return None
+        if not is_sure:
+            return math.nan
+        return None if bears_twice([*parts, load]) and not bears_twice(parts) else began_m
 
     def _own_track(self, load: Load, until_s: float) -> NDArray[np.float64]:
         """Return the `loaded` track, without the toes of another foot that left soon after the load began."""
