@@ -179,7 +179,10 @@ def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
 
 @part
 def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
-    """Follow the samples `begin` to `end`; write rows and events from the first place on."""
+    """Follow the samples `begin` to `end`; write rows and events from the first place on.
+
+    A gap ends a contact, and may begin the next. A lost sample, which is not finite, leaves the load as it was.
+    """
     written, happened = 0, 0
     plates, tiles, ring, rows, force_n = memory.plates, memory.tiles, memory.ring, memory.rows, memory.force_n
     stream = memory.stream[0]
@@ -200,17 +203,17 @@ def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
                 _forget_quiet(memory, k)
                 if not gap:
                     continue
-            if tile.on:
+            if tile.on:  # does the contact end?
                 settled = not gap and _is_settled(tile, now_s)
                 if gap or settled or tile.load_n < tile.off_n:
                     happened = _end(memory, k, tile.steady_s if settled else stream.time_s, gap, happened)
                     if settled:
                         _renew_now(memory, k, take)
-                elif now_s - tile.onset_s >= BLIP_S:
+                elif now_s - tile.onset_s >= BLIP_S:  # a foot
                     tile.quiet = 0
-                elif take and tile.quiet > 0:
+                elif take and tile.quiet > 0:  # maybe noise
                     _slide(memory, k, newest, oldest)
-            if not tile.on:
+            if not tile.on:  # does one begin?
                 on_n = ON_N
                 if not abs(tile.load_n) < ON_N:  # only then the noise matters
                     on_n = max(ON_N, ON_SIGMAS * _noise_n(memory, k))
