@@ -312,6 +312,22 @@ def test_what_makes_a_curve_doubtful_is_said_of_its_sensor():
     )
 
 
+def test_the_verdict_says_what_limits_a_curve_and_what_was_not_measured():
+    """Noise was called hysteresis, and rising forces alone were accurate to 0.0 %, without a word more."""
+    loop = made_sensors.pairs_rows("soft conductance", width=0.1)
+    assert "Because of hysteresis, no static curve" in verdict_of(linearise(pairs(loop), hysteresis=False))
+    noisy = made_sensors.pairs_rows("straight, with an offset", rate_hz=500.0, width=0.1)
+    noise = 0.05 * np.ptp(noisy[:, 2]) * np.random.default_rng(1).standard_normal(len(noisy))
+    noisy[:, 2] = np.maximum(noisy[:, 2] + noise, 0.0)
+    found = linearise(pairs(noisy), hysteresis=False)
+    assert "Because of hysteresis and noise, no static curve" in verdict_of(found)
+    alone = "Forces were measured while they rose alone: what hysteresis adds is not in this."
+    assert alone not in verdict_of(found)
+    first = loop[(loop[:, 1] == 0) & (loop[:, 0] % 100.0 < 10.0)]
+    rising = four_alike(first[: np.argmax(first[:, 3])])
+    assert alone in verdict_of(linearise(pairs(rising), hysteresis=False))
+
+
 def test_the_reason_is_given_where_one_force_alone_was_used():
     rows = weighed(np.array([0.0, 50.0] * 6), width=0.0)
     rows[:, 2] += np.arange(rows.shape[0]) % 7

@@ -89,7 +89,11 @@ def verdict_of(found: Linearisation) -> str:
     text += "."
     bound = figures["bound_percent"]
     if found.error_percent <= 1.1 * bound and bound > 0.5:
-        text += f" Because of hysteresis, no static curve can be more accurate than {bound:.1f} %."
+        # A curve in the middle of a loop is off by half of its width at most; the rest is noise.
+        why = "hysteresis" if abs(figures.get("hysteresis_percent", 0.0)) >= 2.0 * bound else "hysteresis and noise"
+        text += f" Because of {why}, no static curve can be more accurate than {bound:.1f} %."
+    if not any(_has_fallen(found.sensors[j]) for j in found.calibrated):
+        text += " Forces were measured while they rose alone: what hysteresis adds is not in this."
     worst = max(found.calibrated, key=lambda j: found.sensors[j].curve.error_percent)
     if found.sensors[worst].curve.error_percent > ALLOWED_PERCENT >= found.error_percent:
         error = found.sensors[worst].curve.error_percent
@@ -101,6 +105,15 @@ def verdict_of(found: Linearisation) -> str:
     if missing:
         text += f" Not calibrated: {'; '.join(missing)}."
     return text
+
+
+def _has_fallen(sensor: SensorFit) -> bool:
+    """Return whether a sensor was measured while its force fell, or in any order, from half of full scale or more."""
+    pairs = sensor.pairs
+    if pairs is None:
+        return False
+    high = pairs.force_n > 0.5 * pairs.full_scale_n
+    return bool(np.any(high & (pairs.direction != RISING) & (pairs.direction != HELD)))
 
 
 def part_of(found: Linearisation, reference: str) -> Fsr:
