@@ -64,8 +64,7 @@ class MainBar(QWidget):
 
     def __init__(self, menu: QMenu) -> None:
         super().__init__()
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedHeight(6 * theme.GRID)
         self._warnings: dict[str, Sequence[str]] = {}
         self._tab_icons: dict[str, QIcon] = {}

@@ -1,6 +1,6 @@
 """The line at the bottom of the window: messages for the user, and the state of the session."""
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
@@ -17,8 +17,7 @@ class StatusLine(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedHeight(3 * theme.GRID)
         self._message = ElidedLabel()
         self._message.setAccessibleName("Message")

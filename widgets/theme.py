@@ -173,6 +173,12 @@ def label(text: str = "", role: str = "") -> QLabel:
     return made
 
 
+def fill(widget: QWidget, role: str) -> None:
+    """Give a plain widget the background of its role, "ground" or "panel"."""
+    widget.setProperty("role", role)
+    widget.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+
+
 def set_role(widget: QWidget, role: str) -> None:
     """Set a widget's role, and apply the stylesheet again."""
     if widget.property("role") != role:

@@ -39,8 +39,7 @@ class ChoicePanel(QWidget):
 
     def __init__(self, kinds: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedWidth(WIDTH_PX)
         self.map = FloorMap()
         self.map.setFixedHeight(21 * theme.GRID)

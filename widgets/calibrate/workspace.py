@@ -15,6 +15,7 @@ from underfoot.devices.plate import SIMULATED
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile
+from underfoot.widgets import theme
 from underfoot.widgets.calibrate.catalogue import CalibrationKind, by_hand, why_not
 from underfoot.widgets.calibrate.choice import ChoicePanel
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, Snapshot
@@ -62,8 +63,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(settings, parent)
-        self.setProperty("role", "ground")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "ground")
         self.pace = pace
         self._kinds = {kind.key: kind for kind in kinds}
         self._kind = kinds[0]

@@ -63,8 +63,7 @@ class Scrolled(QScrollArea):
 
 def scrolling(held: QWidget) -> QScrollArea:
     """Return what is held so that it scrolls on a screen that is too small for it, instead of overlapping."""
-    held.setProperty("role", "ground")
-    held.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    theme.fill(held, "ground")
     area = QScrollArea()
     area.setWidgetResizable(True)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)

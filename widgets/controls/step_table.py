@@ -299,8 +299,7 @@ class WholeRows(QWidget):
         self._table = table
         table.setParent(self)
         table.setFrameShape(QFrame.Shape.NoFrame)
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         header = self._table.horizontalHeader().sizeHint().height()

@@ -35,8 +35,7 @@ class ListenBar(QWidget):
 
     def __init__(self, around: QWidget) -> None:
         super().__init__(around)
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.start_button = self._add_chip(
             "From start", "Play from the start, and strike the tile (P)", self.start_requested.emit
         )

@@ -1,6 +1,5 @@
 """The column beside the canvas: nodes to add, or presets to open."""
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
@@ -16,8 +15,7 @@ class SidePanel(QWidget):
 
     def __init__(self, palette: NodePalette, presets: PresetPanel, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self._pages: dict[str, QWidget] = {NODES: palette, PRESETS: presets}
         self.presets = presets
         self._stack = QStackedWidget()

@@ -117,8 +117,7 @@ class ItemList(QWidget):
 
     def show_detail(self, form: QWidget) -> None:
         """Show the form of the selected item."""
-        form.setProperty("role", "ground")
-        form.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(form, "ground")
         old = self.detail.takeWidget()
         if old is not None:
             old.hide()

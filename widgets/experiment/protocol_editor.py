@@ -337,8 +337,7 @@ def _scrolling() -> QScrollArea:
 def _fill(area: QScrollArea, rows: FieldRows) -> None:
     """Show rows at the top of a scrolling page."""
     inside = QWidget()
-    inside.setProperty("role", "ground")
-    inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    theme.fill(inside, "ground")
     column = QVBoxLayout(inside)
     column.setContentsMargins(0, 0, theme.GRID, 0)
     column.addWidget(rows)

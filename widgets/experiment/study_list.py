@@ -37,8 +37,7 @@ class StudyList(QWidget):
 
     def __init__(self, registry: Registry, own: Path, sessions: SessionFolder) -> None:
         super().__init__()
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
         self._registry, self._own, self._sessions = registry, own, sessions
         self._nodes: OwnNodes | None = None

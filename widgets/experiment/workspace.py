@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.patch.node import Registry
+from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scrolling_pages
 from underfoot.widgets.dialogs.shortcuts import Keys
@@ -44,8 +44,7 @@ class ExperimentWorkspace(Workspace):
         self, registry: Registry, root: Path, own: Path, own_patches: Path, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self.setProperty("role", "ground")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "ground")
         self._controller: SessionController | None = None
         self.sessions = SessionFolder(root)
         self.study_list = StudyList(registry, own, self.sessions)

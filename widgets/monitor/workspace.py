@@ -50,8 +50,7 @@ class MonitorWorkspace(Workspace):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("role", "ground")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "ground")
         self.time = ShownTime(DURATIONS_S[0])
         self.floor, self.force, self.vibration = FloorPanel(self), ForcePanel(self), VibrationPanel(self)
         self.map = self.floor.map

@@ -103,8 +103,7 @@ class RecordingList(QWidget):
         `added` are further files and folders; `add` appends to it.
         """
         super().__init__()
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
         self._folder, self._added = folder, added
         self.summaries = Summaries(self)

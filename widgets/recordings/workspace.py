@@ -59,8 +59,7 @@ class RecordingsWorkspace(Workspace):
 
     def __init__(self, settings: Settings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("role", "ground")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "ground")
         self.recordings = RecordingList(recordings_folder, settings.recordings)
         self.timeline = Timeline()
         self.axis = self.timeline.axis

@@ -38,8 +38,7 @@ class SceneList(QWidget):
 
     def __init__(self, kinds: Iterable[type[Scene]]) -> None:
         super().__init__()
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
         self.list = QListWidget()
         self.list.setAccessibleName("Scenes")
@@ -80,8 +79,7 @@ class ScenePanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setProperty("role", "panel")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "panel")
         self.setFixedWidth(SIDE_PX)
         self.title, self.about = theme.label("", "title"), theme.label("", "muted")
         self.state, self.speed = theme.label(), theme.label("", "small")

@@ -15,6 +15,7 @@ from underfoot.scenes import discover
 from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage, why_ended
+from underfoot.widgets import theme
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
@@ -47,8 +48,7 @@ class ScenesWorkspace(ProjectingWorkspace):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Settings(), parent)
-        self.setProperty("role", "ground")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        theme.fill(self, "ground")
         self.kinds = discover()
         self._values: dict[str, dict[str, Any]] = {
             name: {key: p.check(p.default) for key, p in kind.parameters.items()} for name, kind in self.kinds.items()
