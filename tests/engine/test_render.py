@@ -5,6 +5,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from long_recording import write_recording
 from made_patches import hum, rough_step, stepped_bank
 
 from underfoot.devices.simulated_floor import SimulatedFloor
@@ -12,9 +13,11 @@ from underfoot.engine.commands import Level, Play, PressTile, Set, Strike
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.offline import RenderJob
 from underfoot.engine.render import render_source
+from underfoot.engine.session_replay import replay
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.records.recording import Recording
 
 FLOOR = default_floor()
 SECONDS = 1.5
@@ -98,12 +101,12 @@ def test_another_rate_is_played_at_that_rate():
 
 
 def test_a_long_rendering_is_written_as_it_is_played_and_not_kept(tmp_path):
-    job = RenderJob(hum(), seconds=20.0, plates=("accelerometer",))
+    job = RenderJob(hum(), seconds=10.0, plates=("accelerometer",))
     whole = job.run()
     whole.save(tmp_path / "whole.wav")
     files = {"": tmp_path / "played.wav", "accelerometer": tmp_path / "measured.wav"}
     tracemalloc.start()
-    played = RenderJob(hum(), seconds=20.0).run({"": files[""]})
+    played = RenderJob(hum(), seconds=10.0).run({"": files[""]})
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 0.5 * whole.samples.nbytes
@@ -113,6 +116,18 @@ def test_a_long_rendering_is_written_as_it_is_played_and_not_kept(tmp_path):
     assert measured.tiles["accelerometer"].tobytes() == whole.tiles["accelerometer"].tobytes()
     figures = ("peak", "rms", "accelerometer", "commanded")
     assert [measured.summary()[name] for name in figures] == [whole.summary()[name] for name in figures]
+
+
+def test_a_long_recording_is_replayed_part_by_part(tmp_path):
+    path = write_recording(tmp_path / "long.underfoot", 30.0)
+    with Recording(path) as recording:
+        whole = recording.force_samples().nbytes
+    tracemalloc.start()
+    played = replay(path, REGISTRY, files={"": tmp_path / "played.wav"})
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(played.samples) == 30 * 48_000
+    assert most < 0.5 * whole
 
 
 @pytest.mark.parametrize(

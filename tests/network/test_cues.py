@@ -107,7 +107,7 @@ def steps():
 def played(patch, forces):
     at = 48.0 * np.arange(len(forces))
     rows = np.column_stack([at, at, forces.reshape(len(forces), -1)])
-    loop = Loop(patch, REGISTRY, RecordedForce(rows, FLOOR, 1000.0))
+    loop = Loop(patch, REGISTRY, RecordedForce([rows], FLOOR, 1000.0))
     loop.send(Play(True))
     return loop.play(80_000)
 

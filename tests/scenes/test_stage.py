@@ -51,7 +51,7 @@ def test_a_scene_is_felt_and_its_commands_give_the_same_bytes_again(until):
         broken_scene_leaves(session)
     done = [report for report in reports if isinstance(report, CommandApplied)]
     assert any(isinstance(one.command, Strike) for one in done)
-    source = RecordedForce(np.concatenate(rows), FLOOR, 1000.0)
+    source = RecordedForce(rows, FLOOR, 1000.0)
     loop = Loop(discover()["frozen-pond"].patch(REGISTRY), REGISTRY, source, LoopOptions(block=256))
     for one in done:
         loop.send(from_text(*to_text(one.command)), one.frame)

@@ -1,6 +1,6 @@
 """Replay of a recorded session: the same patch, forces and commands at the same frames, hence the same bytes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,22 +25,21 @@ from underfoot.records.recording import Recording
 
 
 class RecordedForce:
-    """The force samples of a recording, each delivered in the frame in which it arrived."""
+    """The force samples of a recording, in successive `parts`, each delivered in the frame in which it arrived."""
 
-    def __init__(self, rows: NDArray[np.float64], floor: Floor, rate_hz: float) -> None:
+    def __init__(self, parts: Iterable[NDArray[np.float64]], floor: Floor, rate_hz: float) -> None:
         self.floor, self.rate_hz = floor, rate_hz
         self.stamps, self.arrivals, self.forces = sample_buffers(floor)
-        self._rows = rows
-        self._next = 0
+        self._rows = (row for part in parts for row in part)
+        self._next = next(self._rows, None)
 
     def pull(self, end: int) -> int:
         """Read the samples that arrived before session frame `end`."""
         count = 0
-        while count < MAX_SAMPLES and self._next < len(self._rows) and self._rows[self._next, 1] < end:
-            row = self._rows[self._next]
-            self.stamps[count], self.arrivals[count] = row[0], row[1]
-            self.forces[count] = row[2:].reshape(-1, 4)
-            self._next += 1
+        while count < MAX_SAMPLES and self._next is not None and self._next[1] < end:
+            self.stamps[count], self.arrivals[count] = self._next[:2]
+            self.forces[count] = self._next[2:].reshape(-1, 4)
+            self._next = next(self._rows, None)
             count += 1
         return count
 
@@ -79,16 +78,16 @@ def replay(
                 _run_nodes(recording, command.patch)
                 Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
             loop.send(command, frame)
-    return Rendered.of(loop, end, files)
+        return Rendered.of(loop, end, files)
 
 
 def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[PlateOutput, ...]) -> Loop:
     """Return the loop of the recorded session, as it was before its first frame."""
     about = recording.about
     _run_nodes(recording, about["patch"])
-    source = RecordedForce(
-        recording.force_samples(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
-    )
+    floor = Floor.loads(about["floor"], str(recording.path))
+    parts = (rows for _, rows in recording.blocks("force"))
+    source = RecordedForce(parts, floor, float(about["force_rate"]))
     with _readable(recording.path, "channels"):
         channels = msgspec.json.decode(about.get("channels", "null"), type=tuple[int, ...] | None)
     with _readable(recording.path, "corrections"):

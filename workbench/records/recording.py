@@ -283,10 +283,7 @@ class Recording:
     def force_samples(self) -> NDArray[np.float64]:
         """Return all force samples, float64 [sample, column]: stamp and arrival in session frames, then corner forces
         in N."""
-        rows = self._whole("force")[1]
-        if not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # false where it is not a number
-            raise BadFile(f"{self.path}: table force cannot be read: it has times that no session can have")
-        return rows
+        return self._whole("force")[1]
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the drive of the tiles, [frame, tile], of full scale; 0 in gaps."""
@@ -325,6 +322,8 @@ class Recording:
                     rows = whole
                 elif rows.shape[1] != self._columns(table):
                     raise ValueError(f"a block of {rows.shape[1]} columns")
+                elif table == "force" and not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # or is not a number
+                    raise ValueError("it has times that no session can have")
                 yield first, rows
 
     def force_samples_between(self, begin: float, end: float) -> NDArray[np.float64]:
