@@ -153,6 +153,15 @@ def test_events_of_c3d_are_told_in_minutes_and_seconds(tmp_path):
     assert events["TIMES"]["value"][:, 0] == pytest.approx([1.0, 15.5], abs=1e-3)
 
 
+def test_a_long_mark_in_any_script_leaves_c3d_readable_for_others(tmp_path):
+    """A hundred letters of three bytes each were longer than a text can be, and nothing could be read."""
+    made = write_recording(tmp_path / "marked.underfoot", 1.0, FLOOR, people="")
+    with Recording(made) as recording:
+        recording.add_mark(0, "氷" * 100)
+    events = ezc3d.c3d(str(export(made, tmp_path / "marked.c3d")))["parameters"]["EVENT"]
+    assert "氷" * 33 in events["DESCRIPTIONS"]["value"]
+
+
 def test_c3d_is_read_again_as_the_same_floor_and_the_same_forces(path, recorded, tmp_path):
     forces, floor = read_force_file(export(path, tmp_path / "walk.c3d"))
     np.testing.assert_array_equal(forces.force_n, recorded[1].astype(np.float32))

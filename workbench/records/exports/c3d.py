@@ -30,6 +30,9 @@ PLATE_SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 MOST = 255
 """Values along one dimension of a parameter: it is told in a byte. As the C3D manual has it, the 256th and the
 following values of LABELS are in LABELS2, the next ones in LABELS3. Of force plates there can be no more."""
+MOST_TEXT = 100
+"""Bytes that are kept of a mark's text: the longest is the size of all in a parameter, of at most 255 bytes each, and
+`MOST` of them must stay within its 32 KiB."""
 _INT = 2
 """The type of a whole number in a C3D file, which ezc3d would not choose."""
 SAMPLES_A_FRAME = 10
@@ -211,7 +214,7 @@ def _events(export: ExportSource) -> Iterator[tuple[float, str, str, str]]:
             yield step.start_s, context, "Foot Strike", description
             yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", description
     for time_s, text in export.marks():
-        yield time_s, "General", "Mark", text[:100]
+        yield time_s, "General", "Mark", text.encode()[:MOST_TEXT].decode(errors="ignore")
 
 
 FORMAT = ExportFormat(
@@ -219,6 +222,6 @@ FORMAT = ExportFormat(
     "C3D: tiles as force plates of type 3 (eight channels), steps and marks as events",
     "vibration, contacts, commands; forces beyond 32-bit floats; uneven times; lost samples, which are on a line for "
     "up to 40 ms, and longer gaps, which are 0 N; "
-    f"more than {MOST} tiles (needs ezc3d: install underfoot[c3d])",
+    f"texts of marks beyond {MOST_TEXT} bytes; more than {MOST} tiles (needs ezc3d: install underfoot[c3d])",
     _write,
 )
