@@ -28,7 +28,9 @@ def recording_of(path, stamps, force_n, rate_hz, floor=FLOOR):
     writer = Writer(path, said | {"rate": "48000", "force_rate": repr(rate_hz), "target": "simulator"})
     for first in range(0, len(stamps), 1000):
         part = slice(first, first + 1000)
-        writer.put("force", first, np.column_stack([stamps[part], stamps[part], force_n[part].reshape(-1, 8)]))
+        writer.put(
+            "force", first, np.column_stack([stamps[part], stamps[part], force_n[part].reshape(len(force_n[part]), -1)])
+        )
     writer.commit()
     writer.close()
     return path
@@ -107,10 +109,11 @@ def test_the_rate_is_that_of_the_samples_where_the_named_one_would_slip(tmp_path
 
 def test_c3d_of_more_frames_than_a_header_can_tell_is_whole(tmp_path):
     count = 700_000  # of 10 samples a frame 70,000 frames; two bytes hold 65,535
-    force_n = np.zeros((count, 2, 4), np.float32)
+    force_n = np.zeros((count, 1, 4), np.float32)
     force_n[:, 0, 0] = np.arange(count) % 7  # no foot
-    output = export(recording_of(tmp_path / "long.underfoot", 48.0 * np.arange(count), force_n, 1000.0),
-                    tmp_path / "long.c3d")  # fmt: skip
+    stamps = 48.0 * np.arange(count)
+    made = recording_of(tmp_path / "long.underfoot", stamps, force_n, 1000.0, default_floor(1, 1))
+    output = export(made, tmp_path / "long.c3d")
     forces, _ = read_force_file(output)
     np.testing.assert_array_equal(forces.force_n[:count], force_n)
     assert ezc3d.c3d(str(output))["parameters"]["ANALOG"]["RATE"]["value"] == [1000.0]
