@@ -162,6 +162,20 @@ def test_a_long_mark_in_any_script_leaves_c3d_readable_for_others(tmp_path):
     assert "氷" * 33 in events["DESCRIPTIONS"]["value"]
 
 
+def test_readers_to_which_a_byte_tells_the_size_of_parameters_miss_no_time_of_an_event(tmp_path):
+    """Ten minutes of a walker have more parameters than a byte can tell, and the times were the last of them."""
+    made = write_recording(tmp_path / "marked.underfoot", 1.0, FLOOR, people="")
+    writer = Writer(made, {}, resume=True)
+    for frame in range(1500):
+        writer.mark(frame, "x" * 100)
+    writer.close()
+    written = export(made, tmp_path / "marked.c3d").read_bytes()
+    section = written[512 : 512 * (1 + written[514])]
+    assert len(section) == 512 * 255
+    assert written.count(b"DESCRIPTIONS6") > section.count(b"DESCRIPTIONS6")
+    assert all(name in section for name in (b"TIMES6", b"LABELS6", b"CONTEXTS6", b"FIRST_S"))
+
+
 def test_c3d_is_read_again_as_the_same_floor_and_the_same_forces(path, recorded, tmp_path):
     forces, floor = read_force_file(export(path, tmp_path / "walk.c3d"))
     np.testing.assert_array_equal(forces.force_n, recorded[1].astype(np.float32))

@@ -78,18 +78,28 @@ def _write(export: ExportSource, path: Path) -> None:
     _describe_analogs(made, labels, rate_hz)
     made["data"]["analogs"] = analogs[None]
     _describe_plates(made, forces.floor)
-    _add_events(made, export, first_s)
     made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
     made.add_parameter("UNDERFOOT", "FIRST_S", [export.from_s + first_s])
+    _add_events(made, export, first_s)  # last: a byte tells some readers how much there is of parameters
     export.report_progress("Writing", 0.95)
     with replaced(path) as part, written(path):
         named = Path(f"{part}.c3d")  # a name without the suffix would be given it
         try:
             made.write(str(named))
+            _tell_size(named)
             _require_whole(named, path)
             named.replace(part)
         finally:
             named.unlink(missing_ok=True)
+
+
+def _tell_size(named: Path) -> None:
+    """Tell the largest size of the parameters that a byte can, if they are longer: ezc3d tells what is over."""
+    with named.open("r+b") as file:
+        header = file.read(512)
+        if int.from_bytes(header[16:18], "little") - 2 > MOST:  # the blocks before the data, without the header's
+            file.seek(514)
+            file.write(bytes([MOST]))
 
 
 def _require_whole(named: Path, path: Path) -> None:
@@ -188,11 +198,11 @@ def _add_events(made: "ezc3d.c3d", export: ExportSource, first_s: float) -> None
     times = np.array([at - first_s for at, *_ in events], np.float64) - 60.0 * minutes
     made.add_parameter("EVENT", "USED", [len(events)])
     if events:
-        _put(made, "EVENT", "CONTEXTS", [context for _, context, _, _ in events])
+        _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
         _put(made, "EVENT", "LABELS", [label for _, _, label, _ in events])
+        _put(made, "EVENT", "CONTEXTS", [context for _, context, _, _ in events])
         _put(made, "EVENT", "DESCRIPTIONS", [text for *_, text in events])
         _put(made, "EVENT", "SUBJECTS", [""] * len(events))
-        _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
 
 
 def _put(made: "ezc3d.c3d", group: str, name: str, values: list[Any] | NDArray[np.float64]) -> None:
