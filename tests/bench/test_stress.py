@@ -16,7 +16,8 @@ from underfoot.bench.stress import corruption, damage, datagrams, full_disk, sin
 from underfoot.bench.stress.outcome import Effort, Outcome
 from underfoot.bench.stress.valid_files import KINDS, Kind, read_error
 from underfoot.errors import BadFile, BadValue, UnderfootError
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 
 def told(outcomes):

@@ -22,7 +22,8 @@ from underfoot.engine.rings import Ring
 from underfoot.engine.session_replay import replay
 from underfoot.errors import BadFile
 from underfoot.nodes import REGISTRY
-from underfoot.records.recording import Gap, Recording, Writer, is_recording
+from underfoot.records.recording import Gap, Recording, is_recording
+from underfoot.records.recording_writer import Writer
 
 
 class Rings:

@@ -12,7 +12,7 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.patch import Patch
-from underfoot.records.recording import Writer
+from underfoot.records.recording_writer import Writer
 
 RATE = 48_000
 PIECE_S = 10

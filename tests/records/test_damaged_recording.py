@@ -13,7 +13,9 @@ from made_recordings import ABOUT
 
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile
-from underfoot.records.recording import APPLICATION_ID, Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_format import APPLICATION_ID
+from underfoot.records.recording_writer import Writer
 from underfoot.records.summary import summary_of
 
 

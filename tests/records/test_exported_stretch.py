@@ -17,7 +17,8 @@ from underfoot.floor.layout import default_floor
 from underfoot.floor.step_finder import find_steps
 from underfoot.records.exports import DECIDED_S, ExportSource
 from underfoot.records.force_files import read_force_file
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 FLOOR = default_floor(1, 2)
 SECONDS = 12.0

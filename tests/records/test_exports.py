@@ -21,7 +21,8 @@ from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.floor.step_finder import find_steps
 from underfoot.records.exports import ExportSource, ExportStopped, format_of, formats, write_export
 from underfoot.records.force_files import read_force_file
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 FLOOR = default_floor(1, 2)
 

@@ -13,7 +13,8 @@ from made_recordings import ABOUT
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.records import renaming
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 from underfoot.records.renaming import rename_recording
 from underfoot.records.survey import Survey, cache_survey, load_cached_survey
 
@@ -100,7 +101,7 @@ def test_what_a_killed_writer_left_beside_it_comes_along(tmp_path):
     code = f"""
 import os, numpy as np
 from pathlib import Path
-from underfoot.records.recording import Writer
+from underfoot.records.recording_writer import Writer
 writer = Writer(Path({str(path)!r}), {ABOUT!r}, resume=True)
 writer.put("vibration", 0, np.ones((4800, 2), np.float32))
 writer.commit()

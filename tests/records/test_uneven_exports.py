@@ -17,7 +17,8 @@ from underfoot.records.even_samples import even_forces, even_rate
 from underfoot.records.exports import ExportSource, formats
 from underfoot.records.force_files import read_force_file
 from underfoot.records.forces import read_forces
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 FLOOR = default_floor(1, 2)
 

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor, grid_of
 from underfoot.quantities import counted
-from underfoot.records.recording import SUFFIXES
+from underfoot.records.recording_format import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from underfoot.engine.child_process import ChildProcess, leave_to_session, wait_for_any
 from underfoot.engine.rings import Reader, Ring, RingName
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.records.recording import Writer
+from underfoot.records.recording_writer import Writer
 
 if TYPE_CHECKING:
     from underfoot.engine.commands import Command

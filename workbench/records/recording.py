@@ -1,184 +1,26 @@
-"""Recordings: a session in one SQLite file that is consistent at any moment.
-
-Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The
-file is in WAL mode and committed every 50 ms: if the writer is killed, the file opens and has lost at most the last
-block. `gaps` lists missing frames between blocks. Further tables have the blocks' envelopes (`records.envelopes`) and
-the user's marks.
-"""
+"""Reading of recordings, also of those whose writer was killed; `recording_format` says what is in them."""
 
 import json
 import math
 import os
 import sqlite3
-from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, in_one_line, require
-from underfoot.files import no_file, path_of, replaced
-from underfoot.records import envelopes
+from underfoot.files import no_file, path_of
+from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
 
-SUFFIXES = (".underfoot", ".uf")
-APPLICATION_ID = 0x55464F54  # "UFOT"
-VERSION = 4
-"""Version 1 lacks `commanded` and `measured`, version 2 `envelope` and `mark`; missing tables read as empty. A mark set
-in an earlier file adds only that table, which an earlier Underfoot ignores. Up to version 3, `vibration` has all tiles
-in each block, and not only those that moved."""
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
-FRAMES = ("vibration", "commanded", "measured")
-"""Tables with one row per session frame: drive, commanded and measured acceleration of tiles."""
-_TYPES = {"force": "<f8"} | dict.fromkeys(FRAMES, "<f4")
-_LOCKED_S = 60.0
-"""How long a writer waits for another program that has the file locked, as the last to close it does while it merges
-the log: on a slow disk, for seconds."""
-Rows = NDArray[Any]
-"""Rows of a table: float64 of forces, else float32."""
 FURTHEST_FRAME = 1e15
 """Largest valid session frame: 150 years at 192 kHz."""
-_TABLES = """
-create table about (key text primary key, value text not null) without rowid;
-create table force (first integer primary key, count integer not null, data blob not null);
-create table vibration (first integer primary key, count integer not null, tiles text not null, data blob not null);
-create table commanded (first integer primary key, count integer not null, tiles text not null, data blob not null);
-create table measured (first integer primary key, count integer not null, tiles text not null, data blob not null);
-create table command (id integer primary key, frame integer not null, kind text not null, body text not null);
-"""
-_MARKS = "create table if not exists mark (id integer primary key, frame integer not null, text text not null);"
-
-
-class Writer:
-    """Writes a recording; data is safe after `commit`.
-
-    The file appears at `path` with all of `about`. With `resume` it may exist, and is continued.
-    """
-
-    def __init__(self, path: Path, about: dict[str, str], *, resume: bool = False) -> None:
-        if os.path.exists(path) and not resume:
-            raise BadFile(f"{path} is there already; choose another name for the recording")
-        try:
-            if not os.path.exists(path):
-                _create(path, about)
-            self._base = sqlite3.connect(path, isolation_level=None, timeout=_LOCKED_S)
-            self._base.execute("pragma journal_mode = wal")
-            self._base.execute("pragma synchronous = normal")
-            self._repeated = Counter[tuple[int, str]](self._base.execute("select frame, text from mark").fetchall())
-        except (sqlite3.Error, OSError) as error:
-            raise BadFile(f"{path} cannot be written: {error}") from None
-        self._path = path
-        self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
-
-    def put(self, table: str, first: int, rows: Rows) -> None:
-        """Add a block: the number of its first row, and its rows.
-
-        Those of `force` are samples (stamp, arrival, corners...), the others frames [frame, tile]: `vibration` is what
-        the tiles played, `commanded` what was asked of them and `measured` what they did.
-        """
-        if len(rows) == 0:
-            return
-        self._begin()
-        if table == "force":
-            samples = np.ascontiguousarray(rows, _TYPES[table])
-            self._base.execute("insert into force values (?, ?, ?)", (first, len(rows), samples.tobytes()))
-            envelopes.put(self._base, table, round(rows[0, 0]), envelopes.loads(rows[:, 2:]), self._frames)
-            return
-        frames = np.ascontiguousarray(rows, _TYPES[table])
-        moving = np.flatnonzero(frames.view("<i4").any(axis=0))  # few tiles; by their bits: -0 is not nothing
-        data = np.ascontiguousarray(frames[:, moving]).tobytes()
-        said = json.dumps(moving.tolist())
-        self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
-        if table != "vibration":
-            envelopes.put(self._base, table, first, frames, 1.0)
-
-    def command(self, frame: int, kind: str, body: str) -> None:
-        """Add a command, and the frame at which it took effect."""
-        self._begin()
-        self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
-
-    def set_about(self, key: str, value: str) -> None:
-        """Set or replace an entry of `about`."""
-        self._begin()
-        self._base.execute("insert or replace into about values (?, ?)", (key, value))
-
-    def commands(self) -> int:
-        """Return the number of commands."""
-        count: int = self._base.execute("select count(*) from command").fetchone()[0]
-        return count
-
-    def end(self, table: str) -> int | None:
-        """Return the number after the last row of a table; None if it is empty."""
-        last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
-        return last[0] if last else None
-
-    def cut(self, end: int) -> None:
-        """Remove all frames from session frame `end` on."""
-        self._begin()
-        for table in FRAMES:
-            self._base.execute(f"delete from {table} where first >= ?", (end,))
-            over = self._base.execute(f"select first, count, data from {table} where first + count > ?", (end,))
-            for first, count, data in over.fetchall():
-                kept = data[: len(data) // count * (end - first)]
-                said = (end - first, kept, first)
-                self._base.execute(f"update {table} set count = ?, data = ? where first = ?", said)
-        self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
-
-    def mark(self, frame: int, text: str) -> None:
-        """Add a mark at a session frame; one that was in the file when it was continued may come again, and is not."""
-        self._begin()
-        if self._repeated[frame, text]:
-            self._repeated[frame, text] -= 1
-        else:
-            self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether there is neither a frame nor a mark."""
-        return self.end("vibration") is None and not self._base.execute("select 1 from mark limit 1").fetchone()
-
-    def commit(self) -> None:
-        """Commit all data so far."""
-        if self._base.in_transaction:
-            self._base.execute("commit")
-
-    @property
-    def is_gone(self) -> bool:
-        """Whether the file was moved or removed. SQLite goes on without a word, in a file that nobody finds."""
-        try:
-            os.stat(self._path)
-        except OSError as error:  # others may pass, as those of a network
-            return isinstance(error, FileNotFoundError)
-        return False
-
-    def _begin(self) -> None:
-        """Begin a transaction that writes, unless one is open.
-
-        One that has read cannot write where somebody else has written since: it is refused at once, without waiting.
-        """
-        if not self._base.in_transaction:
-            self._base.execute("begin immediate")
-
-    def close(self) -> None:
-        """Commit, merge the log into the file, and close. Where somebody reads the file, the last to end merges it."""
-        self.commit()
-        with suppress(sqlite3.OperationalError):  # it is locked while somebody reads it
-            self._base.execute("pragma journal_mode = delete")
-        self._base.close()
-
-
-def _create(path: Path, about: dict[str, str]) -> None:
-    """Create an empty recording beside `path` and move it there, so that an incomplete one is never visible."""
-    with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
-        base.execute(f"pragma application_id = {APPLICATION_ID}")
-        base.execute(f"pragma user_version = {VERSION}")
-        base.executescript(_TABLES + envelopes.TABLE + _MARKS)
-        base.executemany("insert into about values (?, ?)", about.items())
 
 
 def _opened(path: Path) -> sqlite3.Connection:
@@ -315,7 +157,7 @@ class Recording:
             for first, count, data, *tiles in found:
                 if first + count <= begin:
                     continue
-                rows = np.frombuffer(data, _TYPES[table]).reshape(count, -1) if count else np.zeros((0, 1))
+                rows = np.frombuffer(data, TYPES[table]).reshape(count, -1) if count else np.zeros((0, 1))
                 if tiles:
                     whole = np.zeros((count, self._floor_tiles), np.float32)
                     whole[:, json.loads(tiles[0])] = rows
@@ -415,7 +257,7 @@ class Recording:
         """Add a mark at a session frame to the file; `BadFile` if it cannot be written to."""
         with self._written():
             if "mark" not in self._tables:
-                self._base.execute(_MARKS)
+                self._base.execute(MARKS)
                 self._tables.add("mark")
             done = self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
         return Mark(done.lastrowid or 0, frame, text)
@@ -471,7 +313,7 @@ class Recording:
         """Return all rows of a table, and the number of the first; 0 in gaps."""
         first, end = (number or 0 for number in self.ends(table))
         with self.readable(table):
-            whole = np.zeros((end - first, self._columns(table)), _TYPES[table])
+            whole = np.zeros((end - first, self._columns(table)), TYPES[table])
             for at, rows in self.blocks(table):
                 whole[at - first : at - first + len(rows)] = rows
         return first, whole

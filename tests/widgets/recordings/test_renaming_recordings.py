@@ -10,7 +10,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.floor.layout import default_floor
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,8 @@ from underfoot.patch import preset_files
 from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
-from underfoot.records.recording import Recording, Writer
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 Damage = Callable[[bytes, np.random.Generator], bytes]
 

@@ -1,0 +1,26 @@
+"""Recordings: a session in one SQLite file that is consistent at any moment.
+
+Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The
+file is in WAL mode and committed every 50 ms: if the writer is killed, the file opens and has lost at most the last
+block. `gaps` lists missing frames between blocks. Further tables have the blocks' envelopes (`records.envelopes`) and
+the user's marks.
+"""
+
+from typing import Any
+
+from numpy.typing import NDArray
+
+SUFFIXES = (".underfoot", ".uf")
+APPLICATION_ID = 0x55464F54  # "UFOT"
+VERSION = 4
+"""Version 1 lacks `commanded` and `measured`, version 2 `envelope` and `mark`; missing tables read as empty. A mark set
+in an earlier file adds only that table, which an earlier Underfoot ignores. Up to version 3, `vibration` has all tiles
+in each block, and not only those that moved."""
+FRAMES = ("vibration", "commanded", "measured")
+"""Tables with one row per session frame: drive, commanded and measured acceleration of tiles."""
+TYPES = {"force": "<f8"} | dict.fromkeys(FRAMES, "<f4")
+"""Types of numbers, by table."""
+Rows = NDArray[Any]
+"""Rows of a table: float64 of forces, else float32."""
+MARKS = "create table if not exists mark (id integer primary key, frame integer not null, text text not null);"
+"""How the table of marks is made, also in a file of an earlier version."""
