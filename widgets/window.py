@@ -13,6 +13,7 @@ from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.file_places import file_place, place_in, readable
+from underfoot.floor.layout import FORMAT as FLOOR_FORMAT
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.controls.fields import end_typing
 from underfoot.widgets.controls.question import message_box
@@ -134,15 +135,16 @@ class MainWindow(QMainWindow):
         self._dialogs.open_file_error(place_in(path, text))
 
     def open_file(self, path: Path) -> None:
-        """Open a file in the workspace for its suffix."""
+        """Open a file in the workspace for it."""
         if not self.workspaces.open_file(path):
             self.show_message(f"{path} cannot be opened here")
 
     def _handlers(self) -> Handlers:
-        """Return what opens dropped files: workspaces theirs, patches of any program, forces to be replayed."""
-        ours = {suffix: self.open_file for declared in self.workspaces.declarations for suffix in declared.suffixes}
+        """Return what opens dropped files: workspaces theirs, patches of any program, forces to be replayed, floors."""
+        kinds = (kind for declared in self.workspaces.declarations for kind in (*declared.suffixes, *declared.formats))
         forces = dict.fromkeys((".csv", ".c3d"), self.target_selection.use_forces)
-        return {**self._exchange.handlers(), **forces, **ours}
+        floors = {FLOOR_FORMAT: self.target_selection.use_floor}
+        return {**self._exchange.handlers(), **forces, **floors, **dict.fromkeys(kinds, self.open_file)}
 
     def panic(self) -> None:
         """Silence at once whatever makes sound."""

@@ -71,7 +71,7 @@ class Workspace(QWidget):
         """Note that the workspace is now visible, or hidden."""
 
     def open_file(self, path: Path) -> None:
-        """Open a file with one of the declared suffixes."""
+        """Open a file with one of the declared suffixes or formats."""
 
     def save(self) -> bool:
         """Save what is edited here, which is not the patch; return False if there is no such thing."""
@@ -103,10 +103,11 @@ class Workspace(QWidget):
 class WorkspaceDeclaration(Struct, frozen=True):
     """The declaration of a workspace. `make(context, parent)` imports the code: an unused workspace costs nothing.
 
-    The code is `workspace.py` in the folder, the package `package`; `load` imports it beforehand. Files with one of the
-    `suffixes` open here, if they are dropped on the window or given on the command line. The tab shows `name`, or in a
-    narrow window `icon`; the shortcut `key` shows the workspace; tabs are in the order of keys. `focus` says where the
-    focus must be for its shortcuts; "" for the whole workspace.
+    The code is `workspace.py` in the folder, the package `package`; `load` imports it beforehand. Files with one of
+    the `suffixes`, and documents of one of the `formats`, open here, if they are dropped on the window; the former
+    also if they are given on the command line. The tab shows `name`, or in a narrow window `icon`; the shortcut `key`
+    shows the workspace; tabs are in the order of keys. `focus` says where the focus must be for its shortcuts; "" for
+    the whole workspace.
     """
 
     name: str
@@ -114,6 +115,7 @@ class WorkspaceDeclaration(Struct, frozen=True):
     make: Callable[[WorkspaceContext, QWidget], Workspace]
     focus: str = ""
     suffixes: tuple[str, ...] = ()
+    formats: tuple[str, ...] = ()
     icon: str = "list"
     package: str = ""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QStackedWidget
 
+from underfoot.documents import format_of
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.window_state import restore_splitters, save_splitters
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration, discover
@@ -62,8 +63,9 @@ class WorkspaceStack(QStackedWidget):
             workspace.set_active(other == name)
 
     def open_file(self, path: Path) -> bool:
-        """Open a file in the workspace for its suffix, and show that workspace; return whether there is one."""
-        declared = next((declared for declared in self.declarations if path.suffix.lower() in declared.suffixes), None)
+        """Open a file in the workspace for it, and show that workspace; return whether there is one."""
+        kinds = {path.suffix.lower(), format_of(path)}
+        declared = next((one for one in self.declarations if kinds & {*one.suffixes, *one.formats}), None)
         if declared is not None:
             self.choose(declared.name)
             self[declared.name].open_file(path)

@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -14,6 +15,8 @@ from underfoot.errors import BadFile, BadValue, require
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
 LARGEST, DEEPEST = 64 << 20, 64
+_FORMAT, _BEGINNING = re.compile(rb'"format"\s*:\s*"(underfoot-[a-z]+)"'), 1000
+"""How a document says what it is, and the bytes among which it does."""
 _LONGEST = 120
 """Characters of a message that repeats what is in the file."""
 
@@ -64,6 +67,18 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
         newer = " (a newer Underfoot may have written it)" if isinstance(found, int) and found > version else ""
         raise BadFile(f"{source}: $.version is {_short(found)}; allowed: {version}{newer}")
     return raw
+
+
+def format_of(path: Path) -> str:
+    """Return the format that the beginning of a file names, as "underfoot-floor"; "" if it names none of ours."""
+    if not path.is_file():
+        return ""
+    try:
+        with path.open("rb") as file:
+            named = _FORMAT.search(file.read(_BEGINNING))
+    except OSError:
+        return ""
+    return named[1].decode() if named else ""
 
 
 def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> object:

@@ -12,4 +12,6 @@ def _make(context: WorkspaceContext, parent: QWidget) -> Workspace:
     return ExperimentWorkspace(context.registry, studies, protocols, presets, parent)
 
 
-WORKSPACE = WorkspaceDeclaration(name="Experiment", key="Ctrl+4", icon="experiment", package=__name__, make=_make)
+WORKSPACE = WorkspaceDeclaration(
+    name="Experiment", key="Ctrl+4", icon="experiment", package=__name__, make=_make, formats=("underfoot-protocol",)
+)

@@ -85,6 +85,13 @@ class ExperimentWorkspace(Workspace):
     def shortcuts(self) -> Keys:
         return SHORTCUTS
 
+    def open_file(self, path: Path) -> None:
+        """Add the study in a protocol file to the list, unless a study is run or made."""
+        if self.study_list.isEnabled():
+            self.study_list.open_protocol(path)
+        else:
+            self.notified.emit(f"{path.name} is not opened while a study is run or made: end that first")
+
     def save(self) -> bool:
         """Save the study that is being made, wherever the focus is."""
         is_editing = self.stack.currentWidget() is self.protocol_editor

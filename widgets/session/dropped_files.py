@@ -1,4 +1,4 @@
-"""Files that are dropped on the window or pasted, opened by suffix; a patch may have any."""
+"""Files that are dropped on the window or pasted, opened by the format that they name, or by suffix."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -7,14 +7,12 @@ from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
+from underfoot.documents import format_of
 from underfoot.errors import UnderfootError
-from underfoot.patch.patch import FORMAT
 from underfoot.widgets.controls.local_files import local_files
 
 Handlers = Mapping[str, Callable[[Path], object]]
-"""Functions that open a file, by its suffix with the dot, in lower case."""
-_BEGINNING = 1000
-"""Bytes among which a patch says that it is one."""
+"""Functions that open a file, by the format of its document, or its suffix with the dot, in lower case."""
 
 
 class DroppedFiles(QObject):
@@ -69,12 +67,6 @@ class DroppedFiles(QObject):
 
 
 def _kind(path: Path, handlers: Handlers) -> str:
-    """Return the suffix by which a file is opened: its own, or that of patches for a patch of another name."""
-    suffix = path.suffix.lower()
-    if suffix in handlers or not path.is_file():
-        return suffix
-    try:
-        with path.open("rb") as file:
-            return ".json" if f'"{FORMAT}"'.encode() in file.read(_BEGINNING) else suffix
-    except OSError:
-        return suffix
+    """Return what a file is opened by."""
+    named = format_of(path)
+    return named if named in handlers else path.suffix.lower()

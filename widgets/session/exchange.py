@@ -61,11 +61,13 @@ class Exchange(QObject):
     def handlers(self) -> Handlers:
         """Return the functions for dropped files. JSON is a patch, unless its content identifies another program."""
         from underfoot.exchange.formats import READ
+        from underfoot.patch.patch import FORMAT
 
         def open_json(path: Path) -> None:
             (self.open if any(one.matches(path) for one in READ) else self._open_patch.open)(path)
 
-        return {suffix: self.open for one in READ for suffix in one.suffixes} | {".json": open_json}
+        imports = {suffix: self.open for one in READ for suffix in one.suffixes}
+        return imports | {".json": open_json, FORMAT: self._open_patch.open}
 
     def export(self) -> None:
         """Show the formats, and export the patch in one of them."""

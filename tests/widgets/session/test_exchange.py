@@ -1,5 +1,6 @@
 """Import, and files that are dropped on the window."""
 
+import shutil
 from importlib import resources
 from pathlib import Path
 
@@ -7,10 +8,13 @@ import foreign_files as made
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMessageBox
 from windows import design, dialog_of, noise_patch, quiet_window
 
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
 from underfoot.widgets.dialogs.export_dialog import ExportDialog
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 
@@ -112,6 +116,21 @@ def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
     walk = Path(str(resources.files("underfoot.presets"))) / "walks" / "corridor.csv"
     assert drop(window, walk)
     assert (window.controller.target.kind, window.controller.target.source) == ("replay", str(walk))
+
+
+def test_dropped_floors_and_studies_are_opened_as_what_they_are(window, qtbot, tmp_path):
+    (tmp_path / "lab.json").write_bytes(default_floor(1, 3).dumps())
+    assert drop(window, tmp_path / "lab.json")
+    assert [tile.id for tile in window.controller.target.floor.tiles] == ["t1", "t2", "t3"]
+    study = tmp_path / "mine.json"
+    shutil.copy(preset_files.protocols()["free-labels"], study)
+    assert drop(window, study)
+    experiment = window.workspaces["Experiment"]
+    assert (window.workspaces.chosen, experiment.study_list.study.path) == ("Experiment", study)
+    QTest.mouseClick(experiment.study_list.copy_button, Qt.MouseButton.LeftButton)
+    assert drop(window, preset_files.protocols()["free-labels"])
+    assert window.status.message.endswith("is not opened while a study is run or made: end that first")
+    assert experiment.study_list.study.path == study
 
 
 def test_files_copied_in_a_file_manager_are_opened_by_paste(window, qtbot, tmp_path):
