@@ -185,8 +185,8 @@ def measured_step(name, seed=None):
     options = LoopOptions(plates=("accelerometer",), seed=seed)
     loop = Loop(Patch.load(preset_files.patches()[name], REGISTRY), REGISTRY, source, options)
     loop.send(Play(True), 0)
-    drive, tiles = loop.play_all(len(force_n))
-    return drive.T.astype(np.float64), tiles["accelerometer"][:, 0].astype(np.float64)
+    played = loop.play_all(len(force_n))
+    return played[""].T.astype(np.float64), played["accelerometer"][:, 0].astype(np.float64)
 
 
 def shares(signal, edges_hz):

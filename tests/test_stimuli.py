@@ -28,7 +28,7 @@ def measured(name, profile=None):
     equalisers = equalisers_of({"t1": profile}) if profile else ()
     loop = Loop(load(name), REGISTRY, source, LoopOptions(plates=("accelerometer",), equalisers=equalisers))
     loop.send(Play(True), 0)
-    return loop.play_all(len(force_n))[1]["accelerometer"][:, 0].astype(np.float64)
+    return loop.play_all(len(force_n))["accelerometer"][:, 0].astype(np.float64)
 
 
 def centre_hz(signal):

@@ -281,9 +281,9 @@ def test_a_start_plays_what_the_preview_shows_of_a_patch_that_force_drives(name)
     patch, at = preset("gravel") if name == "gravel" else stepped_bank(), 48_000
     loop = Loop(patch, REGISTRY, SimulatedFloor(FLOOR, walking=False), LoopOptions(block=480, measures=True))
     loop.send(Play(True))
-    loop.play_all(at)
+    loop.play(at)
     loop.send(start(patch), at)
-    _, played_too = loop.play_all(round(0.9 * RATE))
+    played_too = loop.play_all(round(0.9 * RATE))
     _, signals, _ = previewed(patch, (), "t1", 0.9, RATE, measures=True)
     ours, shown = played_too["commanded"][:, 0], signals[COMMANDED]
     assert np.abs(shown).max() > 0.1

@@ -50,7 +50,7 @@ def room_db(patch, output):
     force_n, source = one_step("t1", STEP_S, RATE_HZ)
     loop = Loop(patch, REGISTRY, source)
     loop.send(Play(True), 0)
-    drive, _ = loop.play_all(len(force_n))
+    drive = loop.play(len(force_n))
     return headroom_db(float(np.abs(drive).max(initial=0.0)))
 
 

@@ -98,10 +98,10 @@ def levels_of(
     )
     loop = Loop(patch, REGISTRY, source, options)
     loop.send(Play(True), 0)
-    drive, tiles = loop.play_all(len(force_n))
-    peak = float(np.abs(drive).max(initial=0.0))
+    played = loop.play_all(len(force_n))
+    peak = float(np.abs(played[""]).max(initial=0.0))
     commanded, measured, under_foot = (
-        Level.of(tiles[name][:, 0], RATE_HZ) for name in ("commanded", "accelerometer", "foot")
+        Level.of(played[name][:, 0], RATE_HZ) for name in ("commanded", "accelerometer", "foot")
     )
     stiffness = sole.felt_stiffness_n_mm(measured.peak_m_s2)
     return PatchLevels(patch.title, commanded, measured, under_foot, headroom_db(peak), stiffness)

@@ -1,7 +1,9 @@
 """The block loop from force to vibration, shared by the live engine and the offline renderer."""
 
 from collections import deque
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from msgspec import Struct
@@ -26,6 +28,8 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
+Takes = Mapping[str, Callable[[NDArray[np.float32]], None]]
+"""What takes the blocks of outputs, by the names of `Loop.outputs`."""
 _PART = 1024  # frames run at once, so that a source never has more samples waiting than it has room for
 
 
@@ -166,20 +170,26 @@ class Loop:
 
     def play(self, frames: int) -> NDArray[np.float32]:
         """Run the next `frames` frames, in blocks, and return them: float32 [frame, channel]."""
-        return self.play_all(frames)[0]
+        return self.play_all(frames)[""]
 
-    def play_all(self, frames: int) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]]]:
-        """Do as `play`; with `measures`, also return what was `commanded`, and measured at `plates`.
+    def play_all(self, frames: int, takes: Takes = MappingProxyType({})) -> dict[str, NDArray[np.float32]]:
+        """Do as `play`, and return all `outputs` by name, without those that one of `takes` takes block by block.
 
-        Both are float32 [frame, tile], m/s^2.
+        Those of `measures`, what was `commanded`, and measured at `plates`, are float32 [frame, tile], m/s^2.
         """
-        played = {name: np.empty((frames, out.shape[1]), np.float32) for name, out in self.outputs.items()}
+        outputs = self.outputs
+        kept = {
+            name: np.empty((frames, out.shape[1]), np.float32) for name, out in outputs.items() if name not in takes
+        }
         for at in range(0, frames, self.block):
             n = min(self.block, frames - at)
             self.run(n)
-            for name, out in self.outputs.items():
-                played[name][at : at + n] = out[:n]
-        return played.pop(""), played
+            for name, out in outputs.items():
+                if name in takes:
+                    takes[name](out[:n])
+                else:
+                    kept[name][at : at + n] = out[:n]
+        return kept
 
     def _await_start(self, start: ProgramStart | None) -> None:
         """Delay a start until its frame, instead of any other delayed start; None cancels it."""

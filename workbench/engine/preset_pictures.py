@@ -80,7 +80,7 @@ def _computed(patch: Patch, folder: Path) -> NDArray[np.float64]:
     loop = Loop(patch, REGISTRY, source, LoopOptions(folder=folder, plates=("accelerometer",)))
     loop.send(Play(True), 0)
     loop.send(Strike("", "t1"), round(STEP_S * RATE_HZ))
-    _, tiles = loop.play_all(len(force_n))
+    tiles = loop.play_all(len(force_n))
     commanded = Level.of(tiles["commanded"][:, 0], RATE_HZ)
     measured = Level.of(tiles["accelerometer"][:, 0], RATE_HZ)
     magnitude = np.abs(tiles["commanded"][: len(force_n) // BINS * BINS, 0].astype(float)).reshape(BINS, -1).max(axis=1)

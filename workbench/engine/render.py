@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,8 +36,8 @@ class Rendered:
     """Result of a rendering: float32 [frame, channel], at most 1; ids of nodes that ran, slept, or were left out.
 
     `tiles` has the `commanded` and the measured acceleration of simulated plates, as in `Loop.play_all`. `spent_s` is
-    the time from the first block to the last, from force samples to full scale; `program_s` is the share of the
-    patch's nodes.
+    the time from the first block to the last, from force samples to full scale and into files; `program_s` is the share
+    of the patch's nodes.
     """
 
     samples: NDArray[np.float32]
@@ -81,31 +81,21 @@ class Rendered:
 
         With `finite`, raise `BadValue` if a node makes a value that is not finite; the files then stay as they were.
         """
-        kept: dict[str, NDArray[np.float32]] = {}
-        takes: dict[str, Callable[[NDArray[np.float32]], None]] = {}
-        spent_s = 0.0
+        channels = {name: out.shape[1] for name, out in loop.outputs.items()}
         with ExitStack() as stack:
-            for name, out in loop.outputs.items():
-                if name in files:
-                    takes[name] = stack.enter_context(wav_file(files[name], frames, out.shape[1], loop.rate_hz))
-                else:
-                    kept[name] = np.empty((frames, out.shape[1]), np.float32)
-            for at in range(0, frames, loop.block):
-                n = min(loop.block, frames - at)
-                began = time.perf_counter()
-                loop.run(n)
-                spent_s += time.perf_counter() - began
-                for name, out in loop.outputs.items():
-                    if name in files:
-                        takes[name](out[:n])
-                    else:
-                        kept[name][at : at + n] = out[:n]
+            takes = {
+                name: stack.enter_context(wav_file(path, frames, channels[name], loop.rate_hz))
+                for name, path in files.items()
+            }
+            began = time.perf_counter()
+            played = loop.play_all(frames, takes)
+            spent_s = time.perf_counter() - began
             if finite:
                 _require_finite(loop)
         for name, path in files.items():
-            kept[name] = wav_samples(path, frames, loop.outputs[name].shape[1], loop.rate_hz)
-        samples = kept.pop("")
-        return Rendered(samples, kept, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
+            played[name] = wav_samples(path, frames, channels[name], loop.rate_hz)
+        samples = played.pop("")
+        return Rendered(samples, played, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def summary(self) -> dict[str, object]:
         """Return the figures that `render --json` prints."""

@@ -45,7 +45,7 @@ def _peak_m_s2(patch: Patch, registry: Registry, level_db: float = 0.0) -> float
     loop = Loop(patch, registry, source, LoopOptions(block=1024, plates=("accelerometer",)))
     for command in (Level(level_db), Play(True)):
         loop.send(command, 0)
-    drive, tiles = loop.play_all(len(force_n))
-    if level_db > _QUIET_DB and headroom_db(float(np.abs(drive).max(initial=0.0))) < 0.1:
+    played = loop.play_all(len(force_n))
+    if level_db > _QUIET_DB and headroom_db(float(np.abs(played[""]).max(initial=0.0))) < 0.1:
         return _peak_m_s2(patch, registry, _QUIET_DB)
-    return windowed_peak(tiles["accelerometer"][:, 0], RATE_HZ) / 10.0 ** (level_db / 20.0)
+    return windowed_peak(played["accelerometer"][:, 0], RATE_HZ) / 10.0 ** (level_db / 20.0)

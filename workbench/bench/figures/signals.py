@@ -160,7 +160,7 @@ def _played(preset: str, seconds: float) -> tuple[NDArray[np.float64], ...]:
     patch = Patch.load(preset_files.patches()[preset], REGISTRY)
     loop = Loop(patch, REGISTRY, source, LoopOptions(plates=("accelerometer",)))
     loop.send(Play(True), 0)
-    tiles = loop.play_all(len(force_n))[1]
+    tiles = loop.play_all(len(force_n))
     return tuple(part.astype(np.float64) for part in (force_n, tiles["commanded"][:, 0], tiles["accelerometer"][:, 0]))
 
 
