@@ -85,6 +85,19 @@ def test_who_had_which_row_is_in_the_table_and_the_balance_in_the_report():
     assert stages.note.startswith("Not balanced: row 2 has fewest.")
     assert [row[1:] for row in stimuli.rows[:3]] == [("A, B, C", 1), ("B, C, A", 1), ("C, A, B", 1)]
     assert [row[2] for row in stimuli.rows[3:]] == [0, 0, 0]
+    *_, sorted_otherwise = analysed(rows[::-1], protocol, Settings())
+    assert [table.rows for table in sorted_otherwise.tables] == [stages.rows, stimuli.rows]
+
+
+def test_a_table_of_another_program_need_not_have_the_rows_and_what_is_no_row_is_refused():
+    protocol = made([rated("one"), rated("two")], ["one", "two"])
+    study = Study(protocol, "P01")
+    walked(study)
+    rows = table_of(protocol, "P01", study.entries)
+    without = [{name: value for name, value in row.items() if name != "stages_row"} for row in rows]
+    assert [found.title for found in analysed(without, protocol, Settings())] == ["Rating: one", "Rating: two"]
+    with pytest.raises(BadValue, match="trial 1 of P01: stages_row is 'first'; allowed: a number"):
+        analysed([row | {"stages_row": "first"} for row in rows], protocol, Settings())
 
 
 def test_an_interrupted_session_goes_on_in_its_order(tmp_path):

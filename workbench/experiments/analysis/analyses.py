@@ -26,6 +26,7 @@ from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import METHOD, SLOTS
+from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
@@ -120,7 +121,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
 
 _NUMBERS = (
     *("trial", "block", "run", "rating", "magnitude", "level_db", "gain_db", "level_m_s2", "time_s"),
-    *("width_m", "distance_m", "bearing_rad"),
+    *("width_m", "distance_m", "bearing_rad", "stages_row", BLOCK_ROW),
 )
 _WHOLE = ("number", "correct")
 _WORDS = {

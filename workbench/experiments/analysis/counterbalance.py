@@ -7,14 +7,14 @@ from underfoot.experiments.latin_square import row_of, rows_of
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.table import Row, counted, grouped
 
 
 def counterbalance(rows: Sequence[Row], protocol: Protocol) -> list[Findings]:
     """Return the balance of a protocol's counterbalanced orders over people; [] if nothing is counterbalanced."""
-    tables = []
-    if protocol.counterbalanced:
-        tables.append(_table("Order of stages", protocol.counterbalanced, _first(rows, "stages_row")))
+    rows, tables = counted(rows), []
+    if protocol.counterbalanced and (had := _first(rows, "stages_row")):
+        tables.append(_table("Order of stages", protocol.counterbalanced, had))
     for (stage,), part in grouped([row for row in rows if BLOCK_ROW in row], "stage").items():
         use = protocol.stage(stage).method
         if use is not None:
@@ -25,8 +25,9 @@ def counterbalance(rows: Sequence[Row], protocol: Protocol) -> list[Findings]:
 
 
 def _first(rows: Sequence[Row], column: str) -> list[int]:
-    """Return the value of each person's first trial."""
-    return [int(part[0][column]) for part in grouped(rows, "participant").values()]
+    """Return the value of each person's first trial, by its number: spreadsheets can sort otherwise."""
+    there = grouped((row for row in rows if column in row), "participant").values()
+    return [int(min(part, key=lambda row: float(row.get("trial", 0)))[column]) for part in there]
 
 
 def _table(title: str, names: Sequence[str], had: Sequence[int]) -> Table:
