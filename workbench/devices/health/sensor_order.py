@@ -8,8 +8,8 @@ diagonal.
 
 The direction in which feet roll resolves the mirror images: from the previous tile towards the next one. This needs
 walks over three tiles; on a single tile two pairs are reported, and an opposite swap is not found. A tile that is
-turned shows only in that direction, too. Where all walk along one line, two opposite sensors and a quarter of a turn
-look the same, and both are reported.
+turned shows only in that direction, too, while its diagonals balance. Where all walk along one line, two opposite
+sensors and a quarter of a turn look the same, and both are reported.
 """
 
 from collections import deque
@@ -164,8 +164,8 @@ class SensorOrder:
             axes = "x"
         elif as_is > MISFIT and as_is > BETTER * traded_y and traded_x > BETTER * traded_y:
             axes = "y"
-        elif not walked or cosines[0] >= WRONG:
-            return [], []
+        elif as_is > min(traded_x, traded_y) or not walked or cosines[0] >= WRONG:
+            return [], []  # where an exchange of neighbours fits better, it may be that; it rolls as a turned tile can
         possible = [pair for pair in _PAIRS if _axes_apart(corners, pair) == (axes or "xy")]
         right = dict(zip((*_PAIRS, *_TURNS), cosines[1:] > RIGHT, strict=True))
         pairs = [pair for pair in possible if walked and right[pair]]
