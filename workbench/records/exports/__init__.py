@@ -7,15 +7,14 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.floor.step_finder import Detections, find_steps
+from underfoot.plugins import values_in
 from underfoot.records.recording import Recording
 from underfoot.records.survey import RecordedForces
 
@@ -169,8 +168,8 @@ def formats() -> dict[str, ExportFormat]:
     >>> list(formats())
     ['.c3d', '.csv', '.h5', '.mat', '.wav']
     """
-    found = [getattr(import_module(f"{__name__}.{one.name}"), "FORMAT", None) for one in iter_modules(__path__)]
-    return {one.suffix: one for one in sorted((f for f in found if f is not None), key=lambda f: f.suffix)}
+    found = {value.suffix: value for value in values_in(__name__) if isinstance(value, ExportFormat)}
+    return dict(sorted(found.items()))
 
 
 def format_of(path: Path) -> ExportFormat:
