@@ -170,6 +170,14 @@ def test_sensors_beside_each_other_are_told_from_their_loads(pair, other):
     assert line in {f"tile t3: sensors {a} or {b} are swapped" for a, b in (both, both[::-1])}
 
 
+def test_what_the_shaker_of_an_empty_tile_made_hides_no_swapped_sensors():
+    time_s = np.arange(3000) / 1000.0
+    shaken = np.tile(7.5 * np.sin(2.0 * np.pi * 73.0 * time_s)[:, None, None], (1, 4, 4))
+    lines = found(default_floor(), np.concatenate([shaken, swapped(2, (0, 1), walked(2, 2))]))
+    assert sum("noisy" in line for line in lines) == 16
+    assert [line for line in lines if "noisy" not in line] == ["tile t3: sensors 1 and 2 or 3 and 4 are swapped"]
+
+
 def test_it_does_not_depend_on_how_the_stream_is_cut():
     forces = changed(swapped(3, (0, 2)), 1, 0, np.zeros_like)
     assert found(FLOOR, forces, chunk=37) == found(FLOOR, forces, chunk=100_000) != []

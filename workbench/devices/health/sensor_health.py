@@ -180,7 +180,7 @@ class SensorHealth:
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
                     self._notices.append(f"tile {self.floor.tiles[row].id}: sensor {sensor + 1} is {what}")
-            self._named[row, sensor] = found[sensor]
+            self._named[row, sensor] |= found[sensor]
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
@@ -199,7 +199,7 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
         tile, sensors, found = state.tiles[k], state.sensors[k], state.found[k]
         reading, force_n, load_n = samples.readings[at], samples.force_n[at], samples.load_n[at]
         now_s = samples.time_s[at]
-        known = found.sum()
+        known = found[0], found[1], found[2], found[3]
         step_s = now_s - tile.time_s
         if not tile.is_known or not 0.0 < step_s < 2.5 * state.period_s:
             step_s = 0.0
@@ -215,7 +215,7 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
         for j in range(4):
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
         at += 1
-        if found.sum() != known:
+        if (found[0], found[1], found[2], found[3]) != known:
             break
     return at
 
@@ -291,8 +291,9 @@ def _find_noise(
     least_n: float = min(tile.least_n, mean_n)
     most_n: float = max(tile.most_n, mean_n)
     watched_s: float = tile.watched_s + step_s
-    tile.mean_n, tile.least_n, tile.most_n, tile.watched_s = mean_n, least_n, most_n, watched_s
     for j in range(4):
+        if tile.watched_s == 0.0:
+            sensors[j].swings = sensors[j].swing_n = 0.0
         if not tile.is_known:
             sensors[j].mean_n = force_n[j]
         sensors[j].mean_n += share * (force_n[j] - sensors[j].mean_n)
@@ -303,16 +304,17 @@ def _find_noise(
         if off_n * sensors[j].side <= 0.0:
             sensors[j].side = math.copysign(1.0, off_n)
             sensors[j].swings += 0.5
+    tile.mean_n, tile.least_n, tile.most_n, tile.watched_s = mean_n, least_n, most_n, watched_s
     if watched_s < NOISY_S:
         return
     # The rest of noisy sensors may be low by their swings, and a tenth of these is left in the mean.
     swings_n = sensors[0].swing_n + sensors[1].swing_n + sensors[2].swing_n + sensors[3].swing_n
-    is_steady = most_n - least_n < CONTACT_N + 0.1 * swings_n
-    for j in range(4):
-        if is_steady and sensors[j].swings >= SWINGS and most_n < LOADED_N + swings_n:
-            found[j] |= _NOISY
-        elif not found[j] & _NOISY:
-            sensors[j].swings = sensors[j].swing_n = 0.0
+    if most_n - least_n < CONTACT_N + 0.1 * swings_n and most_n < LOADED_N + swings_n:  # nobody is there
+        for j in range(4):
+            if sensors[j].swings >= SWINGS:
+                found[j] |= _NOISY
+            else:
+                found[j] &= ~_NOISY  # a shaker has stopped
     tile.least_n, tile.most_n, tile.watched_s = mean_n, mean_n, 0.0
 
 
