@@ -312,6 +312,21 @@ def test_what_makes_a_curve_doubtful_is_said_of_its_sensor():
     )
 
 
+def test_times_in_another_unit_and_a_reference_that_lags_are_said():
+    """The compensation of hysteresis was lost in silence, and the lag was compensated as if the sensor had it."""
+    rows = made_sensors.pairs_rows("soft conductance", width=0.08)
+    assert linearise(pairs(rows), hysteresis=False).warnings == ()
+    milliseconds = linearise(pairs(rows * [1000.0, 1.0, 1.0, 1.0]), hysteresis=False).warnings
+    assert len(milliseconds) == 4
+    assert "sensor 1: read every 10 s, too seldom to tell" in milliseconds[0]
+    assert milliseconds[0].endswith("is time_s in seconds?")
+    for j in range(4):
+        rows[rows[:, 1] == j, 3] = np.roll(rows[rows[:, 1] == j, 3], 10)
+    late = linearise(pairs(rows), hysteresis=False).warnings
+    assert len(late) == 4
+    assert all("its reading runs ahead of force_n" in words for words in late)
+
+
 def test_the_verdict_says_what_limits_a_curve_and_what_was_not_measured():
     """Noise was called hysteresis, and rising forces alone were accurate to 0.0 %, without a word more."""
     loop = made_sensors.pairs_rows("soft conductance", width=0.1)

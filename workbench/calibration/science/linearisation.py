@@ -15,8 +15,13 @@ from numpy.typing import NDArray
 from underfoot.calibration.files.measurements import Pairs
 from underfoot.calibration.science.hysteresis import curve_knots, fit_hysteresis
 from underfoot.calibration.science.pair_plausibility import require_plausible
-from underfoot.calibration.science.sensor_characteristics import SensorCharacteristics, characterise, rms_percent
-from underfoot.calibration.science.sensor_pairs import SensorPairs, prepare
+from underfoot.calibration.science.sensor_characteristics import (
+    SensorCharacteristics,
+    characterise,
+    hysteresis_gap_percent,
+    rms_percent,
+)
+from underfoot.calibration.science.sensor_pairs import HELD_S, SensorPairs, prepare
 from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
 from underfoot.kernels import Floats
@@ -32,6 +37,8 @@ _PIECES = (3, 5, 8, 12)
 _SIMPLER, _AS_GOOD_PERCENT = 1.03, 0.01
 """Largest factor in error, or excess in %, by which a curve with fewer constants may exceed the best one."""
 _MOST_SAMPLES = 4000
+_AHEAD_PERCENT = 2.0
+"""Mean hysteresis the wrong way round, % of full scale, at which the reference lags; less may be noise."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +133,7 @@ def linearise(pairs: Pairs, divider: VoltageDivider | None = None, *, hysteresis
         if fit.curve.uncalibrated:
             warnings.append(f"sensor {j + 1} is not calibrated: {fit.curve.uncalibrated}")
         elif fit.pairs is not None:
-            warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs)]
+            warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs, fit.curve)]
     warnings += _opposite([fit.pairs for fit in fits])
     first, second, third, fourth = fits
     found = Linearisation(pairs.tile, full, (first, second, third, fourth), tuple(warnings))
@@ -215,9 +222,21 @@ def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
     ]
 
 
-def _doubts(pairs: SensorPairs) -> list[str]:
+def _doubts(pairs: SensorPairs, curve: Curve) -> list[str]:
     """Return doubts about the curve of a sensor."""
     found = []
+    period_s = float(np.median(np.diff(pairs.time_s)))
+    if pairs.timed and period_s >= HELD_S:
+        found.append(
+            f"read every {period_s:.4g} s, too seldom to tell rising, falling and held forces apart; "
+            "is time_s in seconds?"
+        )
+    gap = hysteresis_gap_percent(pairs, curve.force(pairs.reading(pairs.x)))
+    if gap.size and gap.mean() <= -_AHEAD_PERCENT and np.quantile(gap, 0.9) < 0.0:
+        found.append(
+            f"its reading runs ahead of force_n, by {-gap.mean():.1f} % of full scale, as no sensor does; is the load "
+            "cell filtered, or its time late?"
+        )
     if not pairs.rested:
         found.append("the empty tile was not read; its reading there is extrapolated")
     top = float(pairs.force_n.max())

@@ -133,12 +133,17 @@ def _by_level(pairs: SensorPairs, values: Floats, chosen: NDArray[np.bool_]) -> 
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
-def _hysteresis_percent(pairs: SensorPairs, apparent: Floats) -> float:
+def hysteresis_gap_percent(pairs: SensorPairs, apparent: Floats) -> Floats:
+    """Return how far falling loads are above rising ones where both are known, by force, % of full scale."""
     way, excess = pairs.direction, apparent - pairs.force_n
     usable = pairs.usable
     gap = _by_level(pairs, excess, usable & (way == FALLING)) - _by_level(pairs, excess, usable & (way == RISING))
-    gap = gap[np.isfinite(gap)]
-    return 100.0 * float(gap[np.argmax(np.abs(gap))]) / pairs.full_scale_n if gap.size else np.nan
+    return np.asarray(100.0 * gap[np.isfinite(gap)] / pairs.full_scale_n)
+
+
+def _hysteresis_percent(pairs: SensorPairs, apparent: Floats) -> float:
+    gap = hysteresis_gap_percent(pairs, apparent)
+    return float(gap[np.argmax(np.abs(gap))]) if gap.size else np.nan
 
 
 def _creep_percent(pairs: SensorPairs, apparent: Floats) -> float:

@@ -118,7 +118,8 @@ def _unresponsive(x: Floats, force_n: Floats, rest: float, unloaded: NDArray[np.
     change = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
     # Before the first load: the after-effects of loads are not noise.
     quiet = x[unloaded & _before_loads(force_n, full_scale_n)]
-    noise = float(np.std(quiet)) if quiet.size > 10 else 0.0
+    # By the median: where the reference lags, the first load begins in here.
+    noise = 1.48 * float(np.median(np.abs(quiet - np.median(quiet)))) if quiet.size > 10 else 0.0
     step = _finest(x)
     follows = rank_correlation(x, force_n) >= 0.5
     if change <= max(8.0 * noise, 20.0 * step) and (follows or np.ptp(np.quantile(x, (0.01, 0.99))) < 200.0 * step):
