@@ -180,7 +180,7 @@ def test_a_page_begins_again_after_a_line_that_was_gone(page):
     with pytest.raises(BadMeasurement, match=r"nothing was read for 4\.0 s"):
         step(procedure, hand)
     assert procedure.page.key == page
-    before_s = hand.time
+    before_s, hand.force = hand.time, 0.0
     walked(
         procedure, hand, QUICK, {"tare": "sensor1-rise1", "rise1": "sensor1-fall1", "hold": "sensor1-release"}[page[8:]]
     )
@@ -286,14 +286,29 @@ def test_nobody_who_presses_is_given_up():
         run(FsrProcedure(TILE), Absent(), QUICK)
 
 
+def test_back_while_a_load_is_on_asks_to_let_go_and_the_way_down_is_no_rise():
+    """By hand a falling page without a load was done at once, so that *Back* never came past it."""
+    procedure, hand = FsrProcedure(TILE), Hand()
+    walked(procedure, hand, QUICK, "sensor1-fall1")
+    procedure.back()
+    assert procedure.page.key == "sensor1-rise1"
+    step(procedure, hand)
+    assert procedure.progress.hint == "Let go, and raise the force from 0 N."
+    while hand.force > 0.0:
+        hand.press(PressRequest(TILE.sensors_m[0], 0.0))
+        procedure.feed(hand.read())
+        assert procedure.page.key == "sensor1-rise1"
+    walked(procedure, hand, QUICK, "sensor1-rise2")
+    rises = [data.readings.force_n for data in procedure.step_data() if "rise" in data.step.page.key]
+    assert rises[-1][-1] == pytest.approx(400.0, rel=0.05)
+
+
 def test_back_forgets_what_was_taken_and_cancel_changes_nothing():
     procedure, hand = FsrProcedure(TILE), Hand()
     procedure.back()
     assert procedure.page.key == "setup"
     walked(procedure, hand, QUICK, "sensor1-rise2")
     assert procedure.drawings
-    procedure.back()
-    assert procedure.page.key == "sensor1-fall1"
     procedure.back()
     assert procedure.page.key == "sensor1-rise1"
     first = run(procedure, hand, QUICK)

@@ -138,6 +138,20 @@ def test_forces_by_clicks_and_then_places_with_the_keyboard_for_form_and_loads(h
     assert np.isfinite(placed.position(np.full((1, 4), 100.0))).all()
 
 
+def test_back_while_the_simulated_hand_presses_lets_go_and_the_page_is_measured_again(hands):
+    hands.begin("fsr")
+    for page in ("sensor1-tare", "sensor1-rise1", "sensor1-fall1"):
+        hands.wait(hands.wizard.going.isEnabled)
+        hands.click(hands.wizard.going)
+        hands.wait(lambda page=page: hands.wizard.snapshot.page.key == page)
+    hands.click(hands.wizard.backing)
+    hands.wait(lambda: hands.wizard.snapshot.page.key == "sensor1-rise1")
+    hands.wait(hands.wizard.going.isEnabled)
+    hands.click(hands.wizard.going)
+    hands.wait(lambda: hands.wizard.snapshot.page.key == "sensor1-fall1" or hands.refused)
+    assert not hands.refused
+
+
 def test_places_want_forces_first(hands, workspace):
     hands.click(workspace.choice.cards["centroid"])
     assert "Do that first" in workspace.overview.note.text()

@@ -221,6 +221,7 @@ class _Worker:
 
     def change_page(self, turn_page: Callable[[], None]) -> None:
         self._is_requested, self._rejection = False, ""
+        self.rig.press(None)  # an earlier page begins with nothing on the tile
         self._run_checked(turn_page)
         self._send(whole=True)
 

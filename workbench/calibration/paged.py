@@ -1,7 +1,7 @@
 """Common part of all procedures: a sequence of pages, the data taken by each, and the way back."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,12 +26,14 @@ class Step:
     """Page with the way it takes its measurement.
 
     `take` examines all readings since the page was opened; it returns what is still missing, or None when there is
-    enough. It raises `BadMeasurement`. Steps of one `group`, a sensor or a position, are skipped together.
+    enough. It raises `BadMeasurement`. Steps of one `group`, a sensor or a position, are skipped together. A step that
+    `lets_go` of the load of the one before is measured again only with that one.
     """
 
     page: Page
     take: Callable[[Readings], PageProgress | None] | None = None
     group: int | str | None = None
+    lets_go: bool = field(default=False, kw_only=True)
 
 
 class StepData(NamedTuple):
@@ -157,12 +159,14 @@ class PagedProcedure:
         return None
 
     def back(self) -> None:
-        """Return to the previous page, or to the first of a skipped group; discard the data taken since."""
+        """Return to the previous page that does not let go, or to the first of a skipped group; discard data since."""
         if self._at == 0:
             return
         at = self._at - 1
         if at in self._skipped:
             at = next(k for k, step in enumerate(self._steps) if step.group == self._steps[at].group)
+        while self._steps[at].lets_go:
+            at -= 1
         self._skipped = {k for k in self._skipped if k < at}
         self._step_data = {k: readings for k, readings in self._step_data.items() if k < at}
         self._answers = {k: answers for k, answers in self._answers.items() if k < at}

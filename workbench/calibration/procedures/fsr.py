@@ -192,7 +192,8 @@ class FsrProcedure(PagedProcedure):
             press = PressRequest(at, force_n, hold_s, j)
             page = Page(f"sensor{j + 1}-{name}", f"Sensor {j + 1}: {title}", instruction, press=press, may_skip=True)
             checked = partial(self._checked, j, take) if steps else take  # the tare is the first
-            steps.append(SensorStep(page, checked, j, j, name.startswith("rise")))
+            lets_go = name.startswith(("fall", "release"))
+            steps.append(SensorStep(page, checked, j, j, name.startswith("rise"), lets_go=lets_go))
 
         add("tare", "nothing on it", _TARE, 0.0, partial(self._tare, j), _TARE_S)
         for k in range(loadings):
@@ -259,13 +260,16 @@ class FsrProcedure(PagedProcedure):
 
         force = self._load_cell(readings)
         require_response(j, self._rest_readings(), readings.values, force, self._full_n)
-        top, full = float(force.max()), self._full_n
-        covered = _covered(force, full)
+        full = self._full_n
+        rise = _latest_rise(force, full)
+        top, covered = float(rise.max(initial=0.0)), _covered(rise, full)
         shown = (
             ("force", float(force[-1]), "N"),
             ("reading", float(readings.values[-1, j]), ""),
             ("covered", 100.0 * covered, "%"),
         )
+        if not rise.size:
+            return PageProgress("Let go, and raise the force from 0 N.", 0.0, shown)
         if top >= _NEAR * full and covered >= _COVERED:
             return None
         if top >= _NEAR * full:
@@ -426,6 +430,20 @@ def _covered(force: Floats, full: float) -> float:
     """Return the share of the steps from 5 to 95 % of full scale that a loading has passed through."""
     steps = np.floor((force / full - 0.05) / 0.9 * _STEPS)
     return np.unique(steps[(steps >= 0) & (steps < _STEPS)]).size / _STEPS
+
+
+def _latest_rise(force: Floats, full: float) -> Floats:
+    """Return the forces since the load was last light, as far as the last one near full scale; none before it is light.
+
+    So the way down from a load that was on already, or was put on too fast, is not taken for a rise.
+    """
+    light = force <= (1.0 - _COVERED) * full
+    if not light.any():
+        return force[:0]
+    heavy_before = np.flatnonzero(~light[: int(np.flatnonzero(light)[-1])])
+    rise = force[heavy_before[-1] + 1 :] if heavy_before.size else force
+    high = np.flatnonzero(rise >= _NEAR * full)
+    return rise[: high[-1] + 1] if high.size else rise
 
 
 def _smoothed(values: Floats) -> Floats:
