@@ -104,6 +104,8 @@ def test_a_node_that_is_played_alone_is_called_by_its_name(window, bench, qtbot)
     qtbot.waitUntil(bench.listen_bar.audition_button.isVisible)
     assert bench.listen_bar.audition_button.text() == "Wind && rain alone  ×"
     assert window.status.message.startswith("Auditioning Wind & rain")
+    bench.document.edit(bench.patch().name("noise", "Surf"), "Rename")
+    assert bench.listen_bar.audition_button.text() == "Surf alone  ×"
     bench.listen_bar.show_auditioned("Wind and rain in the trees of the north entrance")  # as narrow as any
     assert bench.listen_bar.audition_button.text().endswith("… alone  ×")
 

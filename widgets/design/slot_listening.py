@@ -135,11 +135,12 @@ class SlotListening(QObject):
                 self._peaks.setdefault(node, {})[port] = float(rows[:, 1].max(initial=0.0))
 
     def patch_changed(self, patch: Patch, changed: Iterable[str]) -> None:
-        """Mark the previews of these nodes of the edited patch as outdated."""
+        """Mark the previews of these nodes of the edited patch as outdated; show the name that a node has now."""
         gone = set(changed) | {id for id in self._peaks if not any(node.id == id for node in patch.nodes)}
         self._peaks = {id: peaks for id, peaks in self._peaks.items() if id not in gone}
         if gone and self._listening.level(self._open_patch.slot) is not None:
             self._listening.set_level(self._open_patch.slot, None)
+        self._show_auditioned()
 
     def forget(self) -> None:
         """Discard all previews."""
@@ -297,9 +298,13 @@ class SlotListening(QObject):
         bar, listening = self._bar, self._listening
         has_other = self._open_patch.other is not None
         bar.show_slot(self._open_patch.slot, has_other=has_other)
-        node = listening.auditioned_output.node if listening.auditioned_output is not None else ""
-        bar.show_auditioned(self._patch.name_of(node))
         bar.show_looping(listening.is_looping)
-        self._canvas.patch_scene.show_auditioned(node)
+        self._show_auditioned()
         if has_other:
             bar.show_match({slot: gain_text(listening, slot) for slot in SLOTS}, listening.is_matched)
+
+    def _show_auditioned(self) -> None:
+        output = self._listening.auditioned_output
+        node = output.node if output is not None else ""
+        self._bar.show_auditioned(self._patch.name_of(node))
+        self._canvas.patch_scene.show_auditioned(node)
