@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QWidget
 
-from underfoot.patch.groups import COLOURS
+from underfoot.patch.groups import COLOURS, Group
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.menu import Menu, literal
@@ -100,15 +100,21 @@ class Selection(NamedTuple):
     """Whether something in a frame is selected."""
     is_sub_patch: bool
     """Whether the only selected item is a sub-patch."""
+    joinable: Sequence[Group]
+    """The groups with a frame that the selection can be put into."""
     has_wire: bool
     inside: bool
     """Whether a sub-patch is open."""
 
 
 def context_menu(
-    canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Selection
+    canvas: QWidget,
+    actions: Mapping[str, QAction],
+    add: Callable[[], object],
+    join: Callable[[Group], object],
+    chosen: Selection,
 ) -> QMenu:
-    """Return the menu for the selection, deleted on closing. `add` asks for a new node."""
+    """Return the menu for the selection, deleted on closing. `add` asks for a new node; `join` puts it into a group."""
     menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     menu.addAction("Add a node…", add).setShortcut("/")
@@ -118,6 +124,10 @@ def context_menu(
         menu.addActions([actions[name] for name in ("connect", "replace")])
     if chosen.selected:
         menu.addActions([actions["rename"], actions["group"]])
+        if chosen.joinable:
+            into = menu.addMenu("Put into")
+            for group in chosen.joinable:
+                into.addAction(literal(group.title or "Group"), partial(join, group))
         if chosen.is_framed:
             menu.addAction(actions["take out"])
         if chosen.is_group:

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from underfoot.errors import BadFile, BadValue
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.grouping import grouped, put_into, taken_out, ungrouped
-from underfoot.patch.groups import Note, SplitGroup, chain
+from underfoot.patch.groups import Group, Note, SplitGroup, chain
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire, node_id
@@ -18,10 +18,10 @@ from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
-from underfoot.widgets.design.group_items import item_rect
+from underfoot.widgets.design.group_items import FRAME_PAD, item_rect
 from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
-from underfoot.widgets.design.patch_editing import aligned, pasted, refusal, snapped
+from underfoot.widgets.design.patch_editing import Place, aligned, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import Box, layered_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
@@ -382,12 +382,38 @@ class EditableView(PatchView):
         left = {group.id for group in patch.groups if not set(leaving) <= set(group.members)}
         frames = [frame.rect_without(items.values()) for id, frame in scene.group_frames.items() if id in left]
         if any(item_rect(item).intersects(frame) for item in items.values() for frame in frames):
-            taken = [(one.x(), one.y(), one.width(), one.height()) for one in frames] + scene.boxes(without=items)
-            boxes = [(item.pos().x(), item.pos().y(), *item.size) for item in items.values()]
-            dx, dy = shift_to_free_place(boxes, taken)
-            patch = patch.move({id: (item.pos().x() + dx, item.pos().y() + dy) for id, item in items.items()})
+            patch = self._moved_clear(patch, list(items), frames)
         self.document.edit(patch, f"Take {self._count_text(leaving)} out of the group")
         self.ensure_visible(list(items))
+
+    def joinable_groups(self) -> list[Group]:
+        """Return the groups with a frame that not all of the selection is in."""
+        members = set(self._members())
+        return [group for group in self.patch_scene.group_view.opened if not members <= set(group.members)]
+
+    def join(self, group: Group) -> None:
+        """Put what is selected into a group, and below its frame's contents if it does not lie within."""
+        patch, scene, frame = self.document.patch, self.patch_scene, self.patch_scene.group_frames[group.id]
+        coming = [id for id in scene.selected() if not set(scene.members([id])) <= set(group.members)]
+        items, members = [scene.movable()[id] for id in coming], scene.members(coming)
+        patch = put_into(patch, members, group.id)
+        rect = frame.rect_without(items)
+        if not all(rect.contains(item_rect(item)) for item in items):
+            corner = QPointF(min(item.pos().x() for item in items), min(item.pos().y() for item in items))
+            by = snapped(rect.x() + FRAME_PAD - corner.x(), rect.bottom() - corner.y())
+            around = chain(patch.groups, group.id)
+            frames = [frame.rect_without(items) for id, frame in scene.group_frames.items() if id not in around]
+            patch = self._moved_clear(patch, coming, frames, by)
+        self.document.edit(patch, f"Move {self._count_text(members)} into {group.title or 'the group'}")
+        self.ensure_visible(coming)
+
+    def _moved_clear(self, patch: Patch, ids: Sequence[str], frames: Sequence[QRectF], by: Place = (0.0, 0.0)) -> Patch:
+        """Return the patch with these items moved `by`, and on to where neither one of these frames nor an item is."""
+        taken = [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in frames if not rect.isNull()]
+        items = {id: self.patch_scene.movable()[id] for id in ids}
+        boxes = [(item.pos().x() + by[0], item.pos().y() + by[1], *item.size) for item in items.values()]
+        dx, dy = shift_to_free_place(boxes, taken + self.patch_scene.boxes(without=ids))
+        return patch.move({id: (x + dx, y + dy) for id, (x, y, *_) in zip(ids, boxes, strict=True)})
 
     def _frame_of(self, shown: Sequence[str]) -> str:
         """Return the innermost open group that all of these items are in; "" if there is none."""

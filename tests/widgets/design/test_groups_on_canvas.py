@@ -4,8 +4,9 @@ import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, send
 from groups_by_hand import in_view, menu_texts, write
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
-from PySide6.QtGui import QDragMoveEvent, QDropEvent
+from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import item_rect
@@ -162,6 +163,35 @@ def test_a_node_that_is_dragged_into_a_frame_is_in_the_group_and_is_taken_out_by
         QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
     assert members_of(chain) == [{"through", "through1"}]
     assert chain.patch().node("hum").at == (0.0, 0.0)
+
+
+def choose_in_menu(workspace, *texts):
+    """Open the context menu by its key, and go to an entry by the arrows: into the menus of the first texts."""
+    canvas = workspace.canvas
+    middle = canvas.viewport().rect().center()
+    asked = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, middle, canvas.viewport().mapToGlobal(middle))
+    QApplication.sendEvent(canvas.viewport(), asked)
+    for text in texts:
+        menu = QApplication.activePopupWidget()
+        while menu.activeAction() is None or menu.activeAction().text() != text:
+            QTest.keyClick(menu, Qt.Key.Key_Down)
+        QTest.keyClick(menu, Qt.Key.Key_Return)
+
+
+def test_a_node_is_put_into_a_frame_by_keys(chain):
+    scene = chain.canvas.patch_scene
+    while scene.selected() != ["hum"]:
+        QTest.keyClick(chain.canvas, Qt.Key.Key_N)
+    others = [item_rect(scene.nodes[id]) for id in ("through", "through1", "shaker")]
+    choose_in_menu(chain, "Put into", "Chain")
+    assert members_of(chain) == [{"hum", "through", "through1"}]
+    assert chain.document.stack.undoText() == "Move Hum into Chain"
+    assert scene.group_frames["group"].frame_rect().contains(item_rect(scene.nodes["hum"]))
+    assert not scene.group_frames["group"].frame_rect().intersects(item_rect(scene.nodes["shaker"]))
+    assert not any(item_rect(scene.nodes["hum"]).intersects(other) for other in others)
+    assert "Put into" not in menu_texts(chain, middle(chain, "hum"))
+    QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
+    assert members_of(chain) == [{"through", "through1"}]
 
 
 def test_what_is_taken_out_of_a_frame_lies_beside_it(chain):
