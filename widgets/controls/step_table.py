@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +15,16 @@ from PySide6.QtCore import (
     QSortFilterProxyModel,
     Qt,
 )
-from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPixmap, QResizeEvent
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QGuiApplication,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPixmap,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
@@ -25,6 +35,7 @@ from PySide6.QtWidgets import (
 from underfoot.floor.footsteps import Step
 from underfoot.records.tables import step_table
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import Menu
 
 
 class Column(NamedTuple):
@@ -155,7 +166,8 @@ class StepModel(QAbstractTableModel):
 class StepTable(QTableView):
     """The table of the latest `max_steps` steps. It stays scrolled to its end, unless the user has scrolled up.
 
-    With `sortable`, a click on a heading sorts the rows by that column, and the scroll position stays.
+    With `sortable`, a click on a heading, or the context menu, sorts the rows by that column, and the scroll position
+    stays.
     """
 
     def __init__(self, max_steps: int = MAX_STEPS, sortable: bool = False) -> None:
@@ -262,6 +274,24 @@ class StepTable(QTableView):
             event.ignore()  # Space plays and stops, also in the table
         else:
             super().keyPressEvent(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer the columns to sort by: their headings cannot be reached by keys."""
+        if not self._is_sortable:
+            return
+        menu = Menu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        by = menu.addMenu("Sort by")
+        for number in range(len(COLUMNS)):
+            heading = self._sorted.headerData(number, Qt.Orientation.Horizontal)
+            by.addAction(heading, partial(self._sort_by, number))
+        menu.popup(event.globalPos())
+
+    def _sort_by(self, column: int) -> None:
+        """Sort by a column; if the rows are sorted by it, the other way round, as a click on its heading does."""
+        header, ascending = self.horizontalHeader(), Qt.SortOrder.AscendingOrder
+        is_reversed = (header.sortIndicatorSection(), header.sortIndicatorOrder()) == (column, ascending)
+        self.sortByColumn(column, Qt.SortOrder.DescendingOrder if is_reversed else ascending)
 
     def keyboardSearch(self, search: str) -> None:
         """Do nothing: typed keys go to the window's shortcuts."""

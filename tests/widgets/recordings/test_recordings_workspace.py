@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from long_recording import write_recording
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
+from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QMessageBox
 from windows import quiet_window
@@ -205,6 +205,21 @@ def test_feet_stand_on_the_map_where_they_press(opened):
 
 def test_a_table_of_a_recording_begins_at_its_first_step(opened):
     assert opened.steps.table.verticalScrollBar().value() == 0
+
+
+def test_steps_are_sorted_by_keys(opened, qtbot):
+    table = opened.steps.table
+    middle = table.viewport().rect().center()
+    for sign in (1.0, -1.0):  # the same column once more: the other way round
+        asked = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, middle, table.viewport().mapToGlobal(middle))
+        QApplication.sendEvent(table.viewport(), asked)
+        for text in ("Sort by", "Impulse, N·s"):
+            menu = QApplication.activePopupWidget()
+            while menu.activeAction() is None or menu.activeAction().text() != text:
+                QTest.keyClick(menu, Qt.Key.Key_Down)
+            QTest.keyClick(menu, Qt.Key.Key_Return)
+        impulses = [sign * step.impulse_ns for step in table.steps_in_order()]
+        assert impulses == sorted(impulses)
 
 
 def test_steps_are_sorted_filtered_and_copied(opened):
