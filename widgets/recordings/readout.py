@@ -28,6 +28,7 @@ class CursorReadout(QObject):
         self.text.setContentsMargins(2 * theme.GRID, 0, 0, 0)
         self.map = FloorMap()
         axis.cursor_moved.connect(self._request)
+        axis.selected.connect(self._describe)
         axis.tile_chosen.connect(self.choose_tile)
         self.map.tile_chosen.connect(self._choose_on_map)
         reader.cursor_values_read.connect(self._show)
@@ -35,6 +36,7 @@ class CursorReadout(QObject):
     def clear(self) -> None:
         """Show no values, and nobody on the floor."""
         self.text.set_full_text("")
+        self._describe()
         if self._axis.content is not None:
             self._show_unloaded(self._axis.content, 0.0)
 
@@ -67,6 +69,7 @@ class CursorReadout(QObject):
         time_s = (values.frame - opened.first) / opened.rate
         baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
         self.text.set_full_text(readout_text(opened.floor, values, baseline_n, time_s))
+        self._describe()
         if values.corners_n is None:
             self._show_unloaded(content, time_s)
             return
@@ -74,6 +77,12 @@ class CursorReadout(QObject):
         self.map.set_loads(loads, np.zeros(len(loads), bool))
         self.map.set_contacts(contacts_at(content, time_s), time_s)
         self.map.update()
+
+    def _describe(self) -> None:
+        """Have a screen reader say the selected stretch and the values at the cursor, with the time axis."""
+        stretch = self._axis.selection
+        said = f"{time_text(stretch[0])} to {time_text(stretch[1])} selected  ·  " if stretch is not None else ""
+        self._axis.setAccessibleDescription(f"{said}{self.text.full_text}")
 
     def _show_unloaded(self, content: RecordingContent, time_s: float) -> None:
         tiles = len(content.opened.floor.tiles)

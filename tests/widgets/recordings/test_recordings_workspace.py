@@ -106,6 +106,17 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert axis.cursor_s == pytest.approx(2.001, abs=0.02)
 
 
+def test_the_time_axis_tells_a_screen_reader_what_keys_did(opened, qtbot):
+    axis = opened.axis
+    qtbot.keyClick(axis, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: axis.accessibleDescription().startswith(f"{axis.cursor_s:.3f} s  ·  all tiles"))
+    qtbot.keyClick(axis, Qt.Key.Key_BracketLeft)
+    begin_s, end_s = axis.selection
+    assert axis.accessibleDescription().startswith(f"{begin_s:.3f} s to {end_s:.3f} s selected  ·  ")
+    qtbot.keyClick(axis, Qt.Key.Key_Backspace)
+    assert axis.accessibleDescription() == opened.readout.text.full_text
+
+
 def test_what_is_seen_goes_on_with_what_is_played(opened):
     axis = opened.axis
     axis.set_view(1.0, 2.0)
