@@ -123,12 +123,11 @@ def test_a_noisy_tile(hum_n):
     hum = hum_n * np.sin(2.0 * np.pi * 50.0 * np.arange(len(walked())) / 1000.0)
     forces = walked().copy()
     forces[:, 1] += hum[:, None]
-    lines = found(FLOOR, forces)
-    assert lines == [
-        f"tile t2: sensor {sensor} is noisy (swings by {hum_n:.0f} N 50 times a second with nobody on its tile; hum of "
-        "the mains, or its shaker?)"
-        for sensor in (1, 2, 3, 4)
-    ]
+    (line,) = found(FLOOR, forces)
+    assert line == (
+        f"tile t2: sensors 1, 2, 3, 4 are noisy (swings by {hum_n:.0f} N 50 times a second with nobody on the tile; "
+        "hum of the mains, or its shaker?)"
+    )
 
 
 def swapped(tile, pair, forces=None):
@@ -174,7 +173,7 @@ def test_what_the_shaker_of_an_empty_tile_made_hides_no_swapped_sensors():
     time_s = np.arange(3000) / 1000.0
     shaken = np.tile(7.5 * np.sin(2.0 * np.pi * 73.0 * time_s)[:, None, None], (1, 4, 4))
     lines = found(default_floor(), np.concatenate([shaken, swapped(2, (0, 1), walked(2, 2))]))
-    assert sum("noisy" in line for line in lines) == 16
+    assert sum("noisy" in line for line in lines) == 4
     assert [line for line in lines if "noisy" not in line] == ["tile t3: sensors 1 and 2 or 3 and 4 are swapped"]
 
 

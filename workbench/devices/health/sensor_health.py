@@ -154,7 +154,7 @@ class SensorHealth:
                 self._notices.append(f"tile {self.floor.tiles[row].id}: {line}")
 
     def take_notices(self) -> list[str]:
-        """Return the faults found since the last call, one line per sensor."""
+        """Return the faults found since the last call, one line per sensor; of noise, one per tile."""
         notices = []
         while self._notices:
             notices.append(self._notices.popleft())
@@ -162,7 +162,15 @@ class SensorHealth:
 
     def _name(self, row: int, load_n: NDArray[np.float64]) -> None:
         """Report what was found with the newest sample of a tile."""
-        found = self._state.found[row]
+        found, tile = self._state.found[row], self.floor.tiles[row].id
+        noisy = np.flatnonzero(found & ~self._named[row] & _NOISY)
+        if len(noisy):
+            swings = self._state.sensors[row, noisy]
+            which = f"sensor {noisy[0] + 1} is" if len(noisy) == 1 else f"sensors {', '.join(map(str, noisy + 1))} are"
+            self._notices.append(
+                f"tile {tile}: {which} noisy (swings by {swings['swing_n'].max():.0f} N {swings['swings'].max():.0f} "
+                "times a second with nobody on the tile; hum of the mains, or its shaker?)"
+            )
         for sensor in range(4):
             known = self._state.sensors[row, sensor]
             new = found[sensor] & ~self._named[row, sensor]
@@ -171,15 +179,10 @@ class SensorHealth:
                 (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
                 (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
                 (_SATURATED, f"saturated (stays at {known['reading']} while the load on its tile changes)"),
-                (
-                    _NOISY,
-                    f"noisy (swings by {known['swing_n']:.0f} N {known['swings']:.0f} times a second with nobody on "
-                    "its tile; hum of the mains, or its shaker?)",
-                ),
                 (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
-                    self._notices.append(f"tile {self.floor.tiles[row].id}: sensor {sensor + 1} is {what}")
+                    self._notices.append(f"tile {tile}: sensor {sensor + 1} is {what}")
             self._named[row, sensor] |= found[sensor]
 
 
