@@ -11,10 +11,15 @@ from scipy.io import wavfile
 from scipy.signal import lfilter
 
 from underfoot.__main__ import cli
+from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures.latency import LatencyProcedure
 from underfoot.calibration.results.latency import result_of
 from underfoot.calibration.science.clicks import click_delays, click_onsets, click_train
-from underfoot.errors import BadMeasurement
+from underfoot.engine.shaker_rigs import SimulatedShaker
+from underfoot.errors import BadMeasurement, BadValue
+from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 RATE = 48_000.0
 
@@ -62,6 +67,14 @@ def test_figures_and_pictures_are_in_milliseconds():
         click_delays(*returned(np.full(50, 0.005)), RATE), RATE, 128).drawings)  # fmt: skip
     assert over.y == pytest.approx(np.full(50, 5.0), abs=0.05)
     assert often.x == pytest.approx(np.full(len(often.x), 5.0), abs=1.0)
+
+
+def test_the_latency_of_one_tile_is_refused_in_another_s_profile():
+    procedure = LatencyProcedure(default_floor().tiles[0])
+    result = run(procedure, SimulatedShaker(SimulatedTile(default_floor().tiles[0])), {"clicks": 20})
+    assert result.apply(Profile(tile="t1")).latency is not None
+    with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: t2, whose profile this is"):
+        result.apply(Profile(tile="t2"))
 
 
 def test_silence_and_another_signal_are_refused():

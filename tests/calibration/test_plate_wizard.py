@@ -55,6 +55,8 @@ def to_the_footsteps(procedure, rig, answers=None):
 def test_the_stiffness_of_the_simulated_plate_comes_out_within_a_per_cent(seed):
     result = run(PlateProcedure(TILE), rig(seed=seed))
     part = result.apply(Profile(tile=TILE.id)).plate
+    with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: other, whose profile this is"):
+        result.apply(Profile(tile="other"))
     assert part.positions == (0.0, 0.25, 0.5, 0.75, 1.0)
     np.testing.assert_allclose(part.stiffness_n_mm, [truth(at) for at in part.positions], rtol=0.01)
     assert 0.3 < part.error < 1.5

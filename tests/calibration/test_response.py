@@ -79,6 +79,8 @@ def skip_what_may_be(procedure, rig, until=""):
 def test_what_it_corrects_is_truly_flat_and_truly_as_loud_as_it_says(seed, order):
     """Against the model's transfer function, not against the measurement that the equaliser was made from."""
     result, rig = finished(seed, order=order)
+    with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: other, whose profile this is"):
+        result.apply(Profile(tile="other"))
     profile = result.apply(Profile(tile=TILE.id))
     inner, whole = np.geomspace(60.0, 700.0, 400), np.array([50.0, 750.0])
     found = truth_db(rig.tile, profile.equaliser, profile.acceleration_per_unit, inner)

@@ -85,7 +85,7 @@ class LatencyProcedure(SoundProcedure):
     """
 
     def __init__(self, tile: "Tile", rate_hz: int = RATE_HZ) -> None:
-        self._rate_hz = rate_hz
+        self._tile, self._rate_hz = tile, rate_hz
         self._seed, self._block = 1, 0
         self._onsets = np.zeros(0, np.int64)
         self._found: ClickDelays | None = None
@@ -121,4 +121,4 @@ class LatencyProcedure(SoundProcedure):
 
         if self._found is None:
             raise BadMeasurement("no clicks were recorded")
-        return result_of(self._found, self._rate_hz, self._block)
+        return result_of(self._found, self._rate_hz, self._block, self._tile.id)

@@ -153,7 +153,7 @@ class PlateProcedure(PagedProcedure):
 
         lines, samples = self._footsteps()
         reference = "a load cell" if self._force == LOAD_CELL else f"the forces of {self._tile.id}"
-        return result_of(lines, samples, reference)
+        return result_of(lines, samples, reference, self._tile.id)
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the footsteps so far."""

@@ -129,7 +129,7 @@ class ResponseProcedure(SoundProcedure):
     """
 
     def __init__(self, tile: Tile, rate_hz: int = RATE_HZ) -> None:
-        self._rate_hz = rate_hz
+        self._tile, self._rate_hz = tile, rate_hz
         self._settings: Answers = {}
         self._noise: float | None = None
         self._noise_drawn: tuple[Drawing, ...] = ()
@@ -209,7 +209,8 @@ class ResponseProcedure(SoundProcedure):
                 again=self._measured["again"],
                 noise=self._noise,
                 load=self._settings["load"],
-            )
+            ),
+            self._tile.id,
         )
 
     def without_conclusion(self, reason: str) -> Result | None:

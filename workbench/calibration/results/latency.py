@@ -18,8 +18,8 @@ METHOD = (
 )
 
 
-def result_of(found: ClickDelays, rate_hz: int, block: int) -> Result:
-    """Return the result of round-trip delays."""
+def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> Result:
+    """Return the result of round-trip delays, for the profile of `tile`; for any tile's if there is none."""
     ms = 1e3 * found.delay_s
     median, high, worst = float(np.median(ms)), float(np.quantile(ms, 0.99)), float(ms.max())
     jitter = float(np.std(ms))
@@ -62,7 +62,7 @@ def result_of(found: ClickDelays, rate_hz: int, block: int) -> Result:
         good=good,
         drawings=_drawings(found),
         raw=(("delays", "played_s,delay_ms", np.stack([found.played_s, ms], axis=1)),),
-        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
+        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
         method=METHOD,
     )
 

@@ -24,8 +24,12 @@ def result_of(
     lines: Sequence[FootstepLine],
     samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
     reference: str,
+    tile: str = "",
 ) -> Result:
-    """Return the result of footsteps: their lines, and force and displacement of each."""
+    """Return the result of footsteps: their lines, and force and displacement of each.
+
+    It is for the profile of `tile`; for any tile's if there is none.
+    """
     fit = plate_fit(lines)
     found = fit.calibration
     error = None if found.error is None else 100.0 * found.error
@@ -60,7 +64,7 @@ def result_of(
         good=fit.good,
         drawings=drawings_of(fit, samples),
         raw=_raw(lines, samples),
-        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
+        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
         method=METHOD,
     )
 

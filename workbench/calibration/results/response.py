@@ -48,8 +48,8 @@ _COLOURS = {"none": "vibration", "standing": "force", "corner": "events"}
 _ORDER_COLOURS = dict(zip(ORDERS, ("force", "events", "contact", "muted"), strict=True))
 
 
-def result_of(found: ResponseMeasurements) -> Result:
-    """Return the result of a frequency response."""
+def result_of(found: ResponseMeasurements, tile: str = "") -> Result:
+    """Return the result of a frequency response, for the profile of `tile`; for any tile's if there is none."""
     quantities = quantities_of(found)
     values = {name: value for name, value, _ in quantities}
     after = "flatness_measured_db" if found.again is not None else "flatness_computed_db"
@@ -77,7 +77,7 @@ def result_of(found: ResponseMeasurements) -> Result:
             *_raw(found.sweeps, found.sensitivity, found.tones),
             ("equaliser", "b0,b1,b2,a0,a1,a2", found.sections),
         ),
-        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
+        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
         method=METHOD,
     )
 
