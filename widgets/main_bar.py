@@ -333,7 +333,9 @@ class MainBar(QWidget):
         self._layout.addLayout(over, 1)
 
     def _show_level(self, tenths: int) -> None:
-        self.level_text.setText(f"{tenths / 10:.1f} dB".replace("-", "−"))
+        text = f"{tenths / 10:.1f} dB".replace("-", "−")
+        self.level_text.setText(text)
+        self.level.setAccessibleDescription(f"{text} of full scale")  # as a value a screen reader has the tenths
 
     def _add_readouts(self) -> None:
         self.engine = Readout("Engine", "100 %")

@@ -84,6 +84,7 @@ def test_the_level_is_moved_by_keys_and_mouse_in_decibels(bar, qtbot):
         qtbot.keyClick(bar.level, Qt.Key.Key_Right)
     assert chosen.args == [-29.5]
     assert bar.level_text.text() == "−29.5 dB"
+    assert bar.level.accessibleDescription() == "−29.5 dB of full scale"
     right = QPoint(bar.level.width() - 1, bar.level.height() // 2)
     with qtbot.waitSignal(bar.level_chosen) as chosen:
         qtbot.mouseClick(bar.level, Qt.MouseButton.LeftButton, pos=right)
