@@ -38,12 +38,13 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 SHORTCUTS = (
     ("Move the cursor; by 1 ms", "Left and Right; with Shift"),
+    ("Cursor to the beginning, to the end", "Home, End"),
     ("Scroll", "Page Up, Page Down, Shift and wheel"),
     ("Zoom in, out; show all", "+, −, wheel; 0"),
     ("Select a stretch", "Shift and drag, or [ and ]"),
     ("Select nothing", "Backspace"),
     ("Previous step, next step", ", and ."),
-    ("Mark; mark with a text", "M; Shift+M"),
+    ("Mark; mark with a text; remove the nearest mark", "M; Shift+M; Shift+Backspace"),
     ("Play the stretch, or stop", "P"),
     ("Loop", "L"),
     ("Rename, delete the recording", "F2, Delete in the list"),

@@ -117,6 +117,12 @@ def test_the_time_axis_tells_a_screen_reader_what_keys_did(opened, qtbot):
     assert axis.accessibleDescription() == opened.readout.text.full_text
 
 
+def test_the_list_of_keys_has_those_of_the_ends_and_of_a_mark_that_is_removed(workspace):
+    told = dict(workspace.shortcuts())
+    assert told["Cursor to the beginning, to the end"] == "Home, End"
+    assert told["Mark; mark with a text; remove the nearest mark"].endswith("Shift+Backspace")
+
+
 def test_what_is_seen_goes_on_with_what_is_played(opened):
     axis = opened.axis
     axis.set_view(1.0, 2.0)
