@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
+from PySide6.QtWidgets import QApplication
 from windows import design, end_window, noise_patch, play_on_simulator
 
 from underfoot.engine.commands import Walk
@@ -101,6 +102,15 @@ def test_panic_ends_a_scene(scenes, window, qtbot):
     assert window.controller.session.patch.title == "Hiss"
     assert window.controller.session.panicked
     window.controller.play()
+
+
+def test_a_scene_that_is_started_by_its_button_s_key_is_ended_by_return(scenes, qtbot):
+    scenes.list.list.setCurrentRow(list(scenes.kinds).index("footprints"))
+    scenes.panel.start.setFocus()
+    qtbot.keyClick(scenes.panel.start, Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: scenes.stage is not None)
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+    assert scenes.stage is None
 
 
 def test_a_parameter_is_changed_while_the_scene_plays(scenes, qtbot):

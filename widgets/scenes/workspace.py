@@ -143,6 +143,8 @@ class ScenesWorkspace(ProjectingWorkspace):
         number = self._pending = self._requests
         before = self._maker
         self.panel.state.setText("Preparing the scene…")
+        if self.panel.start.hasFocus():
+            self.list.list.setFocus()  # where Return ends it; a disabled button would hand the focus to its neighbour
         self.panel.start.setEnabled(False)
 
         def make() -> None:
