@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QStackedWidget
 
-from underfoot.documents import format_of
+from underfoot.documents import document_format
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.window_state import restore_splitters, save_splitters
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration, discover
@@ -64,7 +64,7 @@ class WorkspaceStack(QStackedWidget):
 
     def open_file(self, path: Path) -> bool:
         """Open a file in the workspace for it, and show that workspace; return whether there is one."""
-        kinds = {path.suffix.lower(), format_of(path)}
+        kinds = {path.suffix.lower(), document_format(path)}
         declared = next((one for one in self.declarations if kinds & {*one.suffixes, *one.formats}), None)
         if declared is not None:
             self.choose(declared.name)

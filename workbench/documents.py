@@ -69,7 +69,7 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
     return raw
 
 
-def format_of(path: Path) -> str:
+def document_format(path: Path) -> str:
     """Return the format that the beginning of a file names, as "underfoot-floor"; "" if it names none of ours."""
     if not path.is_file():
         return ""

@@ -64,12 +64,17 @@ def test_a_page_is_no_wider_than_the_window_where_a_title_or_a_message_is_long(m
         qtbot.waitUntil(lambda: area.widget().width() == area.viewport().width())
 
 
-def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
+def scenes_of(qtbot, width, height):
+    """The workspace of scenes in this size, and what scrolls its picture."""
     workspace = ScenesWorkspace()
     qtbot.addWidget(workspace)
-    workspace.resize(640, 340)
+    workspace.resize(width, height)
     show(qtbot, workspace)
-    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.view))
+    return workspace, next(a for a in workspace.findChildren(QScrollArea) if a.isAncestorOf(workspace.view))
+
+
+def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
+    workspace, area = scenes_of(qtbot, 640, 340)
     qtbot.waitUntil(lambda: area.verticalScrollBar().maximum() > 0)
     assert area.horizontalScrollBar().maximum() == 0
     parts = (workspace.list, workspace.view, workspace.panel)
@@ -78,11 +83,7 @@ def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
 
 
 def test_the_picture_of_a_scene_is_whole_on_a_screen_of_1280_x_800_at_150_percent(qtbot):
-    workspace = ScenesWorkspace()
-    qtbot.addWidget(workspace)
-    workspace.resize(853, 460)
-    show(qtbot, workspace)
-    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.view))
+    workspace, area = scenes_of(qtbot, 853, 460)
     for row in range(workspace.list.list.count()):
         workspace.list.list.setCurrentRow(row)
         qtbot.waitUntil(lambda: area.widget().height() == area.viewport().height())

@@ -7,7 +7,7 @@ from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
-from underfoot.documents import format_of
+from underfoot.documents import document_format
 from underfoot.errors import UnderfootError
 from underfoot.widgets.controls.local_files import local_files
 
@@ -54,19 +54,24 @@ class DroppedFiles(QObject):
         if not known:
             self._notify(f"{paths[0].name} cannot be opened here")
             return
+        path, open_file = known[0]
         try:
-            self._handlers()[_kind(known[0], self._handlers())](known[0])
+            open_file(path)
         except UnderfootError as error:
-            self._refuse(known[0], str(error))
+            self._refuse(path, str(error))
         if len(paths) > 1:
-            self._notify(f"One file at a time: {known[0].name} is taken, {len(paths) - 1} more not")
+            self._notify(f"One file at a time: {path.name} is taken, {len(paths) - 1} more not")
 
-    def _known(self, paths: Sequence[Path]) -> list[Path]:
+    def _known(self, paths: Sequence[Path]) -> list[tuple[Path, Callable[[Path], object]]]:
+        """Return the files that can be opened, each with what opens it."""
         handlers = self._handlers() if paths else {}
-        return [path for path in paths if _kind(path, handlers) in handlers]
+        return [(path, handlers[kind]) for path in paths if (kind := _kind(path, handlers)) in handlers]
 
 
 def _kind(path: Path, handlers: Handlers) -> str:
-    """Return what a file is opened by."""
-    named = format_of(path)
-    return named if named in handlers else path.suffix.lower()
+    """Return what a file is opened by: its suffix or, of JSON and unknown ones, the format that is named in it."""
+    suffix = path.suffix.lower()
+    if suffix != ".json" and suffix in handlers:
+        return suffix
+    named = document_format(path)
+    return named if named in handlers else suffix

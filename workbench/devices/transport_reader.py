@@ -83,6 +83,7 @@ class TransportReader:
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""
         heard_s, unread, first, is_silent = time.monotonic(), 0, b"", False
+        valid = self.parser.counts.valid
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)
             if self._is_missed:  # what opens, but cannot be read, is not back
@@ -90,9 +91,9 @@ class TransportReader:
                 self._is_missed = False
             self.is_open = True
             now_s = time.monotonic()
-            valid = self.parser.valid
             samples = self.parser.feed(data, self.transport.senders, now_s)
-            if self.parser.valid > valid:
+            before, valid = valid, self.parser.counts.valid
+            if valid > before:
                 if is_silent:
                     self.notices.append(f"{self.transport.name} sends again")
                 heard_s, unread, first, is_silent = now_s, 0, b"", False

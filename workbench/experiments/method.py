@@ -71,9 +71,14 @@ class Method(ABC):
         own = {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
         cls.parameters = own | {name: v for name, v in inherited.items() if name not in own}
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
-        """Store `given`, checked parameters as `checked` returns them, and begin at the first trial."""
-        self.given, self.stimuli, self.draws = given, stimuli, draws
+    def __init__(
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+    ) -> None:
+        """Store `given`, checked parameters as `checked` returns them, and begin at the first trial.
+
+        `participant` is the id by whose number orders are counterbalanced.
+        """
+        self.given, self.stimuli, self.draws, self.participant = given, stimuli, draws, participant
 
     @classmethod
     def checked(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> dict[str, Any]:
@@ -171,8 +176,10 @@ class Method(ABC):
 class ListedMethod(Method):
     """A method whose list of trials is known in advance."""
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
-        super().__init__(given, stimuli, draws)
+    def __init__(
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+    ) -> None:
+        super().__init__(given, stimuli, draws, participant)
         self.trials = tuple(self.listed())
         self._at = 0
 
@@ -224,6 +231,6 @@ class BlockedMethod(ListedMethod):
     def _block(self, names: Sequence[str], block: int, repeats: int) -> list[tuple[str, dict[str, int]]]:
         if self.given["order"] == DRAWN:
             return [(name, {}) for name in self.draws.shuffled([*names] * repeats)]
-        own = number_of_row(self.draws.participant, len(names)) + (block - 1) * repeats
+        own = number_of_row(self.participant, len(names)) + (block - 1) * repeats
         rows = [1 + (own - 1 + k) % rows_of(len(names)) for k in range(repeats)]
         return [(names[k], {BLOCK_ROW: row}) for row in rows for k in row_of(len(names), row)]

@@ -18,8 +18,6 @@ class SeededRandom:
     """
 
     def __init__(self, seed: int, *words: str) -> None:
-        self.participant = words[0] if words else "1"
-        """Whose draws these are."""
         self._random = random.Random("\0".join((str(seed), *words)))
 
     def shuffled(self, items: Iterable[Item]) -> list[Item]:

@@ -291,7 +291,8 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
         raise BadValue(f"stage {stage.id!r} has no method")
     require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
-    return METHODS[use.kind](given, protocol.stimuli, SeededRandom(protocol.seed, participant, stage.id))
+    draws = SeededRandom(protocol.seed, participant, stage.id)
+    return METHODS[use.kind](given, protocol.stimuli, draws, participant)
 
 
 def all_stages(protocol: Protocol, participant: str) -> Sequence[Stage]:

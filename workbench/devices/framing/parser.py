@@ -54,6 +54,11 @@ class FrameCounts(Struct, frozen=True):
     restarts: int = 0
     foreign: int = 0
 
+    @property
+    def valid(self) -> int:
+        """All valid frames, handed over or not."""
+        return self.accepted + self.doubled + self.stale + self.foreign
+
 
 _COUNTS = [(name, np.int64) for name in FrameCounts.__struct_fields__]
 _TOTAL = np.dtype(_COUNTS, align=True)
@@ -180,12 +185,6 @@ class Parser:
     def counts(self) -> FrameCounts:
         """Counts of all frames so far."""
         return FrameCounts(*self._state.total[0].tolist())
-
-    @property
-    def valid(self) -> int:
-        """Number of valid frames so far, handed over or not."""
-        total = self._state.total[0]
-        return int(total["accepted"] + total["doubled"] + total["stale"] + total["foreign"])
 
     def period_us(self, tile: int) -> int:
         """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""

@@ -45,8 +45,10 @@ class Bayesian(Method):
     catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing; one interval only.")
     question = Text("Did you feel it?", doc="What is asked after each trial.")
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
-        super().__init__(given, stimuli, draws)
+    def __init__(
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+    ) -> None:
+        super().__init__(given, stimuli, draws, participant)
         self._stimulus = given["followed"]
         self._quest = quest_of(given)
         self._number = 0

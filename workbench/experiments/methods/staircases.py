@@ -70,8 +70,10 @@ class Staircases(Method):
     most_trials = Count(120, 10, 10000, doc="A staircase that has not ended after so many is given up.")
     question = Text("Did you feel it?", doc="What is asked after each trial.")
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
-        super().__init__(given, stimuli, draws)
+    def __init__(
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+    ) -> None:
+        super().__init__(given, stimuli, draws, participant)
         names = [name for name in given["followed"] for _ in range(given["pairs"])]
         self._queue = draws.shuffled(names) if given["standard"] else names
         self._block = self._number = self._restarts = 0
