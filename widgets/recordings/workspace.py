@@ -73,6 +73,8 @@ class RecordingsWorkspace(Workspace):
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self)
+        self._renaming: Path | None = None
+        """Its survey waits until it has its name: a recording that is read cannot be renamed."""
         self._survey_again = False
         self._build()
         self._connect()
@@ -146,7 +148,10 @@ class RecordingsWorkspace(Workspace):
         if self.follower.is_written(opened.path):
             self.progress.setText("recording…")
         elif opened.survey is None or not opened.is_drawn:
-            self.surveyor.begin(opened.path)
+            if opened.path == self._renaming:
+                self._survey_again = True
+            else:
+                self.surveyor.begin(opened.path)
         self.readout.choose_tile(0)
         self.axis.set_cursor(0.0)
 
@@ -234,11 +239,13 @@ class RecordingsWorkspace(Workspace):
         else:
             if self._is_open(path):
                 self.playback.stop()
-                self._survey_again = self.surveyor.is_busy
+                self._survey_again |= self.surveyor.is_busy
                 self.surveyor.stop()
+            self._renaming = path
             self.reader.rename(path, name)
 
     def _show_renamed(self, old: Path, new: Path) -> None:
+        self._renaming = None
         content = self.axis.content
         if content is not None and self._is_open(old):
             content.opened = replace(content.opened, path=new)
@@ -248,6 +255,7 @@ class RecordingsWorkspace(Workspace):
 
     def _show_kept(self, path: Path, why: str) -> None:
         """Say why a recording keeps its name."""
+        self._renaming = None
         self.recordings.show_problem(why)
         if self._is_open(path):
             self._go_on_with_survey()

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
+from underfoot.records.survey import load_cached_survey
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +97,19 @@ def test_the_menu_renames_what_is_under_the_mouse(workspace, folder, qtbot):
     qtbot.waitUntil(lambda: names(workspace) == ["monday", "wednesday"])
     qtbot.waitUntil(lambda: workspace.title.text() == "monday" and workspace.axis.content is not None)
     assert workspace.recordings.chosen_path() == folder / "monday.underfoot"
+
+
+def test_one_that_is_renamed_while_it_is_being_opened_is_surveyed_under_its_new_name(workspace, folder, qtbot):
+    said, found = [], []
+    workspace.notified.connect(said.append)
+    workspace.surveyor.found.connect(lambda survey: found.append(survey.whole))
+    click(workspace, "tuesday")
+    type_name(workspace, "wednesday")  # nothing of the recording was shown yet
+    qtbot.waitUntil(lambda: True in found or bool(said))
+    assert not said
+    assert workspace.title.text() == "wednesday"
+    with Recording(folder / "wednesday.underfoot") as recording:
+        assert load_cached_survey(recording).whole
 
 
 @pytest.mark.parametrize(
