@@ -171,20 +171,30 @@ def test_a_load_cell_that_jumps_costs_its_page_and_not_the_calibration(jump_n, s
     assert result.figures["full_scale_n"] == pytest.approx(400.0)
 
 
-@pytest.mark.parametrize("page", ["sensor1-tare", "sensor1-rise1", "sensor1-hold"])
-def test_a_page_begins_again_after_a_line_that_was_gone(page):
+@pytest.mark.parametrize(
+    ("page", "again", "after"),
+    [
+        ("tare", "tare", "rise1"),
+        ("rise1", "rise1", "fall1"),
+        ("fall2", "rise2", "rise3"),
+        ("hold", "hold", "release"),
+        ("release", "hold", "release"),
+    ],
+)
+def test_a_page_begins_again_after_a_line_that_was_gone(page, again, after):
+    """A falling force with its rise: whoever let go meanwhile has nothing left that could fall."""
     procedure, hand = FsrProcedure(TILE), Hand()
-    walked(procedure, hand, QUICK, page)
+    walked(procedure, hand, QUICK, f"sensor1-{page}")
     assert step(procedure, hand)
     hand.time += 4.0
     with pytest.raises(BadMeasurement, match=r"nothing was read for 4\.0 s"):
         step(procedure, hand)
-    assert procedure.page.key == page
+    assert procedure.page.key == f"sensor1-{again}"
     before_s, hand.force = hand.time, 0.0
-    walked(
-        procedure, hand, QUICK, {"tare": "sensor1-rise1", "rise1": "sensor1-fall1", "hold": "sensor1-release"}[page[8:]]
-    )
-    assert procedure.step_data()[-1].readings.time_s[0] > before_s
+    walked(procedure, hand, QUICK, f"sensor1-{after}")
+    measured = {data.step.page.key[8:]: data.readings for data in procedure.step_data()}
+    assert measured[again].time_s[0] > before_s
+    assert page not in measured or measured[page].time_s[0] > before_s
 
 
 def test_weights_out_of_order_are_refused():

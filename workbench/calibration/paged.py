@@ -132,9 +132,11 @@ class PagedProcedure:
         except Inconclusive:
             raise
         except BadMeasurement:
-            self._step_data.pop(self._at, None)
-            self._answers.pop(self._at, None)
-            self._incoming, self._progress = NO_READINGS, PageProgress()
+            again = self._with_load(self._at)
+            for k in range(again, self._at + 1):
+                self._step_data.pop(k, None)
+                self._answers.pop(k, None)
+            self._open(again)
             raise
 
     def take_recording(self, recorded: NDArray[np.float64]) -> None:
@@ -165,8 +167,7 @@ class PagedProcedure:
         at = self._at - 1
         if at in self._skipped:
             at = next(k for k, step in enumerate(self._steps) if step.group == self._steps[at].group)
-        while self._steps[at].lets_go:
-            at -= 1
+        at = self._with_load(at)
         self._skipped = {k for k in self._skipped if k < at}
         self._step_data = {k: readings for k, readings in self._step_data.items() if k < at}
         self._answers = {k: answers for k, answers in self._answers.items() if k < at}
@@ -176,6 +177,12 @@ class PagedProcedure:
     def step_data(self) -> list[StepData]:
         """Return the data taken so far, in order."""
         return [StepData(self._steps[k], self._step_data[k], self._answers.get(k, {})) for k in sorted(self._step_data)]
+
+    def _with_load(self, at: int) -> int:
+        """Return the index of a step, or of the one whose load it lets go of."""
+        while self._steps[at].lets_go:
+            at -= 1
+        return at
 
     def _open(self, at: int) -> None:
         self._at, self._incoming, self._progress = at, NO_READINGS, PageProgress()
