@@ -2,6 +2,7 @@
 
 from collections import Counter
 from itertools import pairwise
+from math import lcm
 
 import pytest
 from made_studies import TD, protocol_text, trials, walked
@@ -9,7 +10,7 @@ from made_studies import TD, protocol_text, trials, walked
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.latin_square import row_of, rows_of
+from underfoot.experiments.latin_square import Turn, number_of_row, row_of, rows_of
 from underfoot.experiments.plan import plan_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
@@ -71,6 +72,30 @@ def test_stimuli_of_successive_blocks_have_successive_rows(kind, parameters):
     assert [trial.facts["block_row"] for trial in found[::3]] == [2, 3, 4, 5, 6, 1]
 
 
+@pytest.mark.parametrize(("stages", "size"), [(2, 2), (2, 3), (2, 4), (3, 3), (3, 4), (4, 5)])
+def test_every_order_of_stages_meets_every_order_of_stimuli(stages, size):
+    """Both followed the number alike, so that of two stages and three stimuli odd ids had rows 1, 3 and 5."""
+    pairs = [(number_of_row(f"P{k}", stages), Turn(f"P{k}", stages).row(size)) for k in range(1, 201)]
+    orders, rows = rows_of(stages), rows_of(size)
+    assert len(set(pairs[: orders * rows])) == orders * rows
+    assert set(Counter(row for _, row in pairs[: lcm(orders, rows)]).values()) == {lcm(orders, rows) // rows}
+    if size % 2:  # half of the people do for places
+        places = Counter((o, place) for o, row in pairs[: orders * size] for place in enumerate(row_of(size, row)))
+        assert (len(places), len(set(places.values()))) == (orders * size * size, 1)
+
+
+def test_the_report_has_who_met_which_pair_of_orders_and_whose_ids_are_next():
+    protocol = made([rated("one", order="counterbalanced"), rated("two")], ["one", "two"])
+    rows = []
+    for number in range(1, 8):
+        study = Study(protocol, f"P{number}")
+        walked(study)
+        rows += table_of(protocol, f"P{number}", study.entries)
+    *_, found = analysed(rows, protocol, Settings())
+    assert found.tables[2].rows == ((1, 1, 0), (2, 1, 0), (3, 1, 0), (4, 1, 1), (5, 0, 1), (6, 0, 1))
+    assert "the rows of ids with the number 8, 9, 10, 11, 12. Above 12 it begins again." in found.tables[2].note
+
+
 def test_who_had_which_row_is_in_the_table_and_the_balance_in_the_report():
     protocol = made([rated("one", order="counterbalanced"), rated("two")], ["one", "two"])
     rows = []
@@ -80,13 +105,13 @@ def test_who_had_which_row_is_in_the_table_and_the_balance_in_the_report():
         rows += table_of(protocol, participant, study.entries)
     assert {(row["participant"], row["stages_row"]) for row in rows} == {("P01", 1), ("P02", 2), ("P03", 1)}
     *_, found = analysed(rows, protocol, Settings())
-    stages, stimuli = found.tables
+    stages, stimuli, _ = found.tables
     assert stages.rows == ((1, "one, two", 2), (2, "two, one", 1))
     assert stages.note.startswith("Not balanced: row 2 has fewest.")
-    assert [row[1:] for row in stimuli.rows[:3]] == [("A, B, C", 1), ("B, C, A", 1), ("C, A, B", 1)]
-    assert [row[2] for row in stimuli.rows[3:]] == [0, 0, 0]
+    assert [row[1:] for row in stimuli.rows[:3]] == [("A, B, C", 1), ("B, C, A", 1), ("C, A, B", 0)]
+    assert [row[2] for row in stimuli.rows[3:]] == [1, 0, 0]
     *_, sorted_otherwise = analysed(rows[::-1], protocol, Settings())
-    assert [table.rows for table in sorted_otherwise.tables] == [stages.rows, stimuli.rows]
+    assert [table.rows for table in sorted_otherwise.tables] == [table.rows for table in found.tables]
 
 
 def test_a_table_of_another_program_need_not_have_the_rows_and_what_is_no_row_is_refused():

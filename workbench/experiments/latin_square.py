@@ -2,9 +2,15 @@
 
 Over all rows each condition is equally often in each place, and equally often right after each other one. A square of
 an odd number of conditions needs its mirror image, too: twice as many rows.
+
+Where stages and the stimuli within them are both counterbalanced, every row of stages meets every row of stimuli: both
+squares are crossed. That takes as many participants as there are pairs of rows. It is the least, and each square is
+balanced by itself after the least common multiple of its rows.
 """
 
 import re
+from math import gcd, lcm
+from typing import NamedTuple
 
 from underfoot.errors import BadValue
 
@@ -36,7 +42,39 @@ def number_of_row(participant: str, size: int) -> int:
     >>> number_of_row("P01", 4), number_of_row("P06", 4)
     (1, 2)
     """
+    return 1 + _number(participant) % rows_of(size)
+
+
+class Turn(NamedTuple):
+    """A participant, in a study of which so many `stages` change places, too; 0 if none do."""
+
+    participant: str = "1"
+    stages: int = 0
+
+    def row(self, size: int) -> int:
+        """Return the number of the participant's row of so many stimuli, from 1.
+
+        >>> [(number_of_row(f"P{k}", 2), Turn(f"P{k}", stages=2).row(2)) for k in (1, 2, 3, 4)]
+        [(1, 1), (2, 2), (1, 2), (2, 1)]
+        """
+        if not self.stages:
+            return number_of_row(self.participant, size)
+        number, rows, orders = _number(self.participant), rows_of(size), rows_of(self.stages)
+        alike = gcd(rows, orders)
+        again = number // lcm(rows, orders) % alike
+        # Each time an order of stages would meet the same rows again, the rows are shifted, first by even numbers. So
+        # of an odd number of stimuli it meets a whole square before the mirrored one.
+        at = (number + 2 * again % alike + 2 * again // alike) % rows
+        return 1 + (at // 2 + size * (at % 2) if size % 2 else at)
+
+
+ANYONE = Turn()
+"""The turn where orders are not asked for."""
+
+
+def _number(participant: str) -> int:
+    """Return the last number in an id, from 0."""
     numbers = re.findall(r"\d+", participant)
     if not numbers:
         raise BadValue(f"participant is {participant!r}; allowed: an id with a number, as P01: orders follow from it")
-    return 1 + (int(numbers[-1]) - 1) % rows_of(size)
+    return int(numbers[-1]) - 1

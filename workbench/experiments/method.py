@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from underfoot.errors import BadValue, require
 from underfoot.experiments.declared import TextLine
-from underfoot.experiments.latin_square import number_of_row, row_of, rows_of
+from underfoot.experiments.latin_square import ANYONE, Turn, row_of, rows_of
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial, is_right
@@ -72,13 +72,13 @@ class Method(ABC):
         cls.parameters = own | {name: v for name, v in inherited.items() if name not in own}
 
     def __init__(
-        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
     ) -> None:
         """Store `given`, checked parameters as `checked` returns them, and begin at the first trial.
 
-        `participant` is the id by whose number orders are counterbalanced.
+        `turn` is the participant's, by which orders are counterbalanced.
         """
-        self.given, self.stimuli, self.draws, self.participant = given, stimuli, draws, participant
+        self.given, self.stimuli, self.draws, self.turn = given, stimuli, draws, turn
 
     @classmethod
     def checked(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> dict[str, Any]:
@@ -177,9 +177,9 @@ class ListedMethod(Method):
     """A method whose list of trials is known in advance."""
 
     def __init__(
-        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
     ) -> None:
-        super().__init__(given, stimuli, draws, participant)
+        super().__init__(given, stimuli, draws, turn)
         self.trials = tuple(self.listed())
         self._at = 0
 
@@ -231,6 +231,6 @@ class BlockedMethod(ListedMethod):
     def _block(self, names: Sequence[str], block: int, repeats: int) -> list[tuple[str, dict[str, int]]]:
         if self.given["order"] == DRAWN:
             return [(name, {}) for name in self.draws.shuffled([*names] * repeats)]
-        own = number_of_row(self.participant, len(names)) + (block - 1) * repeats
+        own = self.turn.row(len(names)) + (block - 1) * repeats
         rows = [1 + (own - 1 + k) % rows_of(len(names)) for k in range(repeats)]
         return [(names[k], {BLOCK_ROW: row}) for row in rows for k in row_of(len(names), row)]

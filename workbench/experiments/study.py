@@ -14,6 +14,7 @@ import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.duration import usual_s
+from underfoot.experiments.latin_square import Turn
 from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
@@ -292,7 +293,8 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
     require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
     draws = SeededRandom(protocol.seed, participant, stage.id)
-    return METHODS[use.kind](given, protocol.stimuli, draws, participant)
+    turn = Turn(participant, len(protocol.counterbalanced))
+    return METHODS[use.kind](given, protocol.stimuli, draws, turn)
 
 
 def all_stages(protocol: Protocol, participant: str) -> Sequence[Stage]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from underfoot.errors import BadValue, require
+from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName
 from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
@@ -46,9 +47,9 @@ class Bayesian(Method):
     question = Text("Did you feel it?", doc="What is asked after each trial.")
 
     def __init__(
-        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
     ) -> None:
-        super().__init__(given, stimuli, draws, participant)
+        super().__init__(given, stimuli, draws, turn)
         self._stimulus = given["followed"]
         self._quest = quest_of(given)
         self._number = 0

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from underfoot.errors import BadValue, require
+from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
@@ -71,9 +72,9 @@ class Staircases(Method):
     question = Text("Did you feel it?", doc="What is asked after each trial.")
 
     def __init__(
-        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, participant: str = "1"
+        self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
     ) -> None:
-        super().__init__(given, stimuli, draws, participant)
+        super().__init__(given, stimuli, draws, turn)
         names = [name for name in given["followed"] for _ in range(given["pairs"])]
         self._queue = draws.shuffled(names) if given["standard"] else names
         self._block = self._number = self._restarts = 0
