@@ -145,7 +145,12 @@ class NumberEditor(ParameterEditor):
         elif self.field.is_untouched:  # an undo, say
             self.field.show_text(self._value_text(EXACT_DIGITS))
         self.slider.set_position(self._position(self._value))
+        self._say_value()
         self.inverted.setChecked(math.copysign(1.0, self._value) < 0.0)
+
+    def _say_value(self) -> None:
+        """Tell a screen reader the value with its unit: of the slider itself it has thousandths of the way."""
+        self.slider.setAccessibleDescription(self._value_text(4))
 
     def _slider_moved(self, position: float) -> None:
         value = self._rounded_value(position)
@@ -162,6 +167,7 @@ class NumberEditor(ParameterEditor):
         with QSignalBlocker(self.field):
             self.field.show_text(self._value_text(4))
         self.field.show_error("")
+        self._say_value()
 
     def _step(self, event: QKeyEvent) -> None:
         """Move the value by an arrow key in its field as on its slider, from what is typed. Without a slider, a whole

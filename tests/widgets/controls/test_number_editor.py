@@ -95,7 +95,9 @@ def test_an_arrow_key_moves_a_gain_off_0_db_and_shift_finely(qtbot, editor):
     editor.slider.setFocus()
     qtbot.keyClick(editor.slider, Qt.Key.Key_Right)
     assert 1.0 < given[-1] < 10.0 ** (2.0 / 20.0)
+    assert editor.slider.accessibleDescription() == editor.field.text() != "0 dB"
     typed(qtbot, editor, "0 dB")
+    assert editor.slider.accessibleDescription() == "0 dB", "a screen reader says the value with its unit"
     editor.slider.setFocus()
     qtbot.keyClick(editor.slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
     assert 10.0 ** (-0.3 / 20.0) < given[-1] < 1.0
