@@ -21,6 +21,11 @@ _WINDOW_COLOURS = {
 }
 """Colours that only the window has, beside those of `look.PALETTES`: panels, controls, and controls under the mouse."""
 
+TITLE_SHARE = 0.34
+"""Share of a node's colour in the strip of its title."""
+_TITLED = ("force", "vibration", "events", "contact", "alarm", "muted")
+"""Colours of nodes, and of groups that are drawn as one."""
+
 _MIXTURES = {
     "selected": ("vibration", "raised", 0.45),
     "checked": ("vibration", "raised", 0.3),
@@ -30,6 +35,7 @@ _MIXTURES = {
     "alarming text": ("alarm", "text", 0.4),
     "assuring": ("contact", "panel", 0.22),
     "quiet": ("muted", "raised", 0.92),
+    **{f"{name} title": (name, "panel", TITLE_SHARE) for name in _TITLED},
 }
 """Mixed colours of every palette: a colour, the one that it is mixed with, and its share."""
 
@@ -45,6 +51,7 @@ TEXT_BACKGROUNDS = {
         "alarming",
         "alarming hover",
         "assuring",
+        *(f"{name} title" for name in _TITLED),
     ),
     "muted": ("ground", "panel", "raised", "hover"),
     "alarming text": ("alarming", "alarming hover"),

@@ -4,9 +4,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QRectF
 
 from underfoot.drawing import look
 from underfoot.widgets import theme
+from underfoot.widgets.design.node_geometry import COST_ROOM, TITLE
 
 
 def contrast(colour, ground):
@@ -36,6 +38,25 @@ def test_every_pair_stands_out(name, declared, least):
 def test_the_formula_gives_what_wcag_says():
     assert contrast("#ffffff", "#000000") == pytest.approx(21.0)
     assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.005)
+
+
+@pytest.mark.parametrize("name", look.PALETTES)
+def test_what_a_node_costs_can_be_read_in_the_strip_of_its_title(workspace, name):
+    canvas = workspace.canvas
+    try:
+        theme.choose_palette(name)
+        canvas.update_colours()
+        canvas.zoom_to(2.0)
+        for id, cost, state in (("hum", "1 %", ""), ("push", "1 %", ""), ("hum", "", "fault"), ("hum", "", "asleep")):
+            node = canvas.patch_scene.nodes[id]
+            node.set_cost(cost, state)
+            canvas.centerOn(node)
+            place = node.mapToScene(QRectF(node.geometry.width - COST_ROOM, 2.0, COST_ROOM - 2.0, TITLE - 4.0))
+            seen = canvas.viewport().grab(canvas.mapFromScene(place).boundingRect()).toImage()
+            colours = {seen.pixelColor(x, y).name() for x in range(seen.width()) for y in range(seen.height())}
+            assert max(contrast(colour, seen.pixelColor(0, 0).name()) for colour in colours) >= 4.5, (id, state)
+    finally:
+        theme.choose_palette("dark")
 
 
 def lab(colour):

@@ -250,7 +250,8 @@ class NodeItem(QGraphicsItem):
         if self.state == "unused" and not self.isSelected():
             border.setStyle(Qt.PenStyle.DashLine)
         painter.fillPath(body, QColor(theme.mixed(theme.RAISED, theme.GROUND, 0.6) if quiet else theme.RAISED))
-        painter.fillPath(strip, QColor(theme.mixed(colour, theme.PANEL, 0.12 if quiet else 0.34)))
+        title = theme.mixed(colour, theme.PANEL, 0.12 if quiet else theme.TITLE_SHARE)
+        painter.fillPath(strip, QColor(theme.PALETTE["alarming"] if self.state == "fault" else title))
         painter.strokePath(body, border)
 
     def _paint_title(self, painter: QPainter, quiet: bool) -> None:
@@ -263,7 +264,8 @@ class NodeItem(QGraphicsItem):
         note = self.state if self.state in ("asleep", "unused", "fault") else self.cost
         if note:
             painter.setFont(theme.font(theme.SMALL_PX))
-            painter.setPen(QColor(theme.ALARM if self.state == "fault" else theme.MUTED))
+            fault = self.state == "fault"
+            painter.setPen(QColor(theme.PALETTE["alarming text"] if fault else theme.MUTED if quiet else theme.TEXT))
             painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), _AT_RIGHT, note)
 
     def _paint_far_title(self, painter: QPainter, quiet: bool, zoom: float) -> None:
