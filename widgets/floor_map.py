@@ -84,8 +84,8 @@ class FloorMap(QWidget):
 
     def update_colours(self) -> None:
         """Repaint in the present colours."""
-        shares = [0.06 + 0.54 * shade / (_SHADES - 1) for shade in range(_SHADES)]
-        self._amber = [QColor(theme.mixed(theme.FORCE, theme.RAISED, share)) for share in shares]
+        shares = [0.13 + 0.87 * shade / (_SHADES - 1) for shade in range(_SHADES)]
+        self._amber = [QColor(theme.mixed(theme.PALETTE["loaded"], theme.RAISED, share)) for share in shares]
         self._background = None
 
     def set_floor(self, floor: Floor) -> None:
@@ -303,7 +303,7 @@ class FloorMap(QWidget):
                 painter.setPen(QPen(QColor(theme.LINE), 1.0))
                 painter.setBrush(self._amber[min(int(load_n / FULL_SCALE_N * _SHADES), _SHADES - 1)])
                 painter.drawPolygon(polygon)
-                self._paint_name(painter, row)
+                self._paint_name(painter, row, theme.TEXT)
             if area.width() < 36.0:
                 continue
             line = 14 if area.width() < 88.0 else 0
@@ -333,16 +333,16 @@ class FloorMap(QWidget):
         for row, polygon in enumerate(self._polygons):
             painter.setPen(QPen(QColor(theme.LINE), 1.0))
             painter.drawPolygon(polygon)
-            self._paint_name(painter, row)
+            self._paint_name(painter, row, theme.MUTED)
         self._paint_scale(painter, self._transform.m11())
         painter.end()
         return picture
 
-    def _paint_name(self, painter: QPainter, row: int) -> None:
+    def _paint_name(self, painter: QPainter, row: int, colour: str) -> None:
         assert self._floor is not None
         area = self._polygons[row].boundingRect()
         if min(area.width(), area.height()) >= 32.0:
-            painter.setPen(QColor(theme.MUTED))
+            painter.setPen(QColor(colour))
             painter.drawText(area.adjusted(6, 4, -6, -4), Qt.AlignmentFlag.AlignLeft, self._floor.tiles[row].id)
 
     def _paint_scale(self, painter: QPainter, px_per_m: float) -> None:

@@ -1,5 +1,6 @@
 """The look of the window: colours, fonts, the 8-pixel grid, and one accent per kind of signal."""
 
+import math
 from functools import cache, lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -35,6 +36,11 @@ _MIXTURES = {
     "alarming text": ("alarm", "text", 0.4),
     "assuring": ("contact", "panel", 0.22),
     "quiet": ("muted", "raised", 0.92),
+    "loaded": ("force", "raised", 0.45),
+    "left foot": ("contact", "panel", 0.7),
+    "right foot": ("contact", "panel", 0.4),
+    "a foot": ("contact", "panel", 0.6),
+    "no step": ("contact", "panel", 0.15),
     **{f"{name} title": (name, "panel", TITLE_SHARE) for name in _TITLED},
 }
 """Mixed colours of every palette: a colour, the one that it is mixed with, and its share."""
@@ -51,6 +57,7 @@ TEXT_BACKGROUNDS = {
         "alarming",
         "alarming hover",
         "assuring",
+        "loaded",
         *(f"{name} title" for name in _TITLED),
     ),
     "muted": ("ground", "panel", "raised", "hover"),
@@ -184,6 +191,18 @@ def fill(widget: QWidget, role: str) -> None:
     """Give a plain widget the background of its role, "ground" or "panel"."""
     widget.setProperty("role", role)
     widget.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+
+
+def text_on(colour: str) -> str:
+    """Return the colour of text on a colour: that of text, or of the ground, whichever stands out more (WCAG 2.1)."""
+    return max((TEXT, GROUND), key=lambda text: abs(math.log((_luminance(text) + 0.05) / (_luminance(colour) + 0.05))))
+
+
+def _luminance(colour: str) -> float:
+    """Return the relative luminance of a colour, 0 to 1."""
+    parts = [part / 255 for part in look.rgb(colour)]
+    red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 def set_role(widget: QWidget, role: str) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from on_screen import place_on, show
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor, Tile
@@ -62,6 +63,9 @@ def test_a_loaded_tile_that_is_off_its_command_says_so_where_it_can_be_read(floo
         return inside.count(theme.GROUND), inside.count(theme.ALARM)
 
     floor_map.set_loads([800.0, 0.0, 0.0], [False] * 3)
+    image, corner = floor_map.grab().toImage(), place_on(floor_map, turned.tiles[0], -0.15, 0.15)
+    name = [image.pixelColor(corner.x() + x, corner.y() + y).lightness() for x in range(4, 24) for y in range(4, 18)]
+    assert max(name) > QColor(theme.MUTED).lightness()
     assert grounds() == (0, 0)
     floor_map.set_deviating([True, False, False])
     ground, alarm = grounds()

@@ -35,6 +35,16 @@ def test_every_pair_stands_out(name, declared, least):
     assert {pair: ratio for pair, ratio in found.items() if ratio < least} == {}
 
 
+@pytest.mark.parametrize("name", look.PALETTES)
+def test_the_number_of_a_step_stands_out_on_the_bar_of_its_foot(name):
+    try:
+        theme.choose_palette(name)
+        bars = [theme.PALETTE[foot] for foot in ("left foot", "right foot", "a foot")]
+        assert min(contrast(theme.text_on(bar), bar) for bar in bars) >= 4.5
+    finally:
+        theme.choose_palette("dark")
+
+
 def test_the_formula_gives_what_wcag_says():
     assert contrast("#ffffff", "#000000") == pytest.approx(21.0)
     assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.005)

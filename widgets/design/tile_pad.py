@@ -153,7 +153,7 @@ class TilePad(QWidget):
             )
             painter.drawEllipse(at, 2.5, 2.5)
         painter.setFont(theme.font(theme.SMALL_PX))
-        painter.setPen(QColor(theme.MUTED))
+        painter.setPen(QColor(theme.TEXT if self._flash else theme.MUTED))
         if self._began is None:
             words = "" if self._is_small else "\nclick strikes\ndrag presses"
             room = int(area.width()) - theme.GRID

@@ -326,12 +326,13 @@ class TrackPainter:
         for contact, bar in self.bars(chosen):
             number = self.content.number_of.get(contact.id)
             step = self.content.steps[number].step if number is not None and number in passing else None
-            share = {"left": 0.75, "right": 0.45}.get(step.side, 0.6) if step else 0.15
+            foot = {"left": "left foot", "right": "right foot"}.get(step.side, "a foot") if step else "no step"
+            colour = theme.PALETTE[foot]
             painter.setPen(QPen(QColor(theme.TEXT if contact.id == chosen else theme.CONTACT), 1.0))
-            painter.setBrush(QColor(theme.mixed(theme.CONTACT, theme.PANEL, share)))
+            painter.setBrush(QColor(colour))
             painter.drawRect(bar)
             if step and bar.width() > 26.0:
-                painter.setPen(QColor(theme.GROUND if share > 0.5 else theme.TEXT))
+                painter.setPen(QColor(theme.text_on(colour)))
                 text = f"{step.step} {step.side[0].upper() if step.side != 'unknown' else ''}"
                 person = f"  person {step.person}" if step.person and bar.width() > 84.0 else ""
                 painter.drawText(bar, Qt.AlignmentFlag.AlignCenter, text + person)
@@ -364,7 +365,7 @@ class TrackPainter:
         width = max(round(self.right - self.left), 1)
         pixels = np.zeros((_BARS, width), np.uint32)
         at = np.clip((left[thin] - self.left).astype(np.intp), 0, width - 1)
-        pixels[self.content.bar_rows[thin], at] = QColor(theme.mixed(theme.CONTACT, theme.PANEL, 0.6)).rgb()
+        pixels[self.content.bar_rows[thin], at] = QColor(theme.PALETTE["a foot"]).rgb()
         for row in range(_BARS):
             image = QImage(pixels[row].data, width, 1, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
             top = self.tracks["contacts"].top + 3.0 + row * _BAR_PX
