@@ -31,7 +31,8 @@ from underfoot.engine.compile_progress import CompileProgress
 from underfoot.engine.compiler_supervisor import SHARED, CompilerSupervisor
 from underfoot.engine.engine_supervisor import EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.recorder import RecordAbout, Recorder, record_of
+from underfoot.engine.recorder import RecordAbout, record_of
+from underfoot.engine.recorder_supervisor import RecorderSupervisor
 from underfoot.engine.repeats import Repeats
 from underfoot.engine.reports import (
     CommandApplied,
@@ -64,8 +65,6 @@ STANDBY_AFTER_S = 3.0
 """Time after the first engine's start at which a standby engine and the compiler are started, unless needed sooner.
 Until then, the processor is free for what the user waits for.
 """
-RECORDER_END_S = 120.0
-"""Time limit for the recorder to close its file; a recorder that died on a busy machine restarts within it."""
 
 
 class Session:
@@ -105,8 +104,7 @@ class Session:
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler = CompilerSupervisor()
         self._is_edited = is_edited
-        self._recorder: Recorder | None = None
-        self._ending_recorders: list[Recorder] = []
+        self._recorder = RecorderSupervisor(self.memory.recorded)
         self._restarts = defaultdict[str, RestartLimit](lambda: RestartLimit(MOST_DEATHS, WITHIN_S))
         self._setup: Setup | None = None  # the program last sent to the engine; the first waits for a recorder's file
         self._started = False  # whether the engine plays it
@@ -161,9 +159,6 @@ class Session:
                 self._compiler.start()
         self._restart_compiler()
         self._restart_recorder()
-        for recorder in [one for one in self._ending_recorders if one.has_ended()]:
-            self._reports.extend(Notice(text) for text in recorder.last_notices)
-            self._ending_recorders.remove(recorder)
         reports, self._reports = self._reports, []
         return reports
 
@@ -185,8 +180,7 @@ class Session:
     @property
     def pids(self) -> dict[str, int]:
         """The numbers of the processes that run, by name: engine, standby, compiler, recorder."""
-        recorder = {"recorder": self._recorder.pid} if self._recorder is not None else {}
-        return {**self._engine.pids, **self._compiler.pids, **recorder}
+        return {**self._engine.pids, **self._compiler.pids, **self._recorder.pids}
 
     # --- playing ---
 
@@ -305,7 +299,7 @@ class Session:
     @property
     def recording(self) -> Path | None:
         """The file that is being recorded to."""
-        return self._recorder.path if self._recorder is not None else None
+        return self._recorder.path
 
     def record(self, path: str | Path) -> None:
         """Record forces, vibration and commands to a new file, from now on, until `stop_recording`.
@@ -326,30 +320,19 @@ class Session:
             "corrections": self._equalisers_text(),
             "simulation": made_of.dumps().decode() if made_of else "",
         }
-        self._recorder = Recorder(Path(path), about, self.memory.recorded)
+        self._recorder.begin(Path(path), about)
 
     def stop_recording(self) -> list[str]:
         """Close the recording and wait until the file is whole; return what kept it from that, one line each."""
         self.end_recording()
-        said: list[str] = []
-        while self._ending_recorders:
-            recorder = self._ending_recorders.pop()
-            recorder.has_ended(RECORDER_END_S)
-            said += recorder.last_notices
-        return said
+        return self._recorder.wait()
 
     def end_recording(self) -> None:
         """Close the recording; the file is complete about 0.2 s later, without blocking."""
-        if self._recorder is not None:
+        if self.recording is not None:
             reported = int(self.memory.status.get(Field.REPORTED))
             self._handle_engine_reports()
             self._recorder.end(reported)
-            self._ending_recorders.append(self._recorder)
-            self._recorder = None
-
-    def _tell_recorder(self, key: str, value: str) -> None:
-        if self._recorder is not None:
-            self._recorder.send(RecordAbout(key, value))
 
     def _equalisers_text(self) -> str:
         return msgspec.json.encode(tuple(self._equalisers.values())).decode()
@@ -404,12 +387,12 @@ class Session:
 
     def _start_engine(self) -> None:
         """Send the waiting engine its configuration, after a requested recording has started."""
-        if self._setup is None and self._recorder is not None and not self._recorder.has_begun:
+        if self._setup is None and self._recorder.awaits_file:
             return
         patch, scopes = (self.patch, self.scopes) if self.is_compiled else self._compiled
         if self._setup is None:
-            self._tell_recorder("patch", patch.dumps().decode())
-            self._tell_recorder("corrections", self._equalisers_text())
+            self._recorder.send(RecordAbout("patch", patch.dumps().decode()))
+            self._recorder.send(RecordAbout("corrections", self._equalisers_text()))
         self._started = False
         frame, since = self._engine.resume_point
         self._setup = Setup(
@@ -445,7 +428,7 @@ class Session:
         for message in self._engine.receive():
             self.repeats.take_report(message)
             match message:
-                case CommandApplied(frame, command) if self._recorder is not None:
+                case CommandApplied(frame, command) if self.recording is not None:
                     self._recorder.send(record_of(frame, command, self.target.rate))
                 case Compiling():
                     if not self._compiler.is_started:
@@ -455,7 +438,7 @@ class Session:
                 case PatchRefused():
                     self._is_refused = True
                 case Started(channels=channels) as started:
-                    self._tell_recorder("channels", json.dumps(channels))
+                    self._recorder.send(RecordAbout("channels", json.dumps(channels)))
                     if self._setup is not None:
                         self._catch_up(self._setup, started)
                     took_over = self._setup is not None and self._setup.since is not None
@@ -475,14 +458,12 @@ class Session:
     # --- processes that died ---
 
     def _restart_recorder(self) -> None:
-        recorder = self._recorder
-        if recorder is not None:
-            self._reports.extend(Notice(text) for text in recorder.receive())
-            reason = recorder.death()
-            if reason and self._may_restart("recorder", reason):
-                recorder.restart()
-            elif reason is not None:
-                self._recorder = None
+        self._reports.extend(Notice(text) for text in self._recorder.receive())
+        reason = self._recorder.reap()
+        if reason and self._may_restart("recorder", reason):
+            self._recorder.restart()
+        elif reason:
+            self._recorder.give_up()
         if self._setup is None and self._engine.is_started:
             self._start_engine()
 

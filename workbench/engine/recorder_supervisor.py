@@ -1,0 +1,86 @@
+"""Supervision of the recorders: one writes the present recording, and earlier ones may still be closing their files."""
+
+from pathlib import Path
+
+from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
+from underfoot.engine.rings import Ring
+
+RECORDER_END_S = 120.0
+"""Time limit for a recorder to close its file; one that died on a busy machine restarts within it."""
+
+
+class RecorderSupervisor:
+    """At most one recording that goes on, and those that were ended until their files are whole."""
+
+    def __init__(self, rings: dict[str, Ring]) -> None:
+        """Create it without a recording; the keys of `rings` are the names of the tables."""
+        self._rings = rings
+        self._recorder: Recorder | None = None
+        self._ending: list[Recorder] = []
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """The process id of the present recording's process by name; empty without a recording."""
+        return {"recorder": self._recorder.pid} if self._recorder is not None else {}
+
+    @property
+    def path(self) -> Path | None:
+        """The file that is being recorded to."""
+        return self._recorder.path if self._recorder is not None else None
+
+    @property
+    def awaits_file(self) -> bool:
+        """Whether there is a recording whose file does not exist yet."""
+        return self._recorder is not None and not self._recorder.has_begun
+
+    def begin(self, path: Path, about: dict[str, str]) -> None:
+        """Record to a new file from now on; the recording before was ended."""
+        self._recorder = Recorder(path, about, self._rings)
+
+    def send(self, message: RecordAbout | RecordCommand | RecordMark) -> None:
+        """Record this, if there is a recording."""
+        if self._recorder is not None:
+            self._recorder.send(message)
+
+    def end(self, frame: int) -> None:
+        """End the recording, if there is one, before a session frame, without waiting for its file."""
+        if self._recorder is not None:
+            self._recorder.end(frame)
+            self._ending.append(self._recorder)
+            self._recorder = None
+
+    def wait(self) -> list[str]:
+        """Wait until the files of ended recordings are whole; return what kept them from that, one line each."""
+        said: list[str] = []
+        while self._ending:
+            recorder = self._ending.pop()
+            recorder.has_ended(RECORDER_END_S)
+            said += recorder.last_notices
+        return said
+
+    def receive(self) -> list[str]:
+        """Return the recorders' notices, one line each."""
+        said = self._recorder.receive() if self._recorder is not None else []
+        for recorder in [one for one in self._ending if one.has_ended()]:
+            said += recorder.last_notices
+            self._ending.remove(recorder)
+        return said
+
+    def reap(self) -> str:
+        """Return why the present recording's process died; "" while it lives.
+
+        Also "" if it has ended by itself and reported why: then there is no recording any more.
+        """
+        reason = self._recorder.death() if self._recorder is not None else None
+        if reason == "":
+            self._recorder = None
+        return reason or ""
+
+    def restart(self) -> None:
+        """Restart the process that died; it continues its file."""
+        assert self._recorder is not None
+        self._recorder.restart()
+
+    def give_up(self) -> None:
+        """Leave the file as the process that died has left it; there is no recording any more."""
+        self._recorder = None
