@@ -9,7 +9,9 @@ from PySide6.QtTest import QTest
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import plate_of
+from underfoot.devices.transports.serial import PtySender
 from underfoot.engine.target import Target
+from underfoot.errors import DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, profiles_of
 from underfoot.studies.equipment import EquipmentChoice
@@ -243,3 +245,16 @@ def test_a_plate_that_is_not_there_is_said_before_anything_is_asked(hands, works
     assert "\n" not in hands.wizard.refusal.text()
     hands.click(hands.wizard.leaving)
     hands.wait(lambda: not workspace.is_measuring)
+
+
+def test_a_tile_that_sends_nothing_is_said_to_do_so_within_some_hundred_reads():
+    """Of 5 ms each by hand. In a terminal, where this ends the measurement, it takes longer."""
+    line = PtySender()
+    target = Target(default_floor(), kind="serial", source=line.name)
+    _, rig = KINDS[0].make(target, target.floor.tiles[1], Profile(tile="t2"), "")
+    try:
+        with pytest.raises(DeviceError, match="nothing comes of tile 1"):
+            [rig.read() for _ in range(600)]
+    finally:
+        rig.close()
+        line.close()

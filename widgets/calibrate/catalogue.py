@@ -71,7 +71,7 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
     if not by_hand(target):
         return SimulatedHand(_simulated(target, tile))
     port = transport_of(target.kind, target.source)
-    return DeviceRig(port, target.floor.index(tile.id), load_cell_of(cell) if cell else None)
+    return DeviceRig(port, target.floor.index(tile.id), load_cell_of(cell) if cell else None, _SILENT_READS)
 
 
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
@@ -109,7 +109,8 @@ def _stepping_rig(target: Target, tile: Tile, plate: str) -> Rig:
     servo = PlateServo(plate_at)
     try:
         port = transport_of(target.kind, target.source)
-        return PlateRig(DeviceRig(port, target.floor.index(tile.id), load_cell, displacement=sensor), servo)
+        rig = DeviceRig(port, target.floor.index(tile.id), load_cell, _SILENT_READS, sensor)
+        return PlateRig(rig, servo)
     except BaseException:
         servo.close()
         raise
@@ -122,6 +123,9 @@ def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
 
     return SimulatedTile(tile, simulation(target.simulation)[0])
 
+
+_SILENT_READS = 400
+"""Reads without a reading after which that is said, some three seconds: somebody stands there and presses."""
 
 _RIGS = {PRESSING: _pressing_rig, SHAKING: _shaking_rig, STEPPING: _stepping_rig}
 _REFERENCES = {

@@ -176,7 +176,7 @@ class _Worker:
         self.procedure, self.rig = procedure, WatchedRig(rig)
         self._orders, self._send_snapshot, self._pace, self._by_hand = orders, send_snapshot, pace, by_hand
         self._is_requested = self._is_automatic = self._is_inconclusive = False
-        self._rejection = ""
+        self._rejection = self._silence = ""
         self._inconclusive: Result | None = None
         self._values: Mapping[str, Any] = {}
         self._snapshot: Snapshot | None = None
@@ -266,13 +266,18 @@ class _Worker:
             self._pause_until_s = time.monotonic() + min(passed_s / self._pace.speed, _MAX_PAUSE_S)
 
     def _discard(self) -> None:
-        """Discard readings between pages; what was measured outlives a line that is gone."""
+        """Discard readings between pages; what was measured outlives a line that is gone, until it is back."""
         try:
-            self.rig.read()
+            is_back = bool(self.rig.read().time_s.size and self._silence)
         except UnderfootError as error:
             if str(error) != self._rejection:
-                self._rejection = str(error)
+                self._rejection = self._silence = str(error)
                 self._send(whole=True)
+            return
+        if is_back:
+            self._rejection = "" if self._rejection == self._silence else self._rejection
+            self._silence = ""
+            self._send(whole=True)
 
     def _step(self) -> None:
         if not step(self.procedure, self.rig, self._values):
