@@ -367,6 +367,7 @@ def test_back_repeats_one_place_and_keeps_the_others():
     walked(procedure, hand, quick, "place3-150")
     hand.counts = lambda corners: corners * [1.0, 1.0, 1.0, 1.6]
     walked(procedure, hand, quick, "place4-150")
+    assert "at x -132.5 mm, y 0 mm, and" in procedure.page.instruction  # as the picture says it
     hand.counts = lambda corners: corners
     walked(procedure, hand, quick, "place9-300")
     for place in range(9, 2, -1):

@@ -229,11 +229,11 @@ class CentroidProcedure(PagedProcedure):
     def _press_step(
         self, k: int, at: tuple[tuple[float, float], ...], load: float, rising: bool, first: bool
     ) -> PlaceStep:
-        x, y = at[k]
+        x, y = (1e3 * part + 0.0 for part in at[k])
         page = Page(
             f"place{k + 1}-{load:g}{'' if rising else '-falling'}",
             f"Place {k + 1} of {len(at)}: {load:.0f} N",
-            f"Press with {load:.0f} N at x {1e3 * x:.0f} mm, y {1e3 * y:.0f} mm, and hold still."
+            f"Press with {load:.0f} N at x {x:.4g} mm, y {y:.4g} mm, and hold still."
             if rising
             else f"Lower the force to {load:.0f} N, and hold still.",
             press=PressRequest(at[k], load, _STEADY_S),
