@@ -93,7 +93,7 @@ class TilePicture(QWidget):
         self._paint_places(painter)
         if self._load in FEET:
             self._paint_foot(painter, FEET[self._load])
-        if self._press is not None and self._press.force_n > 0.0:
+        if self._press is not None and (self._press.force_n > 0.0 or _lets_go(self._press)):
             self._paint_press(painter, self._press)
 
     def _paint_size(self, painter: QPainter) -> None:
@@ -197,15 +197,24 @@ def press_text(press: PressRequest) -> str:
     ('Press 400 N over sensor 4', 'Stand clear of the tile')
     >>> press_text(PressRequest((0.1, -0.02), 400.0))
     'Press 400 N at x 100 mm, y −20 mm from the middle'
+    >>> press_text(PressRequest((0.1, -0.02), 0.0, 0.0, sensor=3))
+    'Let go slowly over sensor 4'
     """
     if press.footstep:
         return "Step on the plate and off again"
+    if _lets_go(press):
+        return f"Let go slowly over sensor {(press.sensor or 0) + 1}"
     if press.force_n <= 0.0:
         return "Stand clear of the tile"
     if press.sensor is not None:
         return f"Press {quantity(press.force_n, 'N')} over sensor {press.sensor + 1}"
     x, y = (quantity(round(1e4 * part) / 1e4, "m", 4) if part else "0 mm" for part in press.at_m)
     return f"Press {quantity(press.force_n, 'N')} at x {x}, y {y} from the middle"
+
+
+def _lets_go(press: PressRequest) -> bool:
+    """Return whether a load over a sensor is let go of; an empty tile is read for a while."""
+    return press.sensor is not None and press.force_n <= 0.0 and press.hold_s == 0.0
 
 
 def tile_text(tile: Tile) -> str:
