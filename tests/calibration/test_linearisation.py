@@ -1,8 +1,10 @@
 """From pairs to newtons: sensors of many curves, held to loadings that the fit has not seen."""
 
+from dataclasses import replace
 from functools import cache
 
 import made_sensors
+import msgspec
 import numpy as np
 import pytest
 
@@ -341,6 +343,14 @@ def test_the_verdict_says_what_limits_a_curve_and_what_was_not_measured():
     first = loop[(loop[:, 1] == 0) & (loop[:, 0] % 100.0 < 10.0)]
     rising = four_alike(first[: np.argmax(first[:, 3])])
     assert alone in verdict_of(linearise(pairs(rising), hysteresis=False))
+
+
+def test_an_error_just_above_the_allowed_one_does_not_read_as_it():
+    found = fitted("power")
+    last = found.sensors[3]
+    over = replace(last, curve=msgspec.structs.replace(last.curve, error_percent=5.033))
+    words = verdict_of(replace(found, sensors=(*found.sensors[:3], over)))
+    assert words.endswith("The error of sensor 4 is 5.03 %; 5 % is allowed.")
 
 
 def test_the_reason_is_given_where_one_force_alone_was_used():

@@ -279,6 +279,9 @@ def test_what_speaks_against_a_profile_is_said():
     bad = msgspec.structs.replace(profile.centroid, error=31.0)
     said = Profile(tile="t1", centroid=bad).flags("t1", TODAY)
     assert said == ("centroid calibration of t1 errs by 31 mm; 20 allowed",)
+    partly = msgspec.structs.replace(profile.centroid, error=3.0, good=False)
+    said = Profile(tile="t1", centroid=partly).flags("t1", TODAY)
+    assert said == ("centroid calibration of t1 errs by 3 mm; 20 allowed, but not all of it is good: read its verdict",)
 
 
 @pytest.mark.parametrize(

@@ -314,6 +314,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
                 found.append(f"{kind} calibration of {self.tile} is dated {part.made}, after today")
             if not part.good or part.error > part.error_allowed > 0.0:
                 errs = f"errs by {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
+                if part.error <= part.error_allowed:  # as where one sensor of four errs more
+                    errs += ", but not all of it is good: read its verdict"
                 found.append(f"{kind} calibration of {self.tile} {errs if part.error_unit else 'has no known error'}")
         if self.fsr is not None:
             found += [

@@ -97,7 +97,7 @@ def verdict_of(found: Linearisation) -> str:
     worst = max(found.calibrated, key=lambda j: found.sensors[j].curve.error_percent)
     if found.sensors[worst].curve.error_percent > ALLOWED_PERCENT >= found.error_percent:
         error = found.sensors[worst].curve.error_percent
-        text += f" The error of sensor {worst + 1} is {error:.1f} %; {ALLOWED_PERCENT:.0f} % is allowed."
+        text += f" The error of sensor {worst + 1} is {error:.3g} %; {ALLOWED_PERCENT:.0f} % is allowed."
     if found.saturated:
         ends = ", ".join(f"sensor {j + 1} above {end_n:.3g} N" for j, end_n in found.saturated)
         text += f" Saturated: {ends}; larger forces are underestimated."
