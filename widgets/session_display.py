@@ -14,6 +14,7 @@ from underfoot.widgets.session.target_settings import target_text
 from underfoot.widgets.status_line import StatusLine
 
 STARTING = "Starting the engine…"
+RELEASED = "Nothing plays while a tile is calibrated"
 COMPILING = "kernels and simulated plates, for their first use"
 
 
@@ -35,6 +36,7 @@ class SessionDisplay(QObject):
         main_bar.set_recording("")
         bridge = controller.bridge
         controller.opened.connect(self._show_target)
+        controller.released.connect(self._show_released)
         controller.playing_changed.connect(main_bar.set_playing)
         controller.playing_changed.connect(self._show_output)
         controller.recording_changed.connect(self._show_recording)
@@ -54,6 +56,10 @@ class SessionDisplay(QObject):
         self._output = self._silence_reason = ""  # until the engine of this session has started
         self._show_output()
 
+    def _show_released(self) -> None:
+        self._status.show_floor(False)
+        self._show_output()
+
     def _use_start(self, report: Started) -> None:
         self._output, self._silence_reason = report.where, report.notice
         self._show_output()
@@ -70,7 +76,9 @@ class SessionDisplay(QObject):
         is_busy = ready < total
         self.progress.setRange(0, max(total, 1))
         self.progress.setValue(ready if is_busy else 0)
-        if is_busy:
+        if self._controller.is_released:
+            self._status.show_session(RELEASED)
+        elif is_busy:
             self._status.show_session(f"{ready} of {total} parts prepared: {COMPILING}")
         else:
             text = "Playing on" if self._controller.is_playing else "Silent until played on"

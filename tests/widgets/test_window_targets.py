@@ -144,3 +144,14 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     finally:
         emulator.close()
     assert window.settings.kind == "simulator"
+
+
+def test_the_window_says_that_nothing_plays_while_a_tile_of_hardware_is_calibrated(qtbot, tmp_path):
+    """It said what it had played on before, in Monitor, too, where nothing moved."""
+    window = quiet_window(qtbot, tmp_path)
+    window.status.show_session("Playing on: serial")
+    window.status.show_floor(True)
+    window.controller.release()
+    assert window.status.session == "Nothing plays while a tile is calibrated"
+    window.controller.play_or_stop()
+    assert window.status.session == "Nothing plays while a tile is calibrated"

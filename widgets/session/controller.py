@@ -126,6 +126,11 @@ class SessionController(QObject):
         return self._patch
 
     @property
+    def is_released(self) -> bool:
+        """Whether the devices are free for something else, or about to be."""
+        return self._is_released
+
+    @property
     def is_lent(self) -> bool:
         """Whether a study uses the session."""
         return bool(self._lent)
