@@ -143,7 +143,7 @@ class Scale:
 
     def __init__(self, by_hand=False):
         self._by_hand, self.hand_n = by_hand, 0.0
-        self._asked = PressRequest((0.0, 0.0), 0.0)
+        self.asked = PressRequest((0.0, 0.0), 0.0)
         self._samples = 0
         self.reads, self.closed = 0, False
         self.failure = None
@@ -151,13 +151,13 @@ class Scale:
         self.silenced = threading.Event()
 
     def press(self, press):
-        self._asked = press or PressRequest((0.0, 0.0), 0.0)
+        self.asked = press or PressRequest((0.0, 0.0), 0.0)
 
     def read(self):
         self.reads += 1
         if self.failure is not None:
             raise self.failure
-        force = self.hand_n if self._by_hand else self._asked.force_n
+        force = self.hand_n if self._by_hand else self.asked.force_n
         times = (self._samples + np.arange(10)) / 1000.0
         self._samples += 10
         return Readings(times, np.full((10, 4), force / 4.0))

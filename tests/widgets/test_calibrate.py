@@ -202,6 +202,7 @@ def test_a_refusal_is_one_line_on_the_page_and_nothing_is_lost(driver):
     driver.wait(driver.wizard.refusal.isVisible)
     assert driver.wizard.refusal.text() == "40\xa0N was typed, but the scale says more"
     assert driver.page == "weigh"
+    assert driver.made[0][1].asked.force_n == 0.0  # the simulated hand lets go
     field = driver.wizard.page.editors[0].field
     field.setFocus()
     field.selectAll()

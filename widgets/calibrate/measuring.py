@@ -290,6 +290,7 @@ class _Worker:
             action()
         except UnderfootError as error:
             rejection, self._is_requested, self._is_automatic = str(error), False, False
+            self.rig.press(None)  # the page begins again, and a load that stays on would not rise
             # Measured again without end, the last page would lead to the same: it waits for Continue.
             self._is_inconclusive = isinstance(error, Inconclusive)
         page = self.procedure.page
