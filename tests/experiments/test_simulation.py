@@ -13,6 +13,7 @@ from scipy.stats import binomtest
 
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadMeasurement, BadValue
+from underfoot.experiments.analysis import constant
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.report import text_of
@@ -177,15 +178,23 @@ def test_two_down_one_up_is_held_against_the_level_that_is_felt_in_71_of_100():
 
 @pytest.mark.parametrize("catch", [False, True])
 def test_levels_in_ones_own_unit_are_the_axis_and_a_catch_trial_without_it_is_in_no_curve(catch):
-    """Each was a condition of its own, with a curve of one level; and a stimulus without it ended the analysis."""
+    """Each was a condition of its own, with a curve of one level; and a stimulus without it ended the analysis.
+
+    Simulated people took decibels for N/mm, and failed all catch trials.
+    """
     stimuli = {f"d{db}": {**TD, "level_m_s2": 10.0 ** (db / 20.0), "factors": {"db": db}} for db in (-9, -6, -3, 0, 3)}
-    stimuli |= {"loud": {**TD, "level_m_s2": 6.0, "correct": "yes"}} if catch else {}
+    stimuli |= {"loud": {**TD, "level_m_s2": 6.0, "correct": "yes"}, "X": {"correct": "no"}} if catch else {}
     made = made_protocol("constant-stimuli", {"blocks": 30}, stimuli)
-    rows, _ = simulated_rows(made, 0, 1, {"pse_0": 1.0, "slope_0": 0.4})
+    rows, person = simulated_rows(made, 0, 1, {"threshold_m_s2": 10.0 ** (-4.5 / 20.0)})
+    truths = person.observers["main"].truths()
+    assert truths["threshold"] == pytest.approx(-4.5)
+    assert truths["slope"] == pytest.approx(1.0 / (20.0 * math.log10(1.25)))
+    assert all(one.covers(truths[one.name]) for one in constant.estimates(rows, Settings(bootstrap=0)))
+    assert [row["right"] for row in rows if "right" in row] == ([1] * 60 if catch else [])
     (found,) = analysed(rows, made, Settings(bootstrap=0))
     shares = next(table for table in found.tables if table.title == "Share judged more")
     assert (shares.columns, [row[0] for row in shares.rows]) == (("db", "share"), [-9.0, -6.0, -3.0, 0.0, 3.0])
-    told = "30 trials are in no curve: their stimuli have no db."
+    told = "60 trials are in no curve: their stimuli have no db."
     assert (told in found.remarks) is catch
 
 

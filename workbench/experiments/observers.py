@@ -7,23 +7,22 @@ Each observer answers the trials of some methods. Its parameters are the true va
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, ClassVar
 
 import numpy as np
 
-from underfoot.errors import BadValue, require
-from underfoot.experiments.analysis import magnitudes, thesis
+from underfoot.errors import BadMeasurement, BadValue, require
+from underfoot.experiments.analysis import constant, magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.staircases import GUESSED, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.study import Page
+from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Number, Parameter
-
-_LEVEL = "level_m_s2"
-"""The factor that is the level of vibration."""
 
 
 class Observer(ABC):
@@ -186,7 +185,9 @@ class Discriminator(Observer):
     """Compares numbers with a spread; vibration shifts the point of subjective equality and increases the spread.
 
     With the defaults, PSE and slope are those of table 6.3 at its levels, linear in between. If only the level of
-    vibration differs, the level is judged: against the standard's, or against a threshold.
+    vibration differs, also in another unit such as dB, the level is judged: against the standard's, or against a
+    threshold. A stimulus without the number, such as a catch trial, is answered rightly, or, where nothing is right,
+    by whether it vibrates.
     """
 
     methods = ("constant-stimuli",)
@@ -200,15 +201,17 @@ class Discriminator(Observer):
     threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="Where it is felt half of the time.", unit="m/s^2")
     level_spread = Number(0.25, 0.01, 3.0, doc="Standard deviation of a judged level, as a share of the PSE.")
 
+    def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
+        super().__init__(truth, protocol, stage, place)
+        self._axis = self._condition = ""
+        rows: list[Row] = _rows_of_stimuli(protocol, self.given["comparisons"])
+        with suppress(BadMeasurement):  # no factor is a number
+            rows, self._axis, self._condition = constant.prepared(rows)
+        self._places = {str(row["stimulus"]): row for row in rows if self._axis}
+        self._judges_level = bool(self._axis) and constant.is_level(rows, self._axis)
+
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        stimulus = self.protocol.stimuli[str(trial.facts.get("comparison"))]
-        numbers = [float(v) for name, v in stimulus.factors.items() if name != _LEVEL and not isinstance(v, str)]
-        level = float(stimulus.factors.get(_LEVEL, 0.0))
-        if self._judges_level:
-            numbers = [level if _LEVEL in stimulus.factors else stimulus.peak_m_s2()]
-        pse, slope = self._at(level)
-        chance = _normal(slope * ((numbers[0] if numbers else level) - pse)) if self._has_numbers else None
-        more = random.random() < (self.truth["judged_more"] if chance is None else chance)
+        more = random.random() < self._chance(trial)
         if random.random() < self.truth["mistakes"]:
             more = random.random() < 0.5
         if "comparison_at" not in trial.facts:
@@ -219,42 +222,57 @@ class Discriminator(Observer):
 
     def truths(self) -> dict[str, float]:
         found: dict[str, float] = {}
-        names = self.given["comparisons"]
-        if not self._has_numbers:
+        if not self._axis:
             mistakes = self.truth["mistakes"]
             share = (1.0 - mistakes) * self.truth["judged_more"] + 0.5 * mistakes
-            return {f"share {name}": share for name in names}
-        stimuli = [self.protocol.stimuli[name].factors for name in names]
-        levels = sorted({float(factors.get(_LEVEL, 0.0)) for factors in stimuli})
-        for level in levels[:1] if self._judges_level else levels:
-            pse, slope = self._at(level)
-            value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # the analysis's name
+            return {f"share {name}": share for name in self.given["comparisons"]}
+        for row in self._places.values():
+            pse, slope = self._at(float(row[LEVEL]))
+            value = f" {row[self._condition]}" if self._condition else ""  # the analysis's name
             half = "pse" if self.given["standard"] else "threshold"
             found |= {f"{half}{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
 
-    @property
-    def _judges_level(self) -> bool:
-        """Whether comparisons differ in no number other than the level."""
-        factors = [self.protocol.stimuli[name].factors for name in self.given["comparisons"]]
-        kinds = {name for one in factors for name, value in one.items() if not isinstance(value, str)} - {_LEVEL}
-        return not any(len({one.get(name) for one in factors}) > 1 for name in kinds)
-
-    @property
-    def _has_numbers(self) -> bool:
-        """Whether comparisons differ in a numeric factor or in level, which is then the axis of a curve."""
-        stimuli = [self.protocol.stimuli[name] for name in self.given["comparisons"]]
-        kinds = {name for stimulus in stimuli for name, value in stimulus.factors.items() if not isinstance(value, str)}
-        differ = any(len({stimulus.factors.get(name) for stimulus in stimuli}) > 1 for name in kinds)
-        return differ or len({stimulus.peak_m_s2() for stimulus in stimuli}) > 1
+    def _chance(self, trial: Trial) -> float:
+        """Return the probability that the comparison is judged more."""
+        row = self._places.get(name := str(trial.facts["comparison"]))
+        if row is not None:
+            pse, slope = self._at(float(row[LEVEL]))
+            return _normal(slope * (float(row[self._axis]) - pse))
+        if not self._axis:
+            return self.truth["judged_more"]
+        if not trial.correct:
+            return float(self.protocol.stimuli[name].peak_m_s2() > 0.0)
+        is_chosen = trial.correct in (YES, trial.facts.get("comparison_at"))
+        return float(is_chosen != (trial.facts.get("judged_more") == "not chosen"))
 
     def _at(self, level: float) -> tuple[float, float]:
+        """Return PSE and slope, on the axis of the curves."""
         if self._judges_level:
             standard = self.given["standard"]
             pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]
-            return pse, 1.0 / (self.truth["level_spread"] * max(pse, 1e-3))
+            pse = max(pse, 1e-3)
+            at, above = (self._on_axis(one) for one in (pse, pse * (1.0 + self.truth["level_spread"])))
+            return at, 1.0 / (above - at)
         pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]
         return float(np.interp(level, thesis.LEVELS_M_S2, pses)), self.truth["slope_1" if level else "slope_0"]
+
+    def _on_axis(self, level: float) -> float:
+        """Return a level in the unit of the axis: a line through the logarithms of the two stimuli around it."""
+        if self._axis == LEVEL:
+            return level
+        rows = self._places.values()
+        least = 0.1 * min(row[LEVEL] for row in rows if row[LEVEL])  # what stands for no vibration
+        known = sorted({(max(float(row[LEVEL]), least), float(row[self._axis])) for row in rows})
+        k = min(max(sum(one < level for one, _ in known), 1), len(known) - 1)
+        (low, a), (high, b) = known[k - 1], known[k]
+        return a + (b - a) * math.log(level / low) / math.log(high / low)
+
+
+def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
+    """Return a row of each stimulus, as in the table of trials, without answers."""
+    stimuli = {name: protocol.stimuli[name] for name in names}
+    return [{"stimulus": name, **one.factors, LEVEL: one.peak_m_s2()} for name, one in stimuli.items()]
 
 
 class Rater(Observer):
@@ -294,13 +312,8 @@ class MagnitudeEstimator(Observer):
     def truths(self) -> dict[str, float]:
         """Return what the analysis finds where every answer is the true magnitude."""
         rows = [
-            {
-                "stimulus": name,
-                _LEVEL: self.protocol.stimuli[name].peak_m_s2(),
-                **self.protocol.stimuli[name].factors,
-                "magnitude": self._magnitude(name),
-            }
-            for name in self.given["estimated"]
+            {**row, "magnitude": self._magnitude(str(row["stimulus"]))}
+            for row in _rows_of_stimuli(self.protocol, self.given["estimated"])
         ]
         return {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
 

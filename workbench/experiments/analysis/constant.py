@@ -54,10 +54,15 @@ def axis_and_condition(rows: Sequence[Row], *, in_si: bool = False) -> tuple[str
     numbers = [name for name, found in values.items() if all(isinstance(v, int | float) for v in found)]
     if not numbers:
         raise BadMeasurement("the stimuli have no factor that is a number; a curve needs one")
-    levels = [name for name in numbers if name == LEVEL or _are_one(rows, name, LEVEL)]
+    levels = [name for name in numbers if is_level(rows, name)]
     less = {name for name in levels if (name == LEVEL) != in_si} if len(levels) > 1 else set()
     axis = max((name for name in numbers if name not in less), key=lambda name: len(values[name]))
     return axis, next((name for name in values if name != axis and not _are_one(rows, name, axis)), "")
+
+
+def is_level(rows: Sequence[Row], name: str) -> bool:
+    """Return whether a factor is the level, or the level in other words."""
+    return name == LEVEL or _are_one(rows, name, LEVEL)
 
 
 def _are_one(rows: Sequence[Row], name: str, other: str) -> bool:
