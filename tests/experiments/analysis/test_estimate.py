@@ -5,10 +5,14 @@ import sys
 
 import numpy as np
 import pytest
+from made_studies import preset_protocol
 from scipy import stats
 
 from underfoot.errors import BadValue
-from underfoot.experiments.analysis.estimate import mean_interval, share_interval
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.estimate import mean_interval, people_share_interval, share_interval
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.simulation import simulated_rows
 
 
 @pytest.mark.parametrize("of", [1, 2, 7, 40, 1000])
@@ -26,6 +30,38 @@ def test_a_mean_has_students_interval(count):
     expected = stats.t.interval(0.95, count - 1, values.mean(), stats.sem(values))
     found = mean_interval("x", values.tolist())
     assert (found.low, found.high) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(("logits", "differ"), [(0.0, 0.8), (1.4, 0.8), (2.9, 0.3), (4.6, 0.8)])
+def test_a_share_over_people_is_bounded_and_holds_the_mean_of_all_people(logits, differ):
+    """Student's interval went beyond 1, and held 0.99 in half of studies; all answers together held 0.5 in 73 %."""
+    random = np.random.default_rng(1)
+    truth = np.mean(1.0 / (1.0 + np.exp(-logits - differ * random.standard_normal(100_000))))
+    shares = 1.0 / (1.0 + np.exp(-logits - differ * random.standard_normal((500, 12))))
+    found = [people_share_interval("x", [(int(k), 16) for k in study]) for study in random.binomial(16, shares)]
+    assert np.mean([one.covers(truth) for one in found]) > 0.925
+    assert all(0.0 <= one.low <= one.value <= one.high <= 1.0 for one in found)
+
+
+@pytest.mark.parametrize(
+    ("name", "good", "bad"),
+    [
+        ("identification-impact", {"first_rate": 1.0, "last_rate": 1.0}, {"first_rate": 0.6, "last_rate": 0.6}),
+        ("target-selection", {"error_m": 0.001, "reach_spread_s": 0.0}, {"error_m": 0.1}),
+        ("free-labels", {"impact_share_it": 1.0}, {"impact_share_it": 0.2}),
+    ],
+)
+def test_shares_over_people_are_within_0_and_1_and_say_how_people_differ(name, good, bad):
+    pytest.importorskip("statsmodels")
+    protocol = preset_protocol(name)
+    truths = [{**truth, "rates_differ": 0.0, "errors_differ": 0.0, "labels_differ": 0.0} for truth in (good, good, bad)]
+    rows = [row for k, truth in enumerate(truths) for row in simulated_rows(protocol, k, 1, truth)[0]]
+    of = {"All", "By width", "By distance", "Set IT", "Sorts", "Right answers"}
+    (found, *_) = analysed(rows, protocol, Settings(bootstrap=0))
+    tables = [table for table in found.tables if table.title in of]
+    shares = [row[2:5] for table in tables for row in table.rows if str(row[1]).startswith(("rate", "impact IT"))]
+    assert shares
+    assert all(0.0 <= low <= value <= high <= 1.0 and high - low > 0.4 for value, low, high in shares)
 
 
 def test_people_are_simulated_without_what_takes_long_to_load():

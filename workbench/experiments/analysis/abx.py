@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from underfoot.experiments.analysis.estimate import Estimate, share_interval
+from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval, share_interval
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import chance_p
@@ -21,17 +21,19 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found = Findings("Blind comparison")
     lines = []
     for (person, a, b), part in grouped(rows, "participant", "a", "b").items():
-        lines.append((str(person), f"{a or 'A'} or {b or 'B'}", *_figures(part)))
-    if len(lines) > 1:
-        lines.append(("all", "", *_figures(rows)))
+        lines.append((str(person), f"{a or 'A'} or {b or 'B'}", *_figures(part, _rate(part))))
     note = "Intervals are Wilson's; p is of so many right answers or more by guessing: exact binomial."
+    if len(lines) > 1:
+        counts = [(_right(part), len(part)) for part in grouped(rows, "participant").values()]
+        lines.append(("all", "", *_figures(rows, people_share_interval("rate", counts))))
+        note += f" {PEOPLE_NOTE}"
     columns = ("participant", "which", "right", "of", "rate", "95 % from", "to", "p")
     found.tables.append(Table("Is X A or B?", columns, tuple(lines), note))
     return found
 
 
-def _figures(rows: Sequence[Row]) -> tuple[int, int, float, float, float, float]:
-    rate, right = _rate(rows), _right(rows)
+def _figures(rows: Sequence[Row], rate: Estimate) -> tuple[int, int, float, float, float, float]:
+    right = _right(rows)
     return right, len(rows), rate.value, rate.low, rate.high, chance_p(right, len(rows))
 
 

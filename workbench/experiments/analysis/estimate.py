@@ -48,9 +48,7 @@ def student_interval(name: str, value: float, error: float, free: int, unit: str
     """Return a value with Student's 95 % interval of its standard error, which has `free` degrees of freedom; no
     interval for none.
     """
-    from scipy.special import stdtrit  # scipy.stats takes half a second to load, in each process that simulates people
-
-    half = float(error * stdtrit(free, 0.975)) if free > 0 else math.nan
+    half = error * _student(free) if free > 0 else math.nan
     return Estimate(name, value, value - half, value + half, unit)
 
 
@@ -80,9 +78,46 @@ def share_interval(name: str, count: int, of: int) -> Estimate:
     require(0 <= count <= of, "count", count, f"0 to of, {of}")
     if of == 0:
         return Estimate(name, math.nan)
-    share, z2 = count / of, Z_95**2
+    return Estimate(name, count / of, *_wilson(count / of, of, Z_95))
+
+
+PEOPLE_NOTE = "Over people: means of their shares, with Wilson's interval of as many answers as vary like these people."
+
+
+def people_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estimate:
+    """Return the mean of people's shares, each (count, of), with a 95 % interval for all people; of one, Wilson's.
+
+    People differ, so all answers together say less than as many independent ones. It is Wilson's interval of so many
+    answers as would vary like the mean of these people, at most those that there are, with Student's quantile (Korn
+    and Graubard, Survey Methodology 24, 1998; Dean and Pagano, J. Surv. Stat. Methodol. 3, 2015). It stays within 0
+    and 1, as Student's does not.
+
+    >>> alike, differ = (people_share_interval("x", of) for of in ([(5, 10)] * 8, [(1, 10), (9, 10)] * 4))
+    >>> alike.value, differ.value, round(alike.low, 2), round(differ.low, 2)
+    (0.5, 0.5, 0.37, 0.21)
+    """
+    of_people = [(count, of) for count, of in shares if of]
+    if len(of_people) < 2:
+        return share_interval(name, *(of_people or [(0, 0)])[0])
+    each = [count / of for count, of in of_people]
+    value, most = sum(each) / len(each), sum(of for _, of in of_people)
+    variance = float(np.var(each, ddof=1)) / len(each)
+    of = min(value * (1.0 - value) / variance, most) if variance > 0.0 else most
+    return Estimate(name, value, *_wilson(value, of, _student(len(each) - 1)))
+
+
+def _student(free: int) -> float:
+    """Return the 97.5 % quantile of Student's distribution."""
+    from scipy.special import stdtrit  # scipy.stats takes half a second to load, in each process that simulates people
+
+    return float(stdtrit(free, 0.975))
+
+
+def _wilson(share: float, of: float, z: float) -> tuple[float, float]:
+    """Return the ends of Wilson's interval of a share of so many answers, `z` standard errors around it."""
+    z2 = z * z
     middle = share + z2 / (2.0 * of)
-    half = Z_95 * math.sqrt(share * (1.0 - share) / of + z2 / (4.0 * of * of))
-    low = (middle - half) / (1.0 + z2 / of) if count else 0.0
-    high = (middle + half) / (1.0 + z2 / of) if count < of else 1.0
-    return Estimate(name, share, low, high)
+    half = z * math.sqrt(share * (1.0 - share) / of + z2 / (4.0 * of * of))
+    low = (middle - half) / (1.0 + z2 / of) if share > 0.0 else 0.0
+    high = (middle + half) / (1.0 + z2 / of) if share < 1.0 else 1.0
+    return low, high

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, series
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import Test, one_way_anova
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval, share_interval
+from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval, share_interval
 from underfoot.experiments.analysis.findings import Cell, Findings, Table, estimates_table
 from underfoot.experiments.analysis.information import information
 from underfoot.experiments.analysis.settings import Settings
@@ -31,16 +31,15 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table("Rates of each person", "participant", by_person, "Intervals are Wilson's."))
     sets = grouped(rows, "set")
     for (name,), part in sets.items():
-        rates = [_rate("", p).value for p in grouped(part, "participant").values()]
         title = f"Set {name}" if name else "All"
-        sessions = grouped(part, "block")
-        lines = [("all sessions", mean_interval("rate", rates))]
-        for (block,), session in sessions.items():
-            values = [_rate("", p).value for p in grouped(session, "participant").values()]
-            lines.append((f"session {block}", mean_interval("rate", values)))
+        lines = [("all sessions", _over_people(part))]
+        for (block,), session in grouped(part, "block").items():
+            lines.append((f"session {block}", _over_people(session)))
         stimuli, answers, counts = confusion(part, settings)
         lines.append(("all people together", information(counts)))
-        found.tables.append(estimates_table(title, "of", lines, _THESIS if name in thesis.SETS else ""))
+        found.tables.append(
+            estimates_table(title, "of", lines, f"{PEOPLE_NOTE} {_THESIS if name in thesis.SETS else ''}".rstrip())
+        )
         found.tables.append(_confusion_table(title, stimuli, answers, counts))
         found.drawings.append(_confusion_drawn(title, counts))
     found.drawings.insert(0, _learning_drawn(sets, 1.0 / counts.shape[1]))
@@ -80,8 +79,15 @@ def confusion(rows: Sequence[Row], settings: Settings) -> tuple[list[str], list[
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
-    right = sum(str(row.get("answer", row.get("number"))) == str(row["correct"]) for row in rows)
-    return share_interval(name, right, len(rows))
+    return share_interval(name, _right(rows), len(rows))
+
+
+def _over_people(rows: Sequence[Row]) -> Estimate:
+    return people_share_interval("rate", [(_right(p), len(p)) for p in grouped(rows, "participant").values()])
+
+
+def _right(rows: Sequence[Row]) -> int:
+    return sum(str(row.get("answer", row.get("number"))) == str(row["correct"]) for row in rows)
 
 
 def _set_of(rows: Sequence[Row]) -> str:
@@ -120,7 +126,7 @@ def _learning_drawn(sets: dict[tuple[str, ...], list[Row]], chance: float) -> Dr
     for colour, ((name,), part) in zip(cycle(("vibration", "force", "muted")), sets.items(), strict=False):
         blocks, means, ends = [], [], []
         for (block,), session in grouped(part, "block").items():
-            one = mean_interval("", [_rate("", p).value for p in grouped(session, "participant").values()])
+            one = _over_people(session)
             blocks.append(float(block))
             means.append(one.value)
             ends.append((one.low, one.high))

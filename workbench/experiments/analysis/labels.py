@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import fisher
-from underfoot.experiments.analysis.estimate import Estimate, share_interval
+from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.free_labels import NOT_SORTED
@@ -17,9 +17,10 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     sorts = _sorts(rows, settings)
     found = []
     for (name,), part in sorted(grouped(rows, "set").items()):
-        done = [row["sort"] for row in part if row.get("sort") in sorts]
+        done = grouped((row for row in part if row.get("sort") in sorts), "participant").values()
+        counts = [(sum(row["sort"] == sorts[0] for row in one), len(one)) for one in done]
         if sorts:
-            found.append(share_interval(f"{sorts[0]} {name}".rstrip(), done.count(sorts[0]), len(done)))
+            found.append(people_share_interval(f"{sorts[0]} {name}".rstrip(), counts))
     return found
 
 
@@ -36,7 +37,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks.append("No label was sorted yet: fill in the column sort of the table of trials.")
         return found
     sets = sorted(grouped(rows, "set").items())
-    note = _THESIS if any(name in thesis.SETS for (name,), _ in sets) else ""
+    note = f"{PEOPLE_NOTE} {_THESIS if any(name in thesis.SETS for (name,), _ in sets) else ''}".rstrip()
     found.tables.append(
         estimates_table("Sorts", "of", [("all people", estimate) for estimate in estimates(rows, settings)], note)
     )

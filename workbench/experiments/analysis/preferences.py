@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from underfoot.drawing import Drawing, ReferenceLine, series
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval, share_interval
+from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval, share_interval
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.table import Row, grouped
 
@@ -31,11 +31,11 @@ def preferences(rows: Sequence[Row]) -> Findings:
     The p is the probability of a share at least as far from 0.5.
     """
     found = Findings("Constant stimuli")
-    by_name: dict[str, list[float]] = {}
+    by_name: dict[str, list[tuple[int, int]]] = {}
     lines = []
     for (person, name), part in grouped(rows, "participant", "stimulus").items():
         share = share_interval("", _count(part), len(part))
-        by_name.setdefault(str(name), []).append(share.value)
+        by_name.setdefault(str(name), []).append((_count(part), len(part)))
         beside = str(part[0].get("other", "") or "nothing") if "other" in part[0] else ""
         lines.append((str(person), str(name), beside, _count(part), len(part), share.value, share.low, share.high,
                       _chance_p(part)))  # fmt: skip
@@ -43,9 +43,9 @@ def preferences(rows: Sequence[Row]) -> Findings:
     note = "Intervals are Wilson's; p is of a share so far from a half by guessing: exact binomial, two sides (SciPy)."
     found.tables.append(Table("Which is more?", columns, tuple(lines), note))
     if len(grouped(rows, "participant")) > 1:
-        means = [mean_interval(name, shares) for name, shares in sorted(by_name.items())]
+        means = [people_share_interval(name, shares) for name, shares in sorted(by_name.items())]
         over = tuple((mean.name, mean.value, mean.low, mean.high) for mean in means)
-        found.tables.append(Table("Shares over people", ("stimulus", "mean", "95 % from", "to"), over))
+        found.tables.append(Table("Shares over people", ("stimulus", "mean", "95 % from", "to"), over, PEOPLE_NOTE))
     found.drawings.append(_drawn(rows))
     return found
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from underfoot.experiments.analysis.estimate import mean_interval, share_interval
+from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, people_share_interval
 from underfoot.experiments.analysis.findings import Cell, Table
 from underfoot.experiments.table import Row, factors_of, grouped
 
@@ -25,8 +25,7 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
             lines += [_line(f"{factor}: {value}", part) for (value,), part in _in_order(parts)]
     lines += [_line(str(name), part) for (name,), part in _in_order(grouped(scored, "stimulus"))]
     columns = ("condition", "people", "right", "of", "share", "95 % from", "to")
-    note = "Of one person Wilson's intervals; of more the mean over people, with Student's."
-    return [Table("Right answers", columns, tuple(lines), note)]
+    return [Table("Right answers", columns, tuple(lines), f"Of one person Wilson's intervals. {PEOPLE_NOTE}")]
 
 
 def _in_order(parts: Mapping[tuple[Any, ...], list[Row]]) -> list[tuple[tuple[Any, ...], list[Row]]]:
@@ -37,8 +36,5 @@ def _in_order(parts: Mapping[tuple[Any, ...], list[Row]]) -> list[tuple[tuple[An
 def _line(name: str, rows: Sequence[Row]) -> tuple[Cell, ...]:
     people = list(grouped(rows, "participant").values())
     right = [sum(row["right"] for row in part) for part in people]
-    if len(people) == 1:
-        share = share_interval(name, right[0], len(rows))
-    else:
-        share = mean_interval(name, [k / len(part) for k, part in zip(right, people, strict=True)])
+    share = people_share_interval(name, [(k, len(part)) for k, part in zip(right, people, strict=True)])
     return (name, len(people), sum(right), len(rows), share.value, share.low, share.high)

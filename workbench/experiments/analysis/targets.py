@@ -8,7 +8,13 @@ import numpy as np
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import fisher, logistic_regression
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval, mixed_share_interval
+from underfoot.experiments.analysis.estimate import (
+    PEOPLE_NOTE,
+    Estimate,
+    mean_interval,
+    mixed_share_interval,
+    people_share_interval,
+)
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, by_value, grouped
@@ -44,14 +50,10 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     is_thesis = (min(widths), max(widths)) == thesis.WIDTHS_M
     for name, (column, factor, unit) in FACTORS.items():
         parts = by_value(rows, column)
-        lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for value, part in parts]
-        times = [
-            (text, mean_interval("time", [float(r["time_s"]) for r in part if r["selected"] == "yes"], "s"))
-            for (text, _), (_, part) in zip(lines, parts, strict=True)
-        ]
-        found.tables.append(
-            estimates_table(f"By {name}", name, lines + times, _THESIS if name == "width" and is_thesis else "")
-        )
+        lines = [(f"{factor * float(value):.4g} {unit}", _over_people(part)) for value, part in parts]
+        times = [(text, _time_over_people(part)) for (text, _), (_, part) in zip(lines, parts, strict=True)]
+        beside = _THESIS if name == "width" and is_thesis else ""
+        found.tables.append(estimates_table(f"By {name}", name, lines + times, f"{PEOPLE_NOTE} {beside}".rstrip()))
         found.drawings.append(_drawn(name, rows, beside=name == "width" and is_thesis))
     columns = {f"{n}, {u}": [f * float(row[c]) for row in rows] for n, (c, f, u) in FACTORS.items()}
     success = [row["selected"] == "yes" for row in rows]
@@ -79,9 +81,25 @@ def _rate(name: str, rows: Sequence[Row]) -> Estimate:
     return mixed_share_interval(name, [(sum(row["selected"] == "yes" for row in part), len(part)) for part in parts])
 
 
+def _over_people(rows: Sequence[Row]) -> Estimate:
+    """Return the rate of selection of all people; of one, `_rate`."""
+    people = list(grouped(rows, "participant").values())
+    if len(people) == 1:
+        return _rate("rate", rows)
+    counts = [(sum(row["selected"] == "yes" for row in part), len(part)) for part in people]
+    return people_share_interval("rate", counts)
+
+
+def _time_over_people(rows: Sequence[Row]) -> Estimate:
+    """Return the mean of people's mean times; of one, of the trials."""
+    selected = [row for row in rows if row["selected"] == "yes"]
+    people = [[float(row["time_s"]) for row in part] for part in grouped(selected, "participant").values()]
+    return mean_interval("time", people[0] if len(people) == 1 else [float(np.mean(one)) for one in people], "s")
+
+
 def _drawn(name: str, rows: Sequence[Row], *, beside: bool) -> Drawing:
     column, factor, unit = FACTORS[name]
-    parts = [(factor * float(value), _rate("", part)) for value, part in by_value(rows, column)]
+    parts = [(factor * float(value), _over_people(part)) for value, part in by_value(rows, column)]
     x = np.array([value for value, _ in parts])
     lines = (
         series("rate", x, [one.value for _, one in parts], "dots"),
