@@ -1,12 +1,14 @@
 """Orders of stages and of stimuli by Williams's Latin squares: who gets which, and how balanced a study is so far."""
 
 from collections import Counter
+from contextlib import closing
 from itertools import pairwise
 from math import lcm
 
 import pytest
 from made_studies import TD, protocol_text, trials, walked
 
+from underfoot.commands.participant import pilot_id
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
@@ -139,6 +141,15 @@ def test_an_id_without_a_number_is_refused_before_there_is_a_session(protocol, t
     with pytest.raises(BadValue, match="participant is 'Ann'; allowed: an id with a number"):
         SessionFile.create(tmp_path / "a.session", protocol, "Ann")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("protocol", [TWO, made([rated("one", order="counterbalanced")])])
+def test_a_pilot_in_a_file_without_a_number_has_the_first_order(protocol, tmp_path):
+    """It was refused for its name."""
+    person = pilot_id("my try", follows_number=protocol.follows_number)
+    with closing(SessionFile.create(tmp_path / "my try.session", protocol.pilot(), person)) as file:
+        assert file.study(protocol.pilot()).page == Study(protocol.pilot(), "P01").page
+    assert not made([rated("one")]).follows_number
 
 
 @pytest.mark.parametrize("named", [["one"], ["one", "one"], ["one", "three"]])

@@ -1,5 +1,6 @@
 """A study on a person in the terminal: pages are printed, answers typed, presentations begun by Enter or by foot."""
 
+import re
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -15,7 +16,7 @@ from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.questions import typed_answer
 from underfoot.files import make_folder
-from underfoot.parameters import Parameter
+from underfoot.parameters import IDENTIFIER, Parameter
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
@@ -37,8 +38,19 @@ def run_pilot(options: "ExperimentOptions", protocol: "Protocol", folder: Path) 
     path = options.session or next(p for k in count(1) if not (p := kept / f"{k}.session").exists())
     if options.session is None:
         make_folder(kept)
-    run_on_person(replace(options, participant=path.stem, session=path), protocol.pilot(), folder)
+    person = pilot_id(path.stem, follows_number=protocol.follows_number)
+    run_on_person(replace(options, participant=person, session=path), protocol.pilot(), folder)
     _say(f"The pilot is kept in {path}, apart from the participants' sessions.")
+
+
+def pilot_id(stem: str, *, follows_number: bool) -> str:
+    """Return the id of a pilot in a file of this name; where orders follow the number in it, with one.
+
+    >>> pilot_id("my try", follows_number=False), pilot_id("try", follows_number=True)
+    ('my-try', 'try-1')
+    """
+    id = re.sub(f"(?!{IDENTIFIER.pattern}).", "-", stem)
+    return f"{id}-1" if follows_number and not re.search(r"\d", id) else id
 
 
 def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:

@@ -15,6 +15,7 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.latin_square import number_of_row, row_of
+from underfoot.experiments.method import COUNTERBALANCED
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Level, Stimulus, patch_path
@@ -171,6 +172,12 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             for place, which in zip(places, row, strict=True):
                 order[place] = self.stage(self.counterbalanced[which])
         return tuple(order)
+
+    @property
+    def follows_number(self) -> bool:
+        """Whether an order is counterbalanced, and follows the number in a participant's id."""
+        uses = (stage.method.parameters for stage in self.stages if stage.method is not None)
+        return bool(self.counterbalanced) or any(given.get("order") == COUNTERBALANCED for given in uses)
 
     def pilot(self) -> "Protocol":
         """Return a short version for a trial run by the experimenter: two trials per stage, short pauses, and no
