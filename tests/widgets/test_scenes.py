@@ -111,6 +111,11 @@ def test_a_scene_that_is_started_by_its_button_s_key_is_ended_by_return(scenes, 
     qtbot.waitUntil(lambda: scenes.stage is not None)
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
     assert scenes.stage is None
+    start(scenes, qtbot, "footprints")
+    scenes.panel.project.setFocus()
+    qtbot.keyClick(scenes.panel.project, Qt.Key.Key_Escape)
+    assert QApplication.focusWidget() is scenes.panel.start, "what Escape ended begins again from there"
+    scenes.window().controller.play()
 
 
 def test_a_parameter_is_changed_while_the_scene_plays(scenes, qtbot):

@@ -136,6 +136,8 @@ class ScenePanel(QWidget):
         self.is_playing = playing
         self.start.setText("Stop" if playing else "Start")
         self.start.setEnabled(playing or not why_not)
+        if not playing and self.project.hasFocus():
+            self.start.setFocus()  # a disabled button would hand the focus to the walker's box
         self.project.setEnabled(playing)
         if why_not or not playing:
             self.state.setText(why_not)
