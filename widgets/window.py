@@ -7,7 +7,15 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QMainWindow,
+    QMessageBox,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.child_process import ChildProcess
@@ -45,6 +53,7 @@ PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
     ("Play or stop, unless text is being typed", "Space"),
+    ("Press the button with the focus", "Return"),
     ("Close what is open; panic where nothing is", "Esc"),
     ("Menu", "Alt+M"),
 )
@@ -202,9 +211,13 @@ class MainWindow(QMainWindow):
         self.activateWindow()  # keys come here from the first on, also where no window manager sees to it
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Play or stop with Space, if no widget has used the key."""
+        """Play or stop with Space, and press the button with the focus by Return, if no widget has used the key."""
+        focus = self.focusWidget()
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             self.controller.play_or_stop()
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and isinstance(focus, QPushButton | QToolButton):
+            if not event.isAutoRepeat():
+                focus.click()
         else:
             super().keyPressEvent(event)
 

@@ -70,6 +70,11 @@ def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
     assert not window.controller.session.playing
     qtbot.keyClick(monitor(window).steps.table, Qt.Key.Key_Space)
     assert window.controller.session.playing
+    for state in (False, True):
+        button = window.main_bar.play if state else window.main_bar.stop
+        button.setFocus()
+        qtbot.keyClick(button, Qt.Key.Key_Return)
+        assert window.controller.session.playing == state, "Return presses the button with the focus"
     window.workspaces.choose("Design")
     field = design(window).node_palette.findChild(QLineEdit)
     field.setFocus()
