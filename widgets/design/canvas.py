@@ -20,7 +20,6 @@ from shiboken6 import isValid
 from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
-from underfoot.quantities import counted
 from underfoot.widgets.design.actions import Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
@@ -33,6 +32,7 @@ from underfoot.widgets.design.node_list import MIME
 from underfoot.widgets.design.node_search import NodeSearch
 from underfoot.widgets.design.patch_editing import snapped, with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
+from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 
@@ -448,6 +448,7 @@ class Canvas(EditableView):
         if self._is_dragging():
             self._cancel_drag()  # by a key the patch is edited meanwhile, and what is dragged may be gone
         super()._show()
+        self.setAccessibleDescription(spoken_selection(self.patch_scene))  # a selected node may be named, or wired
 
     def hideEvent(self, event: QHideEvent) -> None:
         self._cancel_drag()
@@ -471,23 +472,8 @@ class Canvas(EditableView):
             if node.shows_all_ports and id not in ids:
                 node.set_ports(node.driven, shows_all=False)
         self.map.update()
-        self.setAccessibleDescription(self._spoken_selection())
+        self.setAccessibleDescription(spoken_selection(self.patch_scene))
         self.selected.emit(ids)
-
-    def _spoken_selection(self) -> str:
-        """Return what a screen reader says of the selection: names, and the neighbours of a single node."""
-        scene = self.patch_scene
-        titles = {id: item.description.title for id, item in (*scene.nodes.items(), *scene.group_nodes.items())}
-        chosen = scene.selected()
-        if len(chosen) != 1:
-            return f"{counted(len(chosen), 'item')} selected" if chosen else "Nothing selected"
-        if chosen[0] in scene.notes:
-            return f"Note: {scene.notes[chosen[0]].note.text}"
-        ends = [scene.group_view.ends(wire) for wire in scene.patch.wires]
-        sources = dict.fromkeys(titles[a] for a, b in ends if b == chosen[0] and a in titles)
-        targets = dict.fromkeys(titles[b] for a, b in ends if a == chosen[0] and b in titles)
-        words = ((sources, "from"), (targets, "to"))
-        return ", ".join([titles[chosen[0]], *(f"{word} {' and '.join(names)}" for names, word in words if names)])
 
 
 def _dropped(event: QDropEvent) -> str:

@@ -254,6 +254,10 @@ def test_a_screen_reader_is_told_what_is_selected(workspace):
         QTest.keyClick(canvas, Qt.Key.Key_N)
         said.append(canvas.accessibleDescription())
     assert said == ["Push, to Step", "Step, from Push", "Hum, to Shaker", "Shaker, from Hum"]
+    QTest.keyClick(canvas, Qt.Key.Key_F2)
+    QTest.keyClicks(canvas.inline, "Heel")
+    QTest.keyClick(canvas.inline, Qt.Key.Key_Return)
+    assert canvas.accessibleDescription() == "Heel, from Hum"
     canvas.select_all()
     assert canvas.accessibleDescription() == "4 items selected"
     canvas.add_note(QPointF(0, 400))
