@@ -39,6 +39,12 @@ def pasted(
         raise BadFile("the clipboard holds no text; copy nodes first")
     if not text.lstrip().startswith("{") or FORMAT not in text:
         raise BadFile("the clipboard holds no patch, but other text; copy nodes first, or the whole text of a patch")
+    unknown = sorted(set(Patch.unchecked(text, "the clipboard").types.values()) - set(registry))
+    if unknown:
+        raise BadFile(
+            f"the clipboard has nodes of a type that is not installed: {', '.join(unknown)}; "
+            "install its package, or put its file into nodes beside the patch"
+        )
     other = with_files_kept(Patch.loads(text, registry, "the clipboard"), registry, None, folder)
     if not other.nodes and not other.notes:
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")

@@ -47,6 +47,8 @@ def test_pasting_beside_and_at_a_place():
     for nonsense in ("", "[]", Patch().dumps().decode()):
         with pytest.raises(BadFile, match="clipboard"):
             pasted(sample(), nonsense, REGISTRY)
+    with pytest.raises(BadFile, match="a type that is not installed: squeak; install its package, or"):
+        pasted(sample(), text.replace('"push"', '"squeak"'), REGISTRY)
 
 
 def test_aligning_one_node_changes_nothing():
