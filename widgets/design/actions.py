@@ -57,6 +57,7 @@ ACTIONS = (
     CanvasAction("select all", "Select all", _KEY.SelectAll),
     CanvasAction("next", "Next node", ("N",)),
     CanvasAction("previous", "Previous node", ("Shift+N",)),
+    CanvasAction("keep", "Keep selected, and go on to another", ("K",)),
     CanvasAction("connect", "Connect…", ("C",)),
     CanvasAction("frame", "Fit selection to view", ("F",)),
     CanvasAction("frame all", "Fit all to view", ("Home",)),

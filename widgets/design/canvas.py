@@ -33,6 +33,7 @@ from underfoot.widgets.design.node_search import NodeSearch
 from underfoot.widgets.design.patch_editing import snapped, with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.spoken_selection import spoken_selection
+from underfoot.widgets.design.stepping import Stepping
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 
@@ -63,6 +64,7 @@ class Canvas(EditableView):
         super().__init__(document, registry, parent)
         self._pan: QPoint | None = None
         self._space_state = ""
+        self._stepping = Stepping(self)
         self.edge_scrolling = EdgeScrolling(self, self._is_held)
         self.search = NodeSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
@@ -96,8 +98,9 @@ class Canvas(EditableView):
             "duplicate": self.duplicate,
             "delete": self.delete,
             "select all": self.select_all,
-            "next": lambda: self.step_selection(1),
-            "previous": lambda: self.step_selection(-1),
+            "next": lambda: self._stepping.step(1),
+            "previous": lambda: self._stepping.step(-1),
+            "keep": self._stepping.keep,
             "connect": self.open_connect_menu,
             "frame": self.fit_view,
             "frame all": lambda: self.fit_view(all_nodes=True),
@@ -454,20 +457,12 @@ class Canvas(EditableView):
         self._cancel_drag()
         super().hideEvent(event)
 
-    def step_selection(self, by: int) -> None:
-        """Select the next item in the order of the patch (`by` steps), and scroll to it."""
-        ids = list(self.patch_scene.movable())
-        if ids:
-            now = self.patch_scene.selected()
-            at = ids.index(now[-1]) + by if now else (0 if by > 0 else -1)
-            self.patch_scene.select([ids[at % len(ids)]])
-            self.ensure_visible(self.patch_scene.selected())
-
     def _selection_changed(self) -> None:
         if not all(map(isValid, self.patch_scene.movable().values())):
             return  # a last signal while the scene is being deleted
         ids = self.selected_ids()
         self._nudges += 1
+        self._stepping.forget()
         for id, node in self.patch_scene.nodes.items():
             if node.shows_all_ports and id not in ids:
                 node.set_ports(node.driven, shows_all=False)

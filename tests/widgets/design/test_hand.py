@@ -324,3 +324,25 @@ def test_the_right_button_cancels_a_drag_and_opens_no_menu(workspace, held):
     assert workspace.patch() == patch
     assert not canvas.search.isVisible()
     assert canvas.patch_scene.nodes["step"].pos().toTuple() == patch.node("step").at
+
+
+def test_several_nodes_are_selected_by_keys(workspace):
+    """N steps, K keeps; a node that is come to again is let go, and any other selection begins anew."""
+    canvas = workspace.canvas
+
+    def selected(keys):
+        for key in keys:
+            QTest.keyClick(canvas, key)
+        return canvas.selected_ids()
+
+    assert selected("NK") == ["push"]
+    assert selected("NNK") == ["push", "hum"]
+    assert selected("N") == ["push", "hum", "shaker"]
+    assert canvas.accessibleDescription() == "Shaker; 3 items selected"
+    assert selected("N") == ["push", "hum"]
+    assert selected("KN") == ["step", "hum"]
+    canvas.patch_scene.select(["push"])
+    assert selected("N") == ["step"]
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    assert selected("K") == []
+    assert canvas.message == "Select what to keep selected"
