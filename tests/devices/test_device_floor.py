@@ -12,6 +12,7 @@ import pytest
 
 from underfoot.devices.conversion import Conversion, nominal_force
 from underfoot.devices.device_floor import DeviceFloor
+from underfoot.devices.framing.frame_faults import FrameFaults
 from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.wire_format import csv_lines, encode, samples_of
 from underfoot.errors import BadValue
@@ -201,6 +202,20 @@ def test_frame_numbers_that_are_not_those_of_a_tile_are_said(until, number, word
         said = []
         until(lambda: said.extend(source.take_notices()) or words in str(said), "it is said", seen=lambda: said)
     assert not any("same microseconds" in line for line in said)
+
+
+def test_a_fault_that_begins_late_is_said_within_a_minute_and_so_is_that_of_the_next_tile():
+    """Among all frames since the start, the lost ones were few for hours; and only the first tile was named."""
+    parser, said = Parser(), []
+    faults = FrameFaults(parser, default_floor(1, 2), 50.0, "given")
+    for minute in range(12):
+        i = np.arange(3000 * minute, 3000 * (minute + 1))
+        for tile in range(2):
+            come = i if minute < 8 + 2 * tile else i[i % 3 > 0]
+            rows = np.column_stack([0 * come + tile, come % 65536, 20_000 * come, *[come % 9] * 4])
+            parser.feed(encode(rows))
+        said += [(minute, line[:38]) for line in faults.take_notices(60.0 * minute)]
+    assert said == [(8, "tile t1: 33% of its frames are lost, b"), (10, "tile t2: 33% of its frames are lost, b")]
 
 
 def test_damaged_frames_are_said_and_an_outage_is_none(until):

@@ -14,7 +14,8 @@ from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.conversion import Conversion
 from underfoot.devices.device_clock import IN_TIME, DeviceClocks
 from underfoot.devices.force_source import SENSOR_HZ, sample_buffers
-from underfoot.devices.framing.parser import FRAMES, FrameCounts
+from underfoot.devices.framing.frame_faults import FrameFaults
+from underfoot.devices.framing.parser import FrameCounts
 from underfoot.devices.framing.wire_format import FORCES, SAMPLE
 from underfoot.devices.health.sensor_health import SensorHealth
 from underfoot.devices.link_acceleration import LinkAcceleration
@@ -24,12 +25,9 @@ from underfoot.devices.transport_reader import TransportReader
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
-from underfoot.quantities import counted
 
 _SETTLED_S = 5.0  # after which a clock's fit is reported
 _SILENT_S, _PAUSE_S = 1.0, 0.3  # of a tile while others send, and of all
-_WRONG_RATE = 0.1
-_MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts, from which it is named
 
 
 class DeviceFloor:
@@ -71,6 +69,7 @@ class DeviceFloor:
         self._heard_s = np.full(len(floor.tiles), self._since_s)
         self._silent = np.zeros(len(floor.tiles), bool)
         self.reader = TransportReader(transport, self.receive, form)
+        self._faults = FrameFaults(self.reader.parser, floor, rate_hz, transport.name)
         self.reader.notices.extend(self._conversion.notices)
         self.receive(np.zeros(0, SAMPLE), self._since_s)  # loads the kernels in advance; there is no sample yet
         self._hand_over = hand_over.specialised(self._rows_parts, self._buffers_parts, 0, 0, 0, 0.0)
@@ -111,6 +110,7 @@ class DeviceFloor:
     def take_notices(self) -> list[str]:
         """Return the notices since the last call, one line each. Not for the callback."""
         notices = self.reader.take_notices() + self._health.take_notices() + self._silences()
+        notices += self._faults.take_notices(time.monotonic())
         for key, line in self._findings():
             if line and key not in self._announced:
                 self._announced.add(key)
@@ -151,8 +151,6 @@ class DeviceFloor:
     def _findings(self) -> Iterator[tuple[str, str]]:
         """Yield notices to report once: a key, and a line, empty while there is nothing to report."""
         yield "clocks", self._clock_line()
-        yield "rate", self._rate_line()
-        yield "numbers", self._numbers_line()
         yield "overflow", "samples come faster than they are taken; some are dropped" if self._overflowed else ""
         yield "unknown tiles", self._unknown_line()
         for row, tile in enumerate(self.floor.tiles):
@@ -183,42 +181,6 @@ class DeviceFloor:
         drift = f"{min(drifts):+.1f}" + (f" to {max(drifts):+.1f}" if max(drifts) - min(drifts) >= 0.1 else "")
         held = f"samples are held for {delay_ms:.1f} ms, which {IN_TIME:.0%} of arrivals need"
         return f"device clock: {drift} ppm, fitted to {error_ms:.3f} ms; {held}"
-
-    def _rate_line(self) -> str:
-        """Return a line if a tile's frame numbers do not rise, nor its clock, or its rate is not the declared one."""
-        parser = self.reader.parser
-        for row, tile in enumerate(self.floor.tiles):
-            if parser.is_out_of_order(row):
-                return f"tile {tile.id} sends frame numbers that do not rise, so its frames are taken for old ones"
-            if parser.stands_still(row):
-                return f"tile {tile.id} sends the same microseconds in all frames, so its samples have no time"
-            if parser.runs_backwards(row):
-                return f"tile {tile.id} sends microseconds that fall from frame to frame, so its samples have no time"
-            period = parser.period_us(row)
-            if period > 0 and abs(period * 1e-6 * self.rate_hz - 1.0) > _WRONG_RATE:
-                sends = f"tile {tile.id} sends {1e6 / period:.0f} samples a second by its microseconds"
-                return f"{sends}, not {self.rate_hz:.0f}"
-        return ""
-
-    def _numbers_line(self) -> str:
-        """Return a line if many frames are corrupted, or a tile's frame numbers are not those of its samples."""
-        parser, counts = self.reader.parser, self.counts
-        heard = counts.accepted + counts.corrupted
-        if heard >= FRAMES and counts.corrupted > _MUCH * heard:
-            share = counts.corrupted / heard
-            return f"{self.reader.transport.name}: {share:.0%} of the frames are corrupted; is the baud rate right?"
-        for row, tile in enumerate(self.floor.tiles):
-            lost, refused = parser.shares(row)
-            if parser.restarts(row) >= _OFTEN and not parser.runs_backwards(row):
-                times = counted(parser.restarts(row), "time")
-                return f"tile {tile.id} began anew {times}; is its power steady, and do its numbers go up to 65535?"
-            if lost > _MUCH:
-                rise = "which must rise by 1 with each of its samples"
-                return f"tile {tile.id}: {lost:.0%} of its frames are lost, by their numbers, {rise}"
-            if refused > _MUCH and not parser.is_out_of_order(row):
-                why = f"their numbers are not new; do others send as tile {row}?"
-                return f"tile {tile.id}: {refused:.0%} of its frames are left out: {why}"
-        return ""
 
     def _unknown_line(self) -> str:
         """Return a line with the tile numbers that the floor does not have."""

@@ -22,9 +22,6 @@ from underfoot.kernels import kernel, part
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
 """Frames at least this many behind the newest are stale: they cannot be told from old ones."""
-FRAMES = 1000
-"""Fewest frames of which shares are told."""
-
 HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
 
@@ -196,35 +193,18 @@ class Parser:
         known = self._state.tiles[tile]
         return bool(known["still"] >= WINDOW)
 
-    def runs_backwards(self, tile: int) -> bool:
-        """Return whether a tile began anew with most of its frames, because its microseconds fall."""
-        known = self._state.tiles[tile]
-        return bool(known["accepted"] >= WINDOW and 2 * known["restarts"] > known["accepted"])
-
-    def shares(self, tile: int) -> tuple[float, float]:
-        """Return the shares of a tile's frames that are lost one by one, and that are refused as doubled or stale.
-
-        Both are 0 until it has sent `FRAMES` of them.
+    def tile_counts(self, tiles: int) -> NDArray[np.int64]:
+        """Return what came of each of the first so many tiles (n, 4): frames that were handed over, those that were
+        lost one by one, those that were refused as doubled or stale, and how often the tile began anew.
         """
-        known = self._state.tiles[tile]
-        missed, accepted, refused = int(known["missed"]), int(known["accepted"]), int(known["doubled"] + known["stale"])
-        if missed + accepted + refused < FRAMES:
-            return 0.0, 0.0
-        return missed / max(missed + accepted, 1), refused / (accepted + refused)
+        known = self._state.tiles[:tiles]
+        refused = known["doubled"] + known["stale"]
+        return np.stack([known["accepted"], known["missed"], refused, known["restarts"]], axis=1)
 
     def heard(self, tiles: int) -> NDArray[np.int64]:
         """Return how many valid frames of each of the first so many tiles came, handed over or not."""
         known = self._state.tiles[:tiles]
         return np.asarray(known["accepted"] + known["doubled"] + known["stale"] + known["foreign"])
-
-    def restarts(self, tile: int) -> int:
-        """Return how often a tile's sequence began again."""
-        return int(self._state.tiles[tile]["restarts"])
-
-    def is_out_of_order(self, tile: int) -> bool:
-        """Return whether nearly all frames of a tile are refused, because its sequence numbers do not rise."""
-        known = self._state.tiles[tile]
-        return bool(known["stale"] + known["doubled"] > WINDOW + 4 * known["accepted"])
 
     def senders_of(self, tile: int) -> tuple[int, int]:
         """Return the number of the sender that a tile belongs to, and of the last other sender of its frames."""

@@ -1,0 +1,104 @@
+"""Faults of tiles that show in their frames: wrong numbers, times or rates, and frames that are lost or damaged.
+
+Shares are those of the last minute. Over all frames since the start, a fault that begins after a day would take hours
+to show, or days.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.devices.framing.parser import WINDOW, Parser
+from underfoot.floor.layout import Floor
+from underfoot.quantities import counted
+
+FRAMES = 1000
+"""Fewest frames of which shares are told."""
+LATELY_S, RESTARTS_S = 60.0, 3600.0
+"""Time of which shares are told, and the restarts of a tile; half of it at least."""
+_WRONG_RATE = 0.1
+_MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts, from which it is named
+
+
+class FrameFaults:
+    """Faults of the tiles of `floor`, which should send `rate_hz` samples a second, in what `parser` read of `line`."""
+
+    def __init__(self, parser: Parser, floor: Floor, rate_hz: float, line: str) -> None:
+        self._parser, self._floor, self._rate_hz, self._line = parser, floor, rate_hz, line
+        self._frames, self._restarts, self._all = _Lately(LATELY_S), _Lately(RESTARTS_S), _Lately(LATELY_S)
+        self._named = set[tuple[str, int]]()
+        self._named_s = dict[str, float]()
+
+    def take_notices(self, now_s: float) -> list[str]:
+        """Return a line for each fault that is new on some tile at `now_s`; other tiles with it are named in the line.
+
+        A fault of a tile is named once. The next tiles with it are named a minute later at the soonest.
+        """
+        found = dict[str, list[tuple[int, str]]]()
+        for row, fault, line in self._found(now_s):
+            if (fault, row) not in self._named and now_s - self._named_s.get(fault, -np.inf) >= LATELY_S:
+                found.setdefault(fault, []).append((row, line))
+        for fault, tiles in found.items():
+            self._named_s[fault] = now_s
+            self._named.update((fault, row) for row, _ in tiles)
+        return [tiles[0][1] + self._others([row for row, _ in tiles[1:]]) for tiles in found.values()]
+
+    def _others(self, rows: list[int]) -> str:
+        return f"; likewise {', '.join(self._floor.ids[row] for row in rows)}" if rows else ""
+
+    def _found(self, now_s: float) -> Iterator[tuple[int, str, str]]:
+        """Yield each fault that is there: the tile's row, 0 for the whole line's; its name; and what is said of it."""
+        counts = self._parser.counts
+        accepted, corrupted = self._all.since(np.array([counts.accepted, counts.corrupted]), now_s)
+        if accepted + corrupted >= FRAMES and corrupted > _MUCH * (accepted + corrupted):
+            share = corrupted / (accepted + corrupted)
+            yield 0, "corrupted", f"{self._line}: {share:.0%} of the frames are corrupted; is the baud rate right?"
+        totals = self._parser.tile_counts(len(self._floor.tiles))
+        restarts = self._restarts.since(totals[:, -1], now_s)
+        for row, lately in enumerate(self._frames.since(totals, now_s)):
+            yield from ((row, *one) for one in self._of_tile(row, lately.tolist(), int(restarts[row])))
+
+    def _of_tile(self, row: int, lately: list[int], restarts: int) -> Iterator[tuple[str, str]]:
+        """Yield the faults of a tile, from its counts in `LATELY_S`, and its `restarts` in `RESTARTS_S`."""
+        accepted, missed, refused, began = lately
+        parser, tile = self._parser, f"tile {self._floor.ids[row]}"
+        period_us = parser.period_us(row)
+        is_out_of_order = refused > WINDOW + 4 * accepted
+        falls = accepted >= WINDOW and 2 * began > accepted
+        if is_out_of_order:
+            yield "order", f"{tile} sends frame numbers that do not rise, so its frames are taken for old ones"
+        elif parser.stands_still(row):
+            yield "still", f"{tile} sends the same microseconds in all frames, so its samples have no time"
+        elif falls:
+            yield "falls", f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
+        elif period_us > 0 and abs(period_us * 1e-6 * self._rate_hz - 1.0) > _WRONG_RATE:
+            sends = f"{tile} sends {1e6 / period_us:.0f} samples a second by its microseconds"
+            yield "rate", f"{sends}, not {self._rate_hz:.0f}"
+        if restarts >= _OFTEN and not falls and ("falls", row) not in self._named:
+            steady = "is its power steady, and do its numbers go up to 65535?"
+            yield "restarts", f"{tile} began anew {counted(restarts, 'time')}; {steady}"
+        elif missed + accepted + refused < FRAMES:
+            return
+        elif missed > _MUCH * (missed + accepted):
+            rise = "which must rise by 1 with each of its samples"
+            share = missed / (missed + accepted)
+            yield "lost", f"{tile}: {share:.0%} of its frames are lost, by their numbers, {rise}"
+        elif refused > _MUCH * (accepted + refused) and not is_out_of_order:
+            why = f"their numbers are not new; do others send as tile {row}?"
+            yield "refused", f"{tile}: {refused / (accepted + refused):.0%} of its frames are left out: {why}"
+
+
+class _Lately:
+    """Counts of the last `length_s`, half of it at least, from counts since the start."""
+
+    def __init__(self, length_s: float) -> None:
+        self._before = self._next = np.zeros(1, np.int64)
+        self._half_s, self._began_s = 0.5 * length_s, np.inf
+
+    def since(self, totals: NDArray[np.int64], now_s: float) -> NDArray[np.int64]:
+        """Return the counts lately, of these `totals` at `now_s`."""
+        self._began_s = min(self._began_s, now_s)
+        if now_s - self._began_s >= self._half_s:
+            self._before, self._next, self._began_s = self._next, totals, now_s
+        return totals - self._before
