@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
 from underfoot.floor.shared_loads import SharedLoad, jump_time_s, relief_time_s, shared
 from underfoot.floor.simulated_loads import feet_down
 from underfoot.floor.simulated_people import drawn_people
+from underfoot.floor.tracker_memory import ROW
 
 
 def test_two_feet_whose_load_is_one_are_known_again():
@@ -64,7 +64,7 @@ def test_a_load_that_has_not_come_to_rest_soon_after_it_began_has_not_passed_on_
 
 def test_where_one_foot_leaves_as_the_other_comes_the_load_is_the_others_from_where_that_bears_half():
     feet = SharedLoad(0.5, 0.5, np.array([[0.0, 0.0], [0.2, 0.0]]), np.zeros((2, 2)))
-    rows = np.zeros(20, tracking.ROW)
+    rows = np.zeros(20, ROW)
     rows["sample"] = 490 + np.arange(20)
     rows["time_s"] = rows["sample"] / 1000.0
     rows["x_m"] = np.interp(rows["time_s"], (0.495, 0.5), (0.0, 0.2))

@@ -23,6 +23,7 @@ from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
+from underfoot.floor.tracker_memory import STREAM, TILE
 from underfoot.kernels import Floats, call_at, inlined, intrinsic, kernel, part
 
 if TYPE_CHECKING:
@@ -79,8 +80,8 @@ class IntakeMemory(NamedTuple):
     absent: Annotated[np.ndarray, np.dtype(np.bool_), 2]  # [sample, tile]: no sample of its own
     last: Annotated[np.ndarray, LAST, 1]
     plates: Annotated[np.ndarray, PLATE, 1]  # the tracker's, like tiles and stream
-    tiles: Annotated[np.ndarray, tracking.TILE, 1]
-    stream: Annotated[np.ndarray, tracking.STREAM, 1]
+    tiles: Annotated[np.ndarray, TILE, 1]
+    stream: Annotated[np.ndarray, STREAM, 1]
     queue: Annotated[np.ndarray, SAMPLE, 2]  # [tile, place]
     segments: Annotated[np.ndarray, SEGMENT, 1]  # [tile]
     timing: Annotated[np.ndarray, TIMING, 1]  # [1]

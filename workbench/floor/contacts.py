@@ -30,9 +30,10 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.array_tables import addresses
 from underfoot.errors import require
 from underfoot.floor import tracking
+from underfoot.floor.baselines import bring_up_noise, renew_all
 from underfoot.floor.feet import FootFinder
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.running_median import MIDDLE
+from underfoot.floor.tracker_memory import BEGAN, tracker_memory
 
 GAP_S = 0.040
 """Longest time between samples that is no gap. By then, force at audio rate has been ramped to 0
@@ -145,46 +146,19 @@ class ContactTracker:
     def __init__(self, floor: Floor, rate_hz: float) -> None:
         require(20.0 <= rate_hz <= 100_000.0, "rate_hz", rate_hz, "20 to 100000 Hz")
         self.floor = floor
-        count = len(floor.tiles)
-        every = max(1, round(rate_hz / 250.0))
-
-        def taken(seconds: float) -> int:
-            return max(5, math.ceil(seconds * rate_hz / every))
-
-        stream = np.zeros(1, tracking.STREAM)
-        stream["every"] = every
-        stream["guard"] = taken(tracking.GUARD_S)
-        stream["first"] = taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S)
-        stream["renewal"] = max(taken(tracking.RENEW_S), taken(tracking.GUARD_S) + taken(tracking.MINIMUM_S))
-        stream["recent"] = taken(tracking.RECENT_S)
-        stream["gap_s"] = max(GAP_S, 2.5 / rate_hz)
-        self._tiles = np.zeros(count, tracking.TILE)
-        self._tiles["need"] = stream["first"]
-        self._tiles["negative_s"] = math.nan
-        self.memory = tracking.TrackerMemory(
-            time_s=np.zeros(SLAB),
-            force_n=np.zeros((SLAB, count, 4)),
-            plates=floor.plates(),
-            tiles=self._tiles,
-            stream=stream,
-            ring=np.zeros((count, taken(tracking.GUARD_S) + taken(tracking.WINDOW_S) + 1, 5)),
-            window=np.zeros((count, 4, taken(tracking.WINDOW_S))),
-            middles=np.zeros((count, 4), MIDDLE),
-            work=np.zeros(taken(tracking.WINDOW_S)),
-            rows=np.zeros(SLAB * count, tracking.ROW),
-            events=np.zeros(2 * SLAB * count, tracking.EVENT),
-        )
+        self.memory = tracker_memory(floor, rate_hz, SLAB, max(GAP_S, 2.5 / rate_hz))
         """Memory of `tracking.follow`. Callers that have the samples in arrays of their own follow them with these in
         place of its first two."""
         self._where = addresses(self.memory)
-        self._feet = FootFinder(floor, rate_hz, every)
+        self._tiles = self.memory.tiles
+        self._feet = FootFinder(floor, rate_hz, int(self.memory.stream[0]["every"]))
         self._ongoing: dict[int, _Ongoing] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
         self._opening_length = max(8, math.ceil(OPENING_S * rate_hz))
         # This loads the kernels now, not at the first footfall.
-        self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
+        self._follow_slab(np.zeros(0), np.zeros((0, len(self._tiles), 4)))
         self._join(self.memory.rows[:0], np.zeros(0, np.int64))
-        tracking.bring_up_noise(self.memory)
+        bring_up_noise(self.memory)
         self.tare()
 
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
@@ -218,7 +192,7 @@ class ContactTracker:
 
     def tare(self) -> None:
         """Set all baselines to the readings of the last 0.1 s. Contacts end with the next sample."""
-        tracking.renew_all(self.memory)
+        renew_all(self.memory)
 
     def ongoing(self) -> tuple[OngoingContact, ...]:
         """Return the contacts at the latest sample; their assignment to feet may be provisional."""
@@ -250,7 +224,7 @@ class ContactTracker:
     @property
     def noise_n(self) -> NDArray[np.float64]:
         """The noise of each tile's unloaded sum, 1.4826 times its median absolute deviation: shape (tiles,)."""
-        tracking.bring_up_noise(self.memory)
+        bring_up_noise(self.memory)
         return self._tiles["noise_n"].copy()
 
     @property
@@ -301,7 +275,7 @@ class ContactTracker:
             return TrackedContacts(_no_rows(len(self._tiles)), ())
         rows = self._join(found, feet)
         for foot, event in events:
-            if event["kind"] == tracking.BEGAN:
+            if event["kind"] == BEGAN:
                 one = self._ongoing.setdefault(foot, _Ongoing(foot, event["cut"], event["time_s"], event["load_n"]))
                 one.standing += 1
             else:

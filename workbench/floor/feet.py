@@ -13,11 +13,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor import tracking
 from underfoot.floor.foot_evidence import DECIDED_S, DELIVERY_DELAY_S, FootEvidence
 from underfoot.floor.layout import Floor
 from underfoot.floor.loads import SWING_S, Load, columns
 from underfoot.floor.shared_loads import BOTH_FEET_S, TIME, shared
+from underfoot.floor.tracker_memory import BEGAN, ENDED, EVENT, ROW
 
 MOST_LOADS = 8
 """Most loads that feet make on a tile within `DECIDED_S`. A loose wire makes more; these are joined without checks,
@@ -40,7 +40,7 @@ class FootFinder:
         self._latest: list[deque[Load]] = [deque(maxlen=MOST_LOADS) for _ in floor.tiles]
         self._renamed: dict[int, int] = {}  # a divided load's token in new rows: that of its last part
         self._foot_of: dict[int, int] = {}  # by token
-        self._held = np.zeros(256, tracking.ROW)
+        self._held = np.zeros(256, ROW)
         self._begin, self._end = 0, 0
         self._events: list[np.void] = []
         self._count, self._feet, self._tokens = 0, 0, 0
@@ -103,7 +103,7 @@ class FootFinder:
 
     def awaited(self) -> set[int]:
         """Return the feet with a load whose beginning was not returned by `take` yet."""
-        begun = (int(event["token"]) for event in self._events if event["kind"] == tracking.BEGAN)
+        begun = (int(event["token"]) for event in self._events if event["kind"] == BEGAN)
         return {self._foot_of[token] for token in begun if token in self._foot_of}
 
     def present_loads(self) -> Iterator[tuple[Load, "Load | None"]]:
@@ -120,7 +120,7 @@ class FootFinder:
         """Append rows to those that wait."""
         if self._end + len(rows) > len(self._held):
             waiting = self._rows
-            held = np.zeros(max(len(self._held), 2 * (len(waiting) + len(rows))), tracking.ROW)
+            held = np.zeros(max(len(self._held), 2 * (len(waiting) + len(rows))), ROW)
             held[: len(waiting)] = waiting
             self._held, self._begin, self._end = held, 0, len(waiting)
         self._held[self._end : self._end + len(rows)] = rows
@@ -143,7 +143,7 @@ class FootFinder:
         """Begin or end a load. One that begins alone is a new foot at once."""
         self._events.append(event)
         tile = int(event["tile"])
-        if event["kind"] == tracking.BEGAN:
+        if event["kind"] == BEGAN:
             load = Load(int(event["token"]), tile, int(event["sample"]), float(event["time_s"]))
             self._evidence.loads.append(load)
             self._present[tile] = load
@@ -272,12 +272,12 @@ class FootFinder:
         load.sample, load.start_s = int(begins["sample"]), float(begins["time_s"])
         other.end, other.end_s = int(ends["sample"]) + 1, float(ends["time_s"])
         lead_s = float(parted["time_s"][np.searchsorted(parted["sample"], load.sample) - 1])
-        self._add_event(tracking.BEGAN, load, load.sample, (lead_s, lead_n))
-        self._add_event(tracking.ENDED, other, other.end, (other.end_s, math.nan))
+        self._add_event(BEGAN, load, load.sample, (lead_s, lead_n))
+        self._add_event(ENDED, other, other.end, (other.end_s, math.nan))
 
     def _add_event(self, kind: int, load: Load, sample: int, before: tuple[float, float]) -> None:
         """Add an event of an earlier sample; `before` is the time and load that it records."""
-        event = np.zeros(1, tracking.EVENT)
+        event = np.zeros(1, EVENT)
         event["kind"], event["sample"], event["token"], event["tile"] = kind, sample, load.token, load.tile
         event["time_s"], event["load_n"] = before
         bisect.insort(self._events, event[0], key=lambda event: event["sample"])

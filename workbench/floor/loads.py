@@ -78,7 +78,7 @@ class Load(Struct, eq=False):
 
 
 def columns(rows: NDArray[np.void]) -> NDArray[np.float64]:
-    """Return `tracking.ROW` rows as columns of a track."""
+    """Return `tracker_memory.ROW` rows as columns of a track."""
     return np.column_stack([rows[name] for name in ("time_s", "x_m", "y_m", "force_n")])
 
 

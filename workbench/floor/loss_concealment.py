@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor import tracking
 from underfoot.floor.contacts import GAP_S, ContactTracker
+from underfoot.floor.tracking import TARE_N
 from underfoot.kernels import kernel
 
 LAST = np.dtype([("time_s", np.float64), ("force_n", np.float64, (4,))], align=True)
@@ -50,7 +50,7 @@ def conceal(
             absent[i, k] = not np.isfinite(total)
             if not absent[i, k]:
                 if last[k].time_s == -np.inf and stream[0].count > 0:
-                    tiles[k].untared = total >= tracking.TARE_N
+                    tiles[k].untared = total >= TARE_N
                     for sensor in range(4):
                         tiles[k].base_n[sensor] = 0.0 if tiles[k].untared else force_n[i, k, sensor]
                 last[k].time_s = time_s[i]
