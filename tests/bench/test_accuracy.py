@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from underfoot.bench import accuracy, naive
-from underfoot.bench.accuracy import Method, Task
+from underfoot.bench.method_comparison import Method, Task, measured
 from underfoot.models.elasto_plastic import Ground
 from underfoot.models.modal.impact import Hammer, ModalObject
 from underfoot.models.stick_slip.oscillator import BlockOnBelt
@@ -21,7 +21,7 @@ def test_every_point_has_its_own_error_and_time():
         lambda result, knob: abs(result - 1.0) + 0.0 * knob,
         [Method("sum", "terms", (1, 2, 3), lambda n: 1.0 - 0.5**n), Method("one", "", (0,), lambda _: 1.0, True)],
     )
-    found = accuracy.measured(task, 0.0)
+    found = measured(task, 0.0)
     assert [point.error for point in found.curves[0].points] == [0.5, 0.25, 0.125]
     assert [curve.naive for curve in found.curves] == [False, True]
     assert all(point.seconds > 0.0 for curve in found.curves for point in curve.points)

@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 import pytest
 
 from underfoot.bench import report
-from underfoot.bench.accuracy import Comparison, Curve, Point
 from underfoot.bench.blocks import BlockCost
+from underfoot.bench.method_comparison import Comparison, Curve, Point
 from underfoot.bench.report import Bench
 from underfoot.bench.requirements import Requirement
 from underfoot.bench.stability import Failure, Stability

@@ -1,20 +1,15 @@
-"""Run time against error: every model over its accuracy parameter, beside naive implementations, in one run.
-
-A task is one quantity to compute, with its reference; its methods compute it, each over the values of a knob.
-"""
+"""Run time against error: every model over its accuracy parameter, beside naive implementations, in one run."""
 
 import math
-import statistics
-import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench import naive, rows
+from underfoot.bench.method_comparison import Comparison, Method, Task, measured
 from underfoot.kernels import Floats
 from underfoot.models.elasto_plastic import Ground
 from underfoot.models.fibre_bundle.bundle import FibreBundle
@@ -29,61 +24,6 @@ RATE = 48_000
 Times = TypeVar("Times", float, NDArray[np.float64])
 
 
-@dataclass(frozen=True)
-class Point:
-    """One value of a knob: median run time, and error."""
-
-    knob: float
-    seconds: float
-    error: float
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A method over its knob."""
-
-    method: str
-    knob: str
-    naive: bool
-    points: tuple[Point, ...]
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """The results of a task."""
-
-    model: str
-    task: str
-    error: str
-    curves: tuple[Curve, ...]
-
-    def data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return asdict(self)
-
-
-@dataclass(frozen=True)
-class Method:
-    """A method of computing a task: `run(knob)`. Naive methods are the baseline."""
-
-    name: str
-    knob: str
-    values: Sequence[float]
-    run: Callable[[float], Any]
-    naive: bool = False
-
-
-@dataclass(frozen=True)
-class Task:
-    """A quantity to compute, the name of its error, and `error(result, knob)`."""
-
-    model: str
-    task: str
-    error_is: str
-    error: Callable[[Any, float], float]
-    methods: Sequence[Method]
-
-
 def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> list[Comparison]:
     """Measure every task. With `quick`, signals are shorter, values fewer, and each point has one or two runs."""
     found = []
@@ -92,29 +32,6 @@ def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None
             progress(f"accuracy: {task.model}, {task.task}")
             found.append(measured(task, 0.05 if quick else 1.0))
     return found
-
-
-def measured(task: Task, budget_s: float) -> Comparison:
-    """Time each method at each value of its knob: the median of up to 20 runs, or of as many as fit into `budget_s`.
-
-    >>> square = Method("square", "x", (2.0,), lambda x: x * x)
-    >>> found = measured(Task("doctest", "square", "difference", lambda y, x: abs(y - 4.0), [square]), 0.0)
-    >>> found.curves[0].points[0].error
-    0.0
-    """
-    curves = []
-    for method in task.methods:
-        method.run(method.values[0])  # compiles
-        points = []
-        for value in method.values:
-            spent: list[float] = []
-            while not spent or (len(spent) < 20 and sum(spent) < budget_s):
-                began = time.perf_counter()
-                result = method.run(value)
-                spent.append(time.perf_counter() - began)
-            points.append(Point(float(value), statistics.median(spent), float(task.error(result, value))))
-        curves.append(Curve(method.name, method.knob, method.naive, tuple(points)))
-    return Comparison(task.model, task.task, task.error_is, tuple(curves))
 
 
 def _relative_error(result: NDArray[np.float64], truth: NDArray[np.float64]) -> float:

@@ -10,9 +10,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from underfoot.bench.accuracy import Comparison
 from underfoot.bench.blocks import BlockCost
 from underfoot.bench.compare import FORMAT, VERSION, Time
+from underfoot.bench.method_comparison import Comparison
 from underfoot.bench.requirements import COMPARISON_ONLY, SPEED, Requirement
 from underfoot.bench.stability import Stability
 from underfoot.drawing import Drawing, Series, series
