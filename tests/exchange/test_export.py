@@ -21,6 +21,7 @@ from underfoot.patch import preset_files
 from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import MARKS, Patch, PlacedNode
 from underfoot.patch.program import Program
+from underfoot.records.forces import Forces
 
 RATE = 48_000
 PRESETS = ("stimulus-sp", "gravel", "tacton-ws1", "tacton-impact")
@@ -100,6 +101,22 @@ def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
     assert [channel["description"] for channel in channels] == list(default_floor(1, 2).ids)
     outputs = [node for node in FORMATS["hjif"].read(path).patch.nodes if node.type == "tile-output"]
     assert {node.parameters["tiles"] for node in outputs} == set(default_floor(1, 2).ids)
+
+
+def test_hjif_of_a_large_floor_has_the_tiles_that_move_most(tmp_path):
+    patch = Patch.load(preset_files.patches()["stimulus-sp"], REGISTRY)
+    path, floor = tmp_path / "floor.hjif", default_floor(16, 8)
+    load_n = np.full((128, 4), 100.0)
+    load_n[77] = 50.0
+    pressed = np.arange(70)[:, None, None] > 10
+    Forces(0.001 * np.arange(70), pressed * load_n, 1000.0, floor).save(tmp_path / "pressed.csv")
+    export = Export(patch, seconds=0.07, force=str(tmp_path / "pressed.csv"), floor=floor)
+    told = FORMATS["hjif"].write(export, path)
+    document = json.loads(path.read_text())
+    RULES["hjif"](document)
+    channels = document["perceptions"][0]["channels"]
+    assert [channel["description"] for channel in channels] == [tile for tile in floor.ids if tile != floor.ids[77]]
+    assert told[-1] == f"not written: {floor.ids[77]}; a file has at most 127 channels"
 
 
 def test_wav_is_what_render_writes(tmp_path, underfoot, walk):

@@ -85,7 +85,7 @@ def hjif(document):
         assert "effect_semantic_scheme" not in perception  # the reference validator rejects any
         assert perception["avatar_id"] in avatars
         assert perception["perception_modality"] == "Vibrotactile"
-        assert len(perception["channels"]) <= (128 if document["level"] == 1 else 65_536)
+        assert len(perception["channels"]) <= (127 if document["level"] == 1 else 65_536)
         _unique(perception["channels"])
         for channel in perception["channels"]:
             assert {"id", "description", "gain", "mixing_coefficient", "body_part_mask", "bands"} <= set(channel)

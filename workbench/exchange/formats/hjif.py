@@ -32,6 +32,8 @@ EDGES_HZ = (20, 143, 389, 1000)
 """Edges of the bands to write. More bands follow the spectrum more closely and the envelope less, since their phases
 are lost. The edges avoid round frequencies: a tone on an edge would be in two bands.
 """
+MOST_CHANNELS = 127
+"""Most channels of a file of the Main profile, level 1."""
 TICKS = 1000
 """Ticks per second: the reference player reads ticks as milliseconds where a frequency changes."""
 TRANSIENT_HZ = 2.0 / 22e-3
@@ -101,11 +103,11 @@ class Hjif(msgspec.Struct, frozen=True):
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write every tile, one channel each."""
+    """Write every tile, one channel each; of more than `MOST_CHANNELS`, those that move most."""
     edges = tuple(float(edge) for edge in EDGES_HZ)
+    played = _that_move_most(export.acceleration_by_tile)
     found = {
-        tile: [analysed(band, RATE_HZ) for band in banded(samples, RATE_HZ, edges)]
-        for tile, samples in export.acceleration_by_tile.items()
+        tile: [analysed(band, RATE_HZ) for band in banded(samples, RATE_HZ, edges)] for tile, samples in played.items()
     }
     full_m_s2 = max(float(np.sum([points[:, AMPLITUDE] for points in bands], axis=0).max()) for bands in found.values())
     channels = [_channel(at, tile, bands, full_m_s2) for at, (tile, bands) in enumerate(found.items())]
@@ -131,7 +133,17 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
         "syncs": [],
     }
     write_file(path, json.dumps(document, indent=1).encode())
-    return _envelope_error_lines(export, convert(document, path, Hjif), path, full_m_s2)
+    lines = _envelope_error_lines(played, convert(document, path, Hjif), path, full_m_s2)
+    others = [tile for tile in export.acceleration_by_tile if tile not in played]
+    if not others:
+        return lines
+    return (*lines, f"not written: {', '.join(others)}; a file has at most {MOST_CHANNELS} channels")
+
+
+def _that_move_most(played: dict[str, Floats]) -> dict[str, Floats]:
+    """Return the acceleration of at most `MOST_CHANNELS` tiles, in the given order."""
+    most = sorted(played, key=lambda tile: float(np.square(played[tile]).sum()), reverse=True)[:MOST_CHANNELS]
+    return {tile: played[tile] for tile in sorted(most, key=list(played).index)}
 
 
 def _channel(at: int, tile: str, bands: list[Floats], full_m_s2: float) -> dict[str, Any]:
@@ -171,11 +183,11 @@ def _band(low: int, high: int, points: Floats) -> dict[str, Any]:
     }
 
 
-def _envelope_error_lines(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple[str, ...]:
+def _envelope_error_lines(played: dict[str, Floats], document: Hjif, path: Path, full_m_s2: float) -> tuple[str, ...]:
     """Return the error of each tile's envelope, from the file's voices as read back."""
     lines = []
     channels, _ = _channels(document, path)
-    for channel, (tile, samples) in zip(channels, export.acceleration_by_tile.items(), strict=True):
+    for channel, (tile, samples) in zip(channels, played.items(), strict=True):
         voices = [voice.samples(samples.size, RATE_HZ) for voice in channel.voices]
         written = full_m_s2 * np.sum([np.zeros(samples.size), *voices], axis=0)
         error_db = envelope_error_db(samples, written, RATE_HZ)
