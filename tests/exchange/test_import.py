@@ -92,10 +92,13 @@ def test_ahap_events_that_overlap_play_together_and_curves_keep_their_last_value
 # --- HJIF ---
 
 
-def test_hjif_keyframes_and_gain(tmp_path):
+def test_hjif_keyframes_gain_and_title(tmp_path):
     document = made.hjif()
     document["perceptions"][0]["channels"][0]["gain"] = 0.5
-    (points,) = curves(read(tmp_path, "hjif", document))
+    document["description"] = f"Gravel; wet; 1 is {FULL:g} m/s^2"  # as our own files have it: title, then scale
+    imported = read(tmp_path, "hjif", document)
+    assert imported.patch.title == "Gravel; wet"
+    (points,) = curves(imported)
     np.testing.assert_allclose(at(points, [0.001, 0.25, 0.375], 1), FULL * np.array([0.25, 0.5, 0.25]), atol=0.01)
     np.testing.assert_allclose(at(points, [0.125, 0.4], 2), [125.0, 150.0])
 

@@ -201,7 +201,7 @@ def read(path: Path) -> Imported:
     document = convert(raw, path, Hjif)
     channels, lost = _channels(document, path)
     full_m_s2 = scale_from_words(document.description, FULL_M_S2)
-    title = document.description.partition(";")[0] if ";" in document.description else path.stem
+    title = document.description.rpartition(";")[0] if ";" in document.description else path.stem
     return Imported(patch_of(channels, title, full_m_s2), (*lost, *unread(raw, Hjif, _SILENT)))
 
 
