@@ -251,8 +251,9 @@ def test_a_tile_that_sends_nothing_is_said_to_do_so_within_some_hundred_reads():
     """Of 5 ms each by hand. In a terminal, where this ends the measurement, it takes longer."""
     line = PtySender()
     target = Target(default_floor(), kind="serial", source=line.name)
-    _, rig = KINDS[0].make(target, target.floor.tiles[1], Profile(tile="t2"), "")
+    procedure, rig = KINDS[0].make(target, target.floor.tiles[1], Profile(tile="t2"), "")
     try:
+        assert procedure.page.questions[0].default == "known weights"  # there is no load cell
         with pytest.raises(DeviceError, match="nothing comes of tile 1"):
             [rig.read() for _ in range(600)]
     finally:

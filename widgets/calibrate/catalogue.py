@@ -58,7 +58,8 @@ def _make(
     declared: type[Calibration], target: Target, tile: Tile, profile: Profile, reference: str
 ) -> tuple[Procedure, Rig]:
     """Create the procedure of a calibration, and the rig that it needs."""
-    procedure = declared().procedure(MeasurementSetup(tile, profile, rate_hz=target.rate))
+    has_load_cell = not by_hand(target) or bool(reference)
+    procedure = declared().procedure(MeasurementSetup(tile, profile, rate_hz=target.rate, has_load_cell=has_load_cell))
     return procedure, _RIGS[declared.rig](target, tile, reference)
 
 
@@ -134,7 +135,7 @@ _REFERENCES = {
         Text(
             "",
             doc="A load cell on the tile's line: its tile number and sensor, newtons a count, and its reading at rest, "
-            "as 9.1:0.05:120. Nothing: known weights.",
+            "as 9.1:0.05:120. Nothing: Forces asks for known weights, and Places takes the tile's own newtons.",
         ),
     ),
     SHAKING: ask(

@@ -65,7 +65,7 @@ class FsrCalibration(Calibration):
             raise BadValue(f"--divider-ohm is {self.divider_ohm:g}; allowed: above 0")
 
     def procedure(self, setup: MeasurementSetup) -> "FsrProcedure":
-        return FsrProcedure(setup.tile, self._divider())
+        return FsrProcedure(setup.tile, self._divider(), LOAD_CELL if setup.has_load_cell else KNOWN_WEIGHTS)
 
     def answers(self, has_load_cell: bool) -> Answers:
         if not has_load_cell:
@@ -107,16 +107,16 @@ class FsrProcedure(PagedProcedure):
 
     With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, for each sensor. With known weights:
     each is typed in, put on and waited for, up and down again. The result has the figures of
-    `results.fsr.quantities_of`.
+    `results.fsr.quantities_of`. The first page suggests the `reference`.
     """
 
-    def __init__(self, tile: "Tile", divider: "VoltageDivider | None" = None) -> None:
+    def __init__(self, tile: "Tile", divider: "VoltageDivider | None" = None, reference: str = LOAD_CELL) -> None:
         self._tile, self._divider = tile, divider
         self._full_n = DEFAULT_FULL_N
-        self._reference = LOAD_CELL
+        self._reference = reference
         self.linearisation: Linearisation | None = None
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
-        super().__init__(Page("setup", "FSR linearisation", instruction, questions=_setup_questions()))
+        super().__init__(Page("setup", "FSR linearisation", instruction, questions=_setup_questions(reference)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the steps of all sensors, with a load cell or with known weights."""
@@ -396,12 +396,12 @@ class FsrProcedure(PagedProcedure):
 _TARE = "Take everything off the tile and stand clear."
 
 
-def _setup_questions() -> tuple[Parameter, ...]:
+def _setup_questions(reference: str) -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
     doc = "Known weights, from the lightest to the heaviest."
     return (
-        ask("reference", Choice(LOAD_CELL, options=REFERENCES, doc="What the sensors are compared with.")),
+        ask("reference", Choice(reference, options=REFERENCES, doc="What the sensors are compared with.")),
         ask(
             "full_scale_n",
             Number(DEFAULT_FULL_N, 5.0, 5000.0, unit="N", scale="log", doc="Largest force, with a load cell."),
