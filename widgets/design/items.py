@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
 from underfoot.patch.patch import PlacedNode
@@ -18,6 +18,8 @@ from underfoot.widgets.design.node_geometry import (
     COST_ROOM,
     PAD,
     TITLE,
+    WIDEST_PORT,
+    WIDEST_TITLE,
     NodeDescription,
     NodeGeometry,
     PlacedPort,
@@ -197,7 +199,9 @@ class NodeItem(QGraphicsItem):
         elif self.button_at(event.scenePos()):
             self.setToolTip("Hear this node alone (A; Shift+A on all tiles)")
         elif event.pos().y() < TITLE:
-            self.setToolTip(pretty_text(self.description.doc))
+            doc, title = pretty_text(self.description.doc), self.description.title
+            cut = QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title) > WIDEST_TITLE
+            self.setToolTip(f"{title}\n{doc}" if cut else doc)
         else:
             self.setToolTip("")
 
@@ -294,7 +298,8 @@ class NodeItem(QGraphicsItem):
         painter.setFont(theme.font())
         painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.geometry.width - 2 * PAD - 8, 20)
-        painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, placed.row.text)
+        text = painter.fontMetrics().elidedText(placed.row.text, Qt.TextElideMode.ElideRight, int(WIDEST_PORT) + 1)
+        painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, text)
 
 
 @lru_cache(maxsize=256)

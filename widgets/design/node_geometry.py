@@ -14,8 +14,8 @@ from underfoot.widgets import theme
 TITLE, ROW, PAD, PLOT = 24.0, 20.0, 8.0, 40.0
 NARROWEST = 136.0
 COST_ROOM = 48.0
-WIDEST_TITLE = 240.0
-"""A longer name is cut short."""
+WIDEST_TITLE, WIDEST_PORT = 160.0, 208.0
+"""Room for every type's name, and for a port with its node's name on a group. A longer name is cut short."""
 REACH = 12.0
 """Distance around a port within which the mouse hits it, in pixels."""
 
@@ -111,8 +111,10 @@ def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow,
     """Return the layout of a node with these ports and `hidden` further parameters."""
     metrics = QFontMetricsF(theme.font())
     title_px = min(QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title), WIDEST_TITLE)
-    left = max((metrics.horizontalAdvance(row.text) for row in inputs), default=0.0)
-    right = max((metrics.horizontalAdvance(row.text) for row in outputs), default=0.0)
+    left, right = (
+        min(max((metrics.horizontalAdvance(row.text) for row in rows), default=0.0), WIDEST_PORT)
+        for rows in (inputs, outputs)
+    )
     wanted = max(title_px + 2 * PAD + COST_ROOM, left + right + 5 * PAD, NARROWEST)
     width = math.ceil(wanted / theme.GRID) * theme.GRID
     rows = max(len(inputs), len(outputs))

@@ -1,12 +1,15 @@
 """Names are shown as they were typed: & marks no key in menus and on buttons, and < begins no markup."""
 
-from design_samples import REGISTRY, drag, port
-from PySide6.QtCore import Qt
+from design_samples import REGISTRY, drag, port, send
+from groups_by_hand import collapse
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMenu
 from windows import quiet_window
 
 from underfoot.engine.reports import Fault
+from underfoot.widgets import theme
+from underfoot.widgets.design.node_geometry import TITLE
 
 NAME = "Heel & toe <b>hard</b>"
 IN_MENUS = "Heel && toe <b>hard</b>"
@@ -75,3 +78,17 @@ def test_a_recent_file_has_the_ampersand_of_its_path(qtbot, tmp_path):
     recent = next(menu for menu in window.menu.findChildren(QMenu) if menu.title() == "Open recent")
     recent.aboutToShow.emit()
     assert [action.text() for action in recent.actions()] == ["/sounds/ice && snow.json"]
+
+
+def test_a_long_name_is_cut_short_and_the_mouse_shows_all_of_it(workspace):
+    """The node grew over its neighbour, and a sub-patch of it over half of the canvas."""
+    canvas, name = workspace.canvas, "The heel of a heavy boot that comes down on frozen gravel"
+    workspace.document.edit(workspace.patch().name("hum", name), "Rename")
+    hum = canvas.patch_scene.nodes["hum"]
+    assert hum.geometry.width <= 28 * theme.GRID
+    place = canvas.mapFromScene(hum.mapToScene(QPointF(60.0, TITLE / 2)))
+    for way in (0, 1):
+        send(canvas.viewport(), QEvent.Type.MouseMove, place + QPoint(way, 0), Qt.MouseButton.NoButton)
+    assert hum.toolTip().splitlines() == [name, "A tone."]
+    collapse(workspace, "hum")
+    assert canvas.patch_scene.group_nodes["group"].geometry.width <= 32 * theme.GRID
