@@ -5,6 +5,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from msgspec import structs
+
 from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.file_paths import with_files_kept
@@ -130,16 +132,30 @@ def with_wired_unit(patch: Patch, registry: Registry, id: str, parameter: Parame
     """Return a parameter of node `id` in the unit that its wires give it; unchanged if they give none, or several."""
     if not isinstance(parameter, Number) or not parameter.unit_of:
         return parameter
-    end = f"{id}.{parameter.unit_of}"
-    far = [target for source, target in patch.wires if source == end]
-    units = {port_of(patch, registry, other, "in").unit for other in far}
-    units |= {port_of(patch, registry, source, "out").unit for source, target in patch.wires if target == end}
-    unit = units.pop() if len(units) == 1 else ""
+    unit = _wired_unit(patch, registry, f"{id}.{parameter.unit_of}")
     if not unit:
         return parameter
     made = replace(parameter, unit=unit)
     object.__setattr__(made, "name", parameter.name)
     return made
+
+
+def outputs_with_wired_units(patch: Patch, registry: Registry, id: str) -> tuple[Port, ...]:
+    """Return the outputs of node `id`; a signal without a unit has that of the inputs to which its wires go."""
+    return tuple(
+        port
+        if port.unit or port.kind == "event"
+        else structs.replace(port, unit=_wired_unit(patch, registry, f"{id}.{port.name}"))
+        for port in registry[patch.node(id).type].outputs
+    )
+
+
+def _wired_unit(patch: Patch, registry: Registry, end: str) -> str:
+    """Return the unit of what is wired to a port, "" for none or several."""
+    far = [target for source, target in patch.wires if source == end]
+    units = {port_of(patch, registry, other, "in").unit for other in far}
+    units |= {port_of(patch, registry, source, "out").unit for source, target in patch.wires if target == end}
+    return units.pop() if len(units) == 1 else ""
 
 
 def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:

@@ -115,21 +115,29 @@ class PreviewPanel(QWidget):
         self._draw()
 
     def expect(
-        self, node: str, type: NodeType, *, why_silent: str = "", is_heard: bool = False, label: str = ""
+        self,
+        node: str,
+        type: NodeType,
+        *,
+        outputs: Sequence[Port] = (),
+        why_silent: str = "",
+        is_heard: bool = False,
+        label: str = "",
     ) -> None:
         """Announce a preview of this node, called `label`; the current one stays visible for a short time.
 
-        With `is_heard`, for a node that is heard and not felt, the frequency range is the audible one.
+        `outputs` are those of the type with the units that wires give them. With `is_heard`, for a node that is heard
+        and not felt, the frequency range is the audible one.
         """
         self._late.start()
         if self.wants_distributions:
             self.distribution_view.expect()
         self._why_silent, self.plots.is_heard = why_silent, is_heard
         self._name(label or type.label)
-        if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
+        before, self._ports = list(self._ports), {port.name: port for port in outputs or type.outputs}
+        if node == self.node and list(self._ports) == before:
             return
         self.node = node
-        self._ports = {port.name: port for port in type.outputs}
         self._preview = self._other = None
         self.plots.zoom_out()
         self._is_late = False

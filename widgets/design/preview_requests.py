@@ -13,7 +13,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.inspector import Inspector
-from underfoot.widgets.design.patch_editing import changed_nodes, is_only_heard
+from underfoot.widgets.design.patch_editing import changed_nodes, is_only_heard, outputs_with_wired_units
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.silence import why_silent
 from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
@@ -71,12 +71,11 @@ class PreviewRequests(QObject):
         if self.slots is not None:
             self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}
-        names = [{node.label for node in one.nodes if node.id == self._previewed} for one in (before, patch)]
         self.small_plots.retain(ids)
         self.small_plots.mark_stale(changed)
         if self._previewed not in ids:
             self.choose(self._canvas.selected_ids())
-        elif self._previewed in changed or names[0] != names[1]:
+        elif self._previewed in changed or self._name_and_units(before) != self._name_and_units(patch):
             self._preview_timer.start()
         self._restart_idle()
 
@@ -155,6 +154,12 @@ class PreviewRequests(QObject):
         """The edited patch."""
         return self._canvas.document.patch
 
+    def _name_and_units(self, patch: Patch) -> object:
+        """Return what the preview says of its node besides its signal."""
+        if self._previewed not in patch.types:
+            return None
+        return patch.node(self._previewed).label, outputs_with_wired_units(patch, self._registry, self._previewed)
+
     def _timer(self, interval_ms: int) -> QTimer:
         return QTimer(self, singleShot=True, interval=interval_ms)
 
@@ -162,8 +167,10 @@ class PreviewRequests(QObject):
         id, patch, registry = self._previewed, self._patch, self._registry
         if any(node.id == id for node in patch.nodes):
             node, is_heard = patch.node(id), is_only_heard(patch, registry, id)
-            why = why_silent(patch, registry, id)
-            self._preview.expect(id, registry[node.type], why_silent=why, is_heard=is_heard, label=node.label)
+            why, outputs = why_silent(patch, registry, id), outputs_with_wired_units(patch, registry, id)
+            self._preview.expect(
+                id, registry[node.type], outputs=outputs, why_silent=why, is_heard=is_heard, label=node.label
+            )
             self._request(id)
 
     def _request(self, id: str) -> None:

@@ -122,6 +122,13 @@ def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, workspace):
     curve = np.linspace(270.0, 330.0, 480)
     workspace.previews.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
     assert editor.driver.text() == "LFO: 270 to 330 Hz  ×"
+    workspace.canvas.patch_scene.select(["lfo"])
+    qtbot.waitUntil(lambda: workspace.preview.node == "lfo")
+    workspace.previews.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
+    assert workspace.preview.note.full_text.startswith("peak 330 Hz, RMS")
+    workspace.canvas.patch_scene.select(["low-pass"])
+    qtbot.waitUntil(lambda: workspace.preview.node == "low-pass")
+    editor = workspace.inspector.editors["cutoff"]
     send(editor.driver, QEvent.Type.MouseButtonPress, QPoint(20, 8), Qt.MouseButton.LeftButton)
     send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)
     assert not any(target == "low-pass.cutoff" for _, target in workspace.patch().wires)
