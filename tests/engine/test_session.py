@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -233,6 +234,21 @@ def test_an_engine_that_stands_still_is_started_again_and_the_reason_is_told(pla
     (lost,) = playing.of(ProcessDied)
     assert lost.reason == "nothing was played for 2 s; look whether the sound card and its server answer"
     playing.until(lambda: "standby" in playing.session.pids, "another engine stands by")
+
+
+def test_an_engine_that_was_stopped_with_its_session_goes_on_with_it(playing, monkeypatch):
+    """Ctrl-Z and fg: the engine was killed for the time, and the sound card was blamed."""
+    playing.play(4_800)
+    engine = playing.session.pids["engine"]
+    os.kill(engine, signal.SIGSTOP)
+    playing.poll()
+    with monkeypatch.context() as patch:
+        later = SimpleNamespace(monotonic=lambda: time.monotonic() + 60.0)
+        patch.setattr("underfoot.engine.engine_supervisor.time", later)
+        playing.poll()
+        os.kill(engine, signal.SIGCONT)
+        playing.play(4_800)
+    assert (playing.of(ProcessDied), playing.session.pids["engine"]) == ([], engine)
 
 
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):

@@ -1,5 +1,6 @@
 """Supervision of the engine: restart its process when it dies, with a second one on standby to take over at once."""
 
+import math
 import time
 
 from underfoot.engine.child_process import ChildProcess, engine_process
@@ -12,6 +13,7 @@ END_S = 1.0
 """Seconds that a process may take to end when asked to."""
 STALL_S = 5.0
 """Seconds without a new frame after which the engine is considered stuck, and killed."""
+_AWAY_S = 1.0  # between two looks, after which nothing is known of the time between
 
 
 class EngineSupervisor:
@@ -22,6 +24,7 @@ class EngineSupervisor:
         self._engine: ChildProcess | None = None
         self._standby = standby
         self._played = self._moved = (time.monotonic(), 0)  # time and frame last played; of the last change
+        self._looked_s = -math.inf
         self._stalled = False  # whether the engine was killed because it stood still
 
     @property
@@ -62,13 +65,17 @@ class EngineSupervisor:
         return self._engine.receive() if self._engine is not None else []
 
     def watch(self) -> None:
-        """Note the present frame; kill an engine that runs but plays no more frames."""
+        """Note the present frame; kill an engine that runs but plays no more frames.
+
+        After a time in which nobody looked, all may have stood still: at Ctrl-Z, and while the machine slept.
+        """
         status = self._memory.status
         now, frame = time.monotonic(), int(status.get(Field.FRAME))
         running = bool(status.get(Field.RUNNING))
         if running and frame != self._played[1]:
             self._played = (now, frame)
-        if not running or frame != self._moved[1]:
+        was_away, self._looked_s = now - self._looked_s > _AWAY_S, now
+        if not running or frame != self._moved[1] or was_away:
             self._moved = (now, frame)
         elif now - self._moved[0] > STALL_S and self._engine is not None:
             self._engine.kill()
