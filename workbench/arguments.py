@@ -2,6 +2,7 @@
 
 import math
 import sys
+from collections.abc import Mapping
 from numbers import Real
 
 import numpy as np
@@ -78,6 +79,19 @@ def require_alike(**arrays: ArrayLike) -> None:
     for name, other in others:
         given, allowed = np.shape(other), np.shape(one)
         require(given == allowed, f"the shape of {name}", given, f"{allowed}, as {first}")
+
+
+def require_within(given: object, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """Raise `BadValue` unless each of these attributes of `given` is within its range.
+
+    >>> from types import SimpleNamespace
+    >>> require_within(SimpleNamespace(damping=2.0), {"damping": (0.0, 1.0)})
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: damping is 2.0; allowed: 0 to 1
+    """
+    for name, (low, high) in ranges.items():
+        value = getattr(given, name)
+        require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
 
 def plain(value: object) -> object:

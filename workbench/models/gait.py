@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import require_within
 from underfoot.errors import require
 from underfoot.models.signals.random import normals, stream_key
 
@@ -89,9 +90,7 @@ class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     foot_breadth_m: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, (low, high) in WALKER_RANGES.items():
-            value = getattr(self, name)
-            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        require_within(self, WALKER_RANGES)
         most = 1.0 - self.roll_start
         require(self.roll_reach <= most, "roll_reach", self.roll_reach, f"at most {most:g}, to the toes")
 

@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import require_within
 from underfoot.errors import require
 from underfoot.models.filtering.poles import Poles, of_outputs
 from underfoot.models.tile import plate as plates
@@ -44,9 +45,7 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     leg_damping: float = 0.3
 
     def __post_init__(self) -> None:
-        for name, (low, high) in FOOT_RANGES.items():
-            value = getattr(self, name)
-            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        require_within(self, FOOT_RANGES)
 
     def leg_hz(self) -> float:
         """Return the resonance frequency of the body on the leg, Hz."""

@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.errors import require
+from underfoot.arguments import require_within
 from underfoot.kernels import allocating, kernel, part
 from underfoot.models.signals.random import normal, stream_key, uniform
 from underfoot.models.tile.fsr_hysteresis import MOST_CREEP
@@ -59,9 +59,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     noise_counts: float = 3.0
 
     def __post_init__(self) -> None:
-        for name, (low, high) in FSR_RANGES.items():
-            value = getattr(self, name)
-            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        require_within(self, FSR_RANGES)
 
     def part(self, *names: object) -> "Fsr":
         """Return an individual part, drawn by `names` (seed, tile, sensor): static model, hysteresis and creep.

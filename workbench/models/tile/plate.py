@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.errors import require
+from underfoot.arguments import require_within
 
 ORDERS = 5
 """Default largest m and n of the modes (m, n)."""
@@ -44,9 +44,7 @@ class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     damping: float = 0.02
 
     def __post_init__(self) -> None:
-        for name, (low, high) in PLATE_RANGES.items():
-            value = getattr(self, name)
-            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        require_within(self, PLATE_RANGES)
 
     def rigidity_nm(self) -> float:
         """Return the flexural rigidity D, N m."""

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.errors import require
+from underfoot.arguments import require_within
 from underfoot.kernels import kernel
 from underfoot.models.filtering.poles import Poles, of_biquads
 
@@ -37,9 +37,7 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bias: float = 0.03
 
     def __post_init__(self) -> None:
-        for name, (low, high) in SHAKER_RANGES.items():
-            value = getattr(self, name)
-            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        require_within(self, SHAKER_RANGES)
 
     def poles(self) -> Poles:
         """Return the small-signal system from drive (full scale) to force (N).

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import require_within
 from underfoot.errors import require
 
 MOUNTS = 4
@@ -33,9 +34,7 @@ class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     damping: float = 0.08
 
     def __post_init__(self) -> None:
-        for name, (low, high) in SUSPENSION_RANGES.items():
-            value = getattr(self, name)
-            require(low <= value <= high, name, value, f"{low:g} to {high:g}")
+        require_within(self, SUSPENSION_RANGES)
 
     @property
     def stiffness_n_m(self) -> float:
