@@ -7,6 +7,7 @@ import pytest
 import soundfile
 
 from underfoot.bench import stability
+from underfoot.bench.stress_patches import isolated_patch, minimal_patch, random_patch, random_points
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
 from underfoot.patch.node import Input, Output, node
@@ -48,10 +49,8 @@ def test_a_broken_node_is_named_with_a_patch_that_shows_it(sound):
 
 
 def test_the_smallest_patch_keeps_only_what_fails():
-    patch = stability.isolated_patch("explosive", WITH_EXPLOSIVE, {"width": 0.9}).add(
-        "noise", REGISTRY | WITH_EXPLOSIVE
-    )
-    less = stability.minimal_patch(patch, lambda p: any(n.type == "explosive" and n.parameters for n in p.nodes))
+    patch = isolated_patch("explosive", WITH_EXPLOSIVE, {"width": 0.9}).add("noise", REGISTRY | WITH_EXPLOSIVE)
+    less = minimal_patch(patch, lambda p: any(n.type == "explosive" and n.parameters for n in p.nodes))
     assert [(placed.type, placed.parameters) for placed in less.nodes] == [("explosive", {"width": 0.9})]
     assert less.wires == ()
 
@@ -71,7 +70,7 @@ def test_healthy_patches_withstand_everything(rate):
 
 
 def test_random_patches_are_patches_and_come_again_with_the_seed(sound):
-    first, second = ([stability.random_patch(REGISTRY, str(sound), rng) for _ in range(30)] for rng in rngs(7, 7))
+    first, second = ([random_patch(REGISTRY, str(sound), rng) for _ in range(30)] for rng in rngs(7, 7))
     assert first == second
     assert all(patch.check(REGISTRY) is patch and len(patch.nodes) >= 4 for patch in first)
     assert sum(len(patch.wires) for patch in first) > 60
@@ -80,7 +79,7 @@ def test_random_patches_are_patches_and_come_again_with_the_seed(sound):
 def test_every_parameter_drawn_is_allowed(sound):
     (rng,) = rngs(3)
     for type, declared in REGISTRY.items():
-        for patch in stability.random_points(type, REGISTRY, str(sound), 4, 10, rng):
+        for patch in random_points(type, REGISTRY, str(sound), 4, 10, rng):
             declared.values(patch.node(type).parameters)
 
 
