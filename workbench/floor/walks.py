@@ -123,7 +123,7 @@ class WalkTracker:
     def person_at(self, start_s: float, place_m: tuple[float, float]) -> int:
         """Return the person whose next step a present contact probably is, from its beginning and place; 0 if
         unknown."""
-        costs = {walk.person: walk.placement_cost(start_s, np.array(place_m)) for walk in self._walks}
+        costs = {walk.person.number: walk.placement_cost(start_s, np.array(place_m)) for walk in self._walks}
         known = {person: cost for person, cost in costs.items() if cost < NEW_PERSON_COST}
         return min(known, key=lambda person: known[person]) if known else 0
 
@@ -132,7 +132,7 @@ class WalkTracker:
         while self._waiting and (self._waiting[0].is_sided or self._waiting[0].end_s + SIDE_DECIDED_S < now_s):
             footfall = self._waiting.popleft()
             self._count += 1
-            person = footfall.person or (footfall.walk.person if footfall.walk else 0)
+            person = footfall.person or (footfall.walk.person.number if footfall.walk else 0)
             steps.append(replace(footfall.step, step=self._count, side=footfall.side, person=person))
         return steps
 
@@ -170,7 +170,7 @@ class WalkTracker:
             walk = self._walks[place]
         else:
             self._people += 1
-            walk = _Walk(self._people)
+            walk = _Walk(_Person(self._people))
             self._walks.append(walk)
         walk.take(footfall)
         lost = [other for other in self._walks if other is not walk and walk.may_continue(other)]
@@ -186,7 +186,7 @@ class WalkTracker:
         if swap_score:
             # Steps that could have been returned before keep their person.
             for earlier in self._waiting:
-                earlier.person = earlier.person or (earlier.walk.person if earlier.walk else 0)
+                earlier.person = earlier.person or (earlier.walk.person.number if earlier.walk else 0)
             walk.swap(self._walks[max(swap_score)[1]])
 
 
@@ -237,24 +237,37 @@ class _Footfall(Struct, eq=False):
         return "left" if votes > 0.0 else "right" if votes < 0.0 else "unknown"
 
 
-class _Walk(Struct, eq=False):
-    """A walking person: the last three footfalls, averages of their measures, and votes for the side.
-
-    `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones. `load_features` are
-    those of the last steps, `average_features` the mean of the `remembered_steps` before. `seen` counts whole steps.
+class _Person(Struct, eq=False):
+    """What identifies a person, whichever walk is theirs: the number, the first step, and the features of all but the
+    last steps, of which `average_features` is the mean.
     """
 
-    person: int
+    number: int
+    first_s: float = math.inf
+    average_features: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    remembered_steps: int = 0
+
+    def remember(self, features: NDArray[np.float64]) -> None:
+        """Add the features of a step to the average."""
+        self.remembered_steps += 1
+        self.average_features = self.average_features + (features - self.average_features) / self.remembered_steps
+
+
+class _Walk(Struct, eq=False):
+    """A person's walk: the last three footfalls, averages of their measures, and votes for the side.
+
+    `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones. `load_features` are
+    those of the last steps. `seen` counts whole steps.
+    """
+
+    person: _Person
     steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
     votes_m: float = 0.0
     step_s: float = DEFAULT_STEP_S
     force_n: float = math.nan
     stance_s: float = math.nan
     seen: int = 0
-    first_s: float = math.inf
     load_features: deque[NDArray[np.float64]] = field(default_factory=lambda: deque(maxlen=RECENT_STEPS))
-    average_features: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
-    remembered_steps: int = 0
 
     @property
     def last(self) -> _Footfall:
@@ -289,18 +302,19 @@ class _Walk(Struct, eq=False):
 
     def dissimilarity(self, other: "_Walk") -> float:
         """Return the difference of two walks' forces and stance times, in standard deviations."""
-        theirs = other.average_features if other.remembered_steps else _load_features(other.force_n, other.stance_s)
+        known = other.person
+        theirs = known.average_features if known.remembered_steps else _load_features(other.force_n, other.stance_s)
         return float(np.hypot(*(_load_features(self.force_n, self.stance_s) - theirs)))
 
     def may_continue(self, other: "_Walk") -> bool:
         """Return whether this walk can be the continuation of another one that was lost."""
-        began_s = self.first_s
+        began_s = self.person.first_s
         lost = self.last.start_s - other.last.start_s > LOST_STEPS * other.step_s
         return bool(
             lost
             and 2 <= self.seen <= LAST_COMPARED_STEP
             and other.seen >= 2
-            and other.first_s < began_s
+            and other.person.first_s < began_s
             and other.last.start_s < began_s + MOST_STRAY_STEPS * other.step_s
             and began_s - other.last.end_s <= LOST_AFTER_S
             and self.dissimilarity(other) <= SAME_PERSON_SD
@@ -311,40 +325,33 @@ class _Walk(Struct, eq=False):
         if (
             other is self
             or min(len(self.load_features), len(other.load_features)) < RECENT_STEPS
-            or min(self.remembered_steps, other.remembered_steps) < 1
+            or min(self.person.remembered_steps, other.person.remembered_steps) < 1
         ):
             return 0.0
-        mine, theirs = np.median(self.load_features, axis=0), np.median(other.load_features, axis=0)
-        kept = ((mine - self.average_features) ** 2).sum() + ((theirs - other.average_features) ** 2).sum()
-        return float(
-            kept - ((mine - other.average_features) ** 2).sum() - ((theirs - self.average_features) ** 2).sum()
-        )
+        recent, others_recent = np.median(self.load_features, axis=0), np.median(other.load_features, axis=0)
+        mine, theirs = self.person.average_features, other.person.average_features
+        kept = ((recent - mine) ** 2).sum() + ((others_recent - theirs) ** 2).sum()
+        return float(kept - ((recent - theirs) ** 2).sum() - ((others_recent - mine) ** 2).sum())
 
     def swap(self, other: "_Walk") -> None:
         """Exchange the persons of two walks."""
         self.person, other.person = other.person, self.person
-        self.first_s, other.first_s = other.first_s, self.first_s
-        self.average_features, other.average_features = other.average_features, self.average_features
-        self.remembered_steps, other.remembered_steps = other.remembered_steps, self.remembered_steps
 
     def _remember(self, footfall: _Footfall) -> None:
-        """Add a step to the recent ones; the oldest of these goes into the average."""
+        """Add a step to the recent ones; the person is remembered by the oldest of these."""
         if len(self.load_features) == RECENT_STEPS:
-            self.remembered_steps += 1
-            new = self.load_features[0] - self.average_features
-            self.average_features = self.average_features + new / self.remembered_steps
+            self.person.remember(self.load_features[0])
         self.load_features.append(_load_features(footfall.force_n, footfall.stance_s))
 
     def continues(self, other: "_Walk") -> None:
         """Take over the person of another walk."""
-        self.person, self.first_s = other.person, other.first_s
-        self.average_features, self.remembered_steps = other.average_features, other.remembered_steps
+        self.person = other.person
         self.seen = max(self.seen, LAST_COMPARED_STEP + 1)
 
     def take(self, footfall: _Footfall) -> None:
         """Append a footfall, and update the averages."""
         footfall.walk = self
-        self.first_s = min(self.first_s, footfall.start_s)
+        self.person.first_s = min(self.person.first_s, footfall.start_s)
         if self.steps:
             steps = self._steps_in(footfall.start_s)
             footfall.number = self.last.number + steps
