@@ -40,8 +40,7 @@ class FootFinder:
         self._latest: list[deque[Load]] = [deque(maxlen=MOST_LOADS) for _ in floor.tiles]
         self._renamed: dict[int, int] = {}  # a divided load's token in new rows: that of its last part
         self._foot_of: dict[int, int] = {}  # by token
-        self._held = np.zeros(256, ROW)
-        self._begin, self._end = 0, 0
+        self._waiting = _WaitingRows()
         self._events: list[np.void] = []
         self._count, self._feet, self._tokens = 0, 0, 0
 
@@ -54,7 +53,7 @@ class FootFinder:
         rows, events = rows.copy(), events.copy()
         for old, new in self._renamed.items():
             rows["token"][rows["token"] == old] = new
-        self._hold(rows)
+        self._waiting.append(rows)
         tick = CHECK_INTERVAL * self._every
         edges = [*range((first // tick + 1) * tick, count + 1, tick)]
         thin = rows[rows["sample"] % self._every == 0]
@@ -85,11 +84,10 @@ class FootFinder:
     ) -> tuple[NDArray[np.void], NDArray[np.int64], list[tuple[int, np.void]]]:
         """Return what was decided since the last call, in temporal order: rows, their feet, events with their feet."""
         until = self._count + 1 if everything else self._decided_until()
-        ready = int(np.searchsorted(self._rows["sample"], until))
+        ready = int(np.searchsorted(self._waiting.rows["sample"], until))
         if not ready and not (self._events and self._events[0]["sample"] < until):
-            return self._held[:0], np.zeros(0, np.int64), []
-        rows = self._rows[:ready].copy()
-        self._begin += ready
+            return self._waiting.take(0), np.zeros(0, np.int64), []
+        rows = self._waiting.take(ready)
         number = bisect.bisect_left(self._events, until, key=lambda event: event["sample"])
         events = [(self._foot_of[int(event["token"])], event) for event in self._events[:number]]
         self._events = self._events[number:]
@@ -110,21 +108,6 @@ class FootFinder:
         """Yield the present loads; each undecided one with an earlier load that probably is the same foot's."""
         for load in self._present.values():
             yield load, None if load.foot else self._evidence.provisional_part_of(load)
-
-    @property
-    def _rows(self) -> NDArray[np.void]:
-        """The rows not returned by `take` yet; a view that can be written to."""
-        return self._held[self._begin : self._end]
-
-    def _hold(self, rows: NDArray[np.void]) -> None:
-        """Append rows to those that wait."""
-        if self._end + len(rows) > len(self._held):
-            waiting = self._rows
-            held = np.zeros(max(len(self._held), 2 * (len(waiting) + len(rows))), ROW)
-            held[: len(waiting)] = waiting
-            self._held, self._begin, self._end = held, 0, len(waiting)
-        self._held[self._end : self._end + len(rows)] = rows
-        self._end += len(rows)
 
     def _decided_until(self) -> int:
         """Return the sample until which nothing changes any more."""
@@ -212,13 +195,14 @@ class FootFinder:
     def _divide(self, load: Load, at_s: float) -> None:
         """Make the part of a load from `at_s` on a load of its own, which is another foot's."""
         self._tokens -= 1
-        mine = self._rows["token"] == load.token
-        later = mine & (self._rows["time_s"] >= at_s)
-        first = int(self._rows["sample"][later][0])
-        before = self._rows[mine & ~later][-1]
-        self._rows["token"][later] = self._tokens
+        rows = self._waiting.rows
+        mine = rows["token"] == load.token
+        later = mine & (rows["time_s"] >= at_s)
+        first = int(rows["sample"][later][0])
+        before = rows[mine & ~later][-1]
+        rows["token"][later] = self._tokens
         track = load.track()
-        other = Load(self._tokens, load.tile, first, float(self._rows["time_s"][later][0]), divided_from=load)
+        other = Load(self._tokens, load.tile, first, float(rows["time_s"][later][0]), divided_from=load)
         # One of the rows that wait stays before the first that may change.
         other.oldest = self._count - self._delay_samples + 1
         place = int(np.searchsorted(track[:, TIME], at_s))
@@ -252,7 +236,7 @@ class FootFinder:
         """Split the force between `load` and the `other` that it was divided from, while both feet were on the tile."""
         load.is_split = True
         feet = shared(np.concatenate([other.track(), load.track()]), load.start_s)
-        rows = self._rows
+        rows = self._waiting.rows
         mine = (rows["token"] == other.token) | (rows["token"] == load.token)
         mine &= rows["sample"] >= max(load.oldest, load.sample - self._shared_samples)
         places = np.flatnonzero(mine)
@@ -263,7 +247,7 @@ class FootFinder:
         first["token"], second["token"] = other.token, load.token
         parted = np.concatenate([rows[~mine], first, second])
         parted = parted[np.argsort(parted["sample"], kind="stable")]
-        self._held, self._begin, self._end = parted, 0, len(parted)
+        self._waiting.replace(parted)
         thin_first, thin_second = (columns(part[part["sample"] % self._every == 0]) for part in (first, second))
         was, track = other.track(), load.track()
         other.tracks = [was[was[:, TIME] < first["time_s"][0]] if len(first) else was, thin_first]
@@ -302,3 +286,38 @@ class FootFinder:
             self._assign(load, min(same, key=lambda foot: same[foot]))
         else:
             self._begin_foot(load)
+
+
+class _WaitingRows:
+    """Rows of `tracker_memory.ROW` that were not returned by `FootFinder.take` yet: appended at one end, and taken from
+    the other without being moved.
+    """
+
+    def __init__(self) -> None:
+        self._held = np.zeros(256, ROW)
+        self._begin, self._end = 0, 0
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """The rows; a view that can be written to."""
+        return self._held[self._begin : self._end]
+
+    def append(self, rows: NDArray[np.void]) -> None:
+        """Append rows."""
+        if self._end + len(rows) > len(self._held):
+            waiting = self.rows
+            held = np.zeros(max(len(self._held), 2 * (len(waiting) + len(rows))), ROW)
+            held[: len(waiting)] = waiting
+            self._held, self._begin, self._end = held, 0, len(waiting)
+        self._held[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
+
+    def take(self, count: int) -> NDArray[np.void]:
+        """Remove the first rows, and return a copy of them."""
+        taken = self.rows[:count].copy()
+        self._begin += count
+        return taken
+
+    def replace(self, rows: NDArray[np.void]) -> None:
+        """Replace all rows by others."""
+        self._held, self._begin, self._end = rows, 0, len(rows)
