@@ -38,62 +38,50 @@ def _relative_error(result: NDArray[np.float64], truth: NDArray[np.float64]) -> 
     return float(np.linalg.norm(result - truth) / np.linalg.norm(truth))
 
 
-def _from_truth(truth: NDArray[np.float64], result: NDArray[np.float64], _: float) -> float:
-    return _relative_error(result, truth)
-
-
-def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np.float64], knob: float) -> float:
-    """Return the error of the last frames, as many as the reference has."""
-    return _relative_error(result[-truths[knob].size :], truths[knob])
-
-
 def impacts(quick: bool) -> Iterable[Task]:
     """Yield the comparison of methods for the hammer of docs/models.md#impacts on ten modes."""
     draw = np.random.default_rng(3)
     frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
-    modes = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
-    frames = 960 if quick else 2400
-    times = np.arange(frames) / RATE
+    struck = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
     for name, stiffness, exponent in (("soft", 1e4, 1.5), ("medium", 1e7, 1.5), ("hard", 1e11, 1.8)):
-        by = Hammer(0.02, 1.0, stiffness, exponent, 0.3)
-        truth = naive.struck_object(by, modes, times, "DOP853", 1e-11, 0.25 / RATE)
-        yield Task(
-            "impact",
-            f"{name} blow on 10 modes, {frames / RATE * 1e3:.0f} ms",
-            "relative L2 of the displacement against DOP853 at 1e-11",
-            partial(_from_truth, truth),
-            [
-                Method(
-                    "impact.strike",
-                    "error asked",
-                    (1e-1, 1e-2, 1e-4, 1e-6, 1e-8),
-                    partial(_to_error, by, modes, frames),
-                ),
-                Method(
-                    "hammer.ring", "sub-steps a frame", (1, 2, 4, 8, 16, 32), partial(_by_substeps, by, modes, frames)
-                ),
-                Method(
-                    "solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), partial(_by_solver, by, modes, times), naive=True
-                ),
-            ],
-        )
+        yield _blow(name, Hammer(0.02, 1.0, stiffness, exponent, 0.3), struck, 960 if quick else 2400)
 
 
-def _to_error(by: Hammer, modes: ModalObject, frames: int, error: float) -> NDArray[np.float64]:
-    return strike(by, modes, frames / RATE, RATE, error).displacement_m
+def _blow(name: str, by: Hammer, struck: ModalObject, frames: int) -> Task:
+    """Return the comparison of methods for one hammer."""
+    times = np.arange(frames) / RATE
+    truth = naive.struck_object(by, struck, times, "DOP853", 1e-11, 0.25 / RATE)
 
+    def by_substeps(substeps: float) -> NDArray[np.float64]:
+        values = np.array(struck)
+        numbers = {"mass": by.mass_kg, "stiffness": by.stiffness, "exponent": by.exponent, "damping": by.damping_s_m}
+        row = rows.hit(values[:, np.argsort(values[1])], RATE, [(0.0, by.velocity_m_s)], **numbers, substeps=substeps)
+        out = hammer.Response(np.empty(frames), np.empty(frames), np.empty(frames))
+        hammer.ring(row.events, row.hammer, 0, row.object, row.state, out)
+        return out.displacement
 
-def _by_substeps(by: Hammer, modes: ModalObject, frames: int, substeps: float) -> NDArray[np.float64]:
-    values = np.array(modes)
-    numbers = {"mass": by.mass_kg, "stiffness": by.stiffness, "exponent": by.exponent, "damping": by.damping_s_m}
-    row = rows.hit(values[:, np.argsort(values[1])], RATE, [(0.0, by.velocity_m_s)], **numbers, substeps=substeps)
-    out = hammer.Response(np.empty(frames), np.empty(frames), np.empty(frames))
-    hammer.ring(row.events, row.hammer, 0, row.object, row.state, out)
-    return out.displacement
-
-
-def _by_solver(by: Hammer, modes: ModalObject, times: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
-    return naive.struck_object(by, modes, times, "RK45", tolerance)
+    return Task(
+        "impact",
+        f"{name} blow on 10 modes, {frames / RATE * 1e3:.0f} ms",
+        "relative L2 of the displacement against DOP853 at 1e-11",
+        lambda result, _: _relative_error(result, truth),
+        [
+            Method(
+                "impact.strike",
+                "error asked",
+                (1e-1, 1e-2, 1e-4, 1e-6, 1e-8),
+                lambda error: strike(by, struck, frames / RATE, RATE, error).displacement_m,
+            ),
+            Method("hammer.ring", "sub-steps a frame", (1, 2, 4, 8, 16, 32), by_substeps),
+            Method(
+                "solve_ivp RK45",
+                "tolerance",
+                (1e-4, 1e-6, 1e-8),
+                lambda tolerance: naive.struck_object(by, struck, times, "RK45", tolerance),
+                naive=True,
+            ),
+        ],
+    )
 
 
 def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -102,12 +90,6 @@ def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArr
     draw = np.random.default_rng(count)
     frequencies = np.round(8.0 * np.exp(draw.uniform(np.log(20.0), np.log(20_000.0), count))) / 8.0
     return frequencies, np.sort(draw.uniform(0.5, 20.0, count)), draw.normal(size=count)
-
-
-def _ring_bank(
-    ring: Callable[..., NDArray[np.float64]], signal: NDArray[np.float64], count: float
-) -> NDArray[np.float64]:
-    return ring(*modes(count), signal, RATE)
 
 
 def _poles_to(f: float, b: float, frames: NDArray[np.int64]) -> NDArray[np.complex128]:
@@ -137,27 +119,28 @@ def modal_banks(quick: bool) -> Iterable[Task]:
             for f, b, a in zip(*modes(count), strict=True)
         )
 
-    for task, signal, truth in (
-        ("a strike each 0.1 s", strikes, after_strikes),
-        ("driven in every frame", np.ones(frames), after_a_step),
-    ):
-        truths: dict[float, NDArray[np.float64]] = {count: truth(count) for count in counts}
-        yield Task(
-            "modal",
-            f"{task}, {frames // RATE} s",
-            "relative L2 of the last 1000 frames against the closed form",
-            partial(_end_from_truth, truths),
-            [
-                Method("modal.ring", "modes", counts, partial(_ring_bank, bank.ring, signal)),
-                Method(
-                    "lfilter, mode by mode",
-                    "modes",
-                    counts,
-                    partial(_ring_bank, naive.filter_per_mode, signal),
-                    naive=True,
-                ),
-            ],
-        )
+    yield _bank("a strike each 0.1 s", strikes, {count: after_strikes(count) for count in counts})
+    yield _bank("driven in every frame", np.ones(frames), {count: after_a_step(count) for count in counts})
+
+
+def _bank(what: str, signal: NDArray[np.float64], truths: dict[float, NDArray[np.float64]]) -> Task:
+    """Return the comparison of methods for banks that this signal drives; `truths` are their ends, by the modes."""
+    return Task(
+        "modal",
+        f"{what}, {len(signal) // RATE} s",
+        "relative L2 of the last 1000 frames against the closed form",
+        lambda result, count: _relative_error(result[-1000:], truths[count]),
+        [
+            Method("modal.ring", "modes", tuple(truths), lambda count: bank.ring(*modes(count), signal, RATE)),
+            Method(
+                "lfilter, mode by mode",
+                "modes",
+                tuple(truths),
+                lambda count: naive.filter_per_mode(*modes(count), signal, RATE),
+                naive=True,
+            ),
+        ],
+    )
 
 
 def tones(quick: bool) -> Iterable[Task]:
@@ -176,7 +159,7 @@ def tones(quick: bool) -> Iterable[Task]:
         "waveshaping",
         f"a tone of 50 Hz, {frames // RATE} s",
         "relative L2 against sines of exactly reduced phases",
-        partial(_end_from_truth, truths),
+        lambda result, count: _relative_error(result, truths[count]),
         [
             Method(
                 "waveshaping.tone",
