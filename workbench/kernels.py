@@ -174,7 +174,10 @@ def modal_inlined(function: Callable[..., Any]) -> KernelPart:
 
 @inlined
 def copy(values: Floats, out: Floats) -> None:
-    """Copy an array to another of its size. Assigning a slice may allocate, since the two might overlap."""
+    """Copy an array to another of its size.
+
+    Assigning a slice may allocate, since the two might overlap, and compiles Numba's string functions.
+    """
     for i in range(out.size):
         out[i] = values[i]
 

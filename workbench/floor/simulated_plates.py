@@ -23,7 +23,7 @@ from underfoot.clock import FADE, LONG_AGO, SPAN
 from underfoot.errors import require
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import inlined, intrinsic, kernel, part
+from underfoot.kernels import copy, inlined, intrinsic, kernel, part
 from underfoot.layouts import Memory
 from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
@@ -378,20 +378,13 @@ def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], h
             share = 0.0
             for before in range(CORNERS):
                 if row.systems[slot, before] == load.systems[corner] >= 0:
-                    _copy(states[slot, before], states[other, corner])
+                    copy(states[slot, before], states[other, corner])
                     share = row.shares[slot, before]
             row.shares_before[other, corner] = share
             kept += share
         if kept < NEIGHBOURS:
             row.fade_frame = here
-            _copy(row.shares[other], row.shares_before[other])
-
-
-@part
-def _copy(values: NDArray[np.float64], to: NDArray[np.float64]) -> None:
-    """Copy values one by one: assigning a slice would compile Numba's string functions."""
-    for i in range(len(values)):
-        to[i] = values[i]
+            copy(row.shares[other], row.shares_before[other])
 
 
 @part
@@ -417,7 +410,7 @@ def _run(memory: PlateMemory, k: int, here: int, n: int) -> None:
         for i in range(n):
             share = min((faded + i) / FADE, 1.0)
             now[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share))
-    _copy(now, force)
+    copy(now, force)
     if zero_frames >= SPAN and (here + n) % SPAN == 0:
         poles.flush(motor)
         rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
