@@ -348,10 +348,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
     for j in range(p.nodes[k].event_outputs):
         p.pointers[at] = p.events.ctypes.data + 8 * p.events.shape[1] * (p.nodes[k].event_outputs_at + j)
         at += 1
-    c = p.control.ctypes.data + 8 * (p.nodes[k].control_memory + row * p.nodes[k].controls)
-    s = p.state.ctypes.data + 8 * (p.nodes[k].state_at + row * p.nodes[k].state_size)
-    t = p.coefficients.ctypes.data + 8 * (p.nodes[k].coefficients_at + row * p.nodes[k].coefficients_size)
-    d = p.data.ctypes.data + 8 * p.nodes[k].data_at
+    c, s, t, d = _memories(p, k, row)
     call_at(p.nodes[k].run, x, y, c, s, t, d, e, o, p.keys[k, row], p.settings[0], frame + f, g - f)
     p.ran[k, row] += g - f
     for j in range(p.nodes[k].outputs):
@@ -444,10 +441,17 @@ def _may_sleep(p: Tables, k: int, row: int, now: int, interval: int) -> bool:
 
 @inlined
 def _tail(p: Tables, k: int, row: int) -> float:
+    c, s, t, d = _memories(p, k, row)
+    return call_tail(p.nodes[k].tail, c, s, t, d)
+
+
+@inlined
+def _memories(p: Tables, k: int, row: int) -> tuple[int, int, int, int]:
+    """Return the addresses of a row's controls, state and coefficients, and of its node's data."""
     c = p.control.ctypes.data + 8 * (p.nodes[k].control_memory + row * p.nodes[k].controls)
     s = p.state.ctypes.data + 8 * (p.nodes[k].state_at + row * p.nodes[k].state_size)
     t = p.coefficients.ctypes.data + 8 * (p.nodes[k].coefficients_at + row * p.nodes[k].coefficients_size)
-    return call_tail(p.nodes[k].tail, c, s, t, p.data.ctypes.data + 8 * p.nodes[k].data_at)
+    return c, s, t, p.data.ctypes.data + 8 * p.nodes[k].data_at
 
 
 @inlined
