@@ -108,10 +108,12 @@ def verdict_of(found: Linearisation) -> str:
 
 
 def _has_fallen(sensor: SensorFit) -> bool:
-    """Return whether a sensor was measured while its force fell, or in any order, from half of full scale or more."""
+    """Return whether a sensor was measured while its force fell from half of full scale or more, or may have been."""
     pairs = sensor.pairs
     if pairs is None:
         return False
+    if not pairs.has_directions:
+        return True
     high = pairs.force_n > 0.5 * pairs.full_scale_n
     return bool(np.any(high & (pairs.direction != RISING) & (pairs.direction != HELD)))
 

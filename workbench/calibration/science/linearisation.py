@@ -21,7 +21,7 @@ from underfoot.calibration.science.sensor_characteristics import (
     hysteresis_gap_percent,
     rms_percent,
 )
-from underfoot.calibration.science.sensor_pairs import HELD_S, SensorPairs, prepare
+from underfoot.calibration.science.sensor_pairs import SensorPairs, prepare
 from underfoot.errors import BadValue
 from underfoot.floor.curves import ABOVE, BELOW, Curve
 from underfoot.kernels import Floats
@@ -225,10 +225,9 @@ def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
 def _doubts(pairs: SensorPairs, curve: Curve) -> list[str]:
     """Return doubts about the curve of a sensor."""
     found = []
-    period_s = float(np.median(np.diff(pairs.time_s)))
-    if pairs.timed and period_s >= HELD_S:
+    if not pairs.has_directions:
         found.append(
-            f"read every {period_s:.4g} s, too seldom to tell rising, falling and held forces apart; "
+            f"read every {pairs.period_s:.4g} s, too seldom to tell rising, falling and held forces apart; "
             "is time_s in seconds?"
         )
     gap = hysteresis_gap_percent(pairs, curve.force(pairs.reading(pairs.x)))

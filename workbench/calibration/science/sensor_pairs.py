@@ -50,6 +50,16 @@ class SensorPairs:
     rested: bool
     saturates_n: float
 
+    @property
+    def period_s(self) -> float:
+        """Median time between two samples."""
+        return float(np.median(np.diff(self.time_s)))
+
+    @property
+    def has_directions(self) -> bool:
+        """Whether rising, falling and held loads can be told apart: samples that are too seldom all look held."""
+        return not self.timed or self.period_s < HELD_S
+
     def reading(self, x: Floats) -> Floats:
         """Return readings at distances from rest."""
         return self.rest + self.sign * x
