@@ -299,6 +299,12 @@ def test_a_sensor_that_reads_the_other_way_is_pointed_out():
     assert words.startswith("sensor 3: its reading falls with force, unlike the others'")
 
 
+def test_a_sensor_of_half_the_gain_of_the_others_is_named():
+    rows = made_sensors.pairs_rows("straight, with an offset", gains=(0.8, 1.0, 0.5, 1.2))
+    (words,) = linearise(pairs(rows), hysteresis=False).warnings
+    assert words.startswith("sensor 3: it takes 2 times the force of the others for the same reading")
+
+
 def test_what_makes_a_curve_doubtful_is_said_of_its_sensor():
     rows = made_sensors.pairs_rows("soft conductance")
     empty, heavy = rows[:, 3] < 10.0, rows[:, 3] > 100.0

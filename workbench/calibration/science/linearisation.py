@@ -37,6 +37,9 @@ _PIECES = (3, 5, 8, 12)
 _SIMPLER, _AS_GOOD_PERCENT = 1.03, 0.01
 """Largest factor in error, or excess in %, by which a curve with fewer constants may exceed the best one."""
 _MOST_SAMPLES = 4000
+_UNLIKE = 1.7
+"""Factor from the force of the others to a sensor's, for the same reading, that is no spread of parts: these differ by
+25 % (section 4.3.2)."""
 _AHEAD_PERCENT = 2.0
 """Mean hysteresis the wrong way round, % of full scale, at which the reference lags; less may be noise."""
 
@@ -134,7 +137,7 @@ def linearise(pairs: Pairs, divider: VoltageDivider | None = None, *, hysteresis
             warnings.append(f"sensor {j + 1} is not calibrated: {fit.curve.uncalibrated}")
         elif fit.pairs is not None:
             warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs, fit.curve)]
-    warnings += _opposite([fit.pairs for fit in fits])
+    warnings += _opposite([fit.pairs for fit in fits]) + _unlike([fit.curve for fit in fits])
     first, second, third, fourth = fits
     found = Linearisation(pairs.tile, full, (first, second, third, fourth), tuple(warnings))
     if not found.calibrated:
@@ -220,6 +223,28 @@ def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
         for j, sign in enumerate(signs)
         if sign * (sum(signs) - sign) < 0.0
     ]
+
+
+def _unlike(curves: Sequence[Curve]) -> list[str]:
+    """Return messages on sensors that need far more or less force than the others for the same change of reading."""
+    known = [(j, curve) for j, curve in enumerate(curves) if not curve.uncalibrated]
+    if len(known) < 3:
+        return []  # of two, either may be the unusual one
+    ways = [max((end - curve.unloaded_reading for end in curve.readings), key=abs) for _, curve in known]
+    change = 0.5 * min(map(abs, ways))
+    forces = [
+        float(curve.force(curve.unloaded_reading + np.copysign(change, way)))
+        for (_, curve), way in zip(known, ways, strict=True)
+    ]
+    found = []
+    for k, (j, _) in enumerate(known):
+        times = forces[k] / max(float(np.median(forces[:k] + forces[k + 1 :])), 1e-9)
+        if not 1.0 / _UNLIKE <= times <= _UNLIKE:
+            found.append(
+                f"sensor {j + 1}: it takes {times:.2g} times the force of the others for the same reading; another "
+                "resistor or part, or does something else bear its load?"
+            )
+    return found
 
 
 def _doubts(pairs: SensorPairs, curve: Curve) -> list[str]:
