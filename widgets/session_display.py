@@ -15,6 +15,7 @@ from underfoot.widgets.status_line import StatusLine
 
 STARTING = "Starting the engine…"
 RELEASED = "Nothing plays while a tile is calibrated"
+_NO_ENGINE = Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0)
 COMPILING = "kernels and simulated plates, for their first use"
 
 
@@ -58,6 +59,7 @@ class SessionDisplay(QObject):
 
     def _show_released(self) -> None:
         self._status.show_floor(False)
+        self._show_health(_NO_ENGINE)
         self._show_output()
 
     def _use_start(self, report: Started) -> None:
