@@ -106,6 +106,9 @@ def test_a_sensor_at_the_end_of_its_range():
     assert line == "tile t2: sensor 1 is saturated (stays at 4000 while the load on its tile changes)"
     (line,) = found(FLOOR, changed(walked(), 1, 0, lambda f: 100.0 * f))
     assert line == "tile t2: sensor 1 is saturated (stays at 65535 while the load on its tile changes)"
+    (line,) = found(FLOOR, changed(4.0 * walked(), 1, 0, lambda f: np.minimum(f, 3095.0 / 20.0)))
+    assert line.endswith("(stays at 4095 while the load on its tile changes; does its device send 12 bits that belong "
+                         "at the top of 16?)")  # fmt: skip
 
 
 def test_a_loose_sensor():

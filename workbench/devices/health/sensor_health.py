@@ -178,12 +178,25 @@ class SensorHealth:
             for fault, what in (
                 (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
                 (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
-                (_SATURATED, f"saturated (stays at {known['reading']} while the load on its tile changes)"),
+                (_SATURATED, f"saturated ({_stays_at(int(known['reading']))})"),
                 (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
                     self._notices.append(f"tile {tile}: sensor {sensor + 1} is {what}")
             self._named[row, sensor] |= found[sensor]
+
+
+def _stays_at(reading: int) -> str:
+    """Return at which reading a saturated sensor stays; one of all bits of a smaller converter was not shifted to the
+    top of the word.
+
+    >>> _stays_at(1023)
+    'stays at 1023 while the load on its tile changes; does its device send 10 bits that belong at the top of 16?'
+    """
+    words, bits = f"stays at {reading} while the load on its tile changes", reading.bit_length()
+    if 8 <= bits < 16 and reading == 2**bits - 1:
+        return f"{words}; does its device send {bits} bits that belong at the top of 16?"
+    return words
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
