@@ -64,21 +64,23 @@ def test_why_somebody_has_no_threshold_is_said():
     assert "Empty" not in found.tables[0].note
 
 
-@pytest.mark.parametrize("standard", ["L40", ""])
+@pytest.mark.parametrize("standard", ["L40", "", "X"])
 def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_threshold_or_standard(standard):
+    """Beside silence, X, what is not felt is guessed."""
     levels = {f"L{k}": k / 100 for k in (10, 25, 40, 55, 70)}
     stimuli = {n: {**TD, "level_m_s2": v, "factors": {"level_m_s2": v}} for n, v in levels.items()}
-    made = made_protocol("constant-stimuli", {"comparisons": list(levels), "standard": standard, "blocks": 30}, stimuli)
+    made = made_protocol("constant-stimuli", {"comparisons": list(levels), "standard": standard, "blocks": 30},
+                         {**stimuli, "X": {}})  # fmt: skip
     how = SimulationSettings(truth=(("threshold_m_s2", 0.5),))
     found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 20, how)[0])) if one.share == 1.0}
-    half = "pse" if standard else "threshold"
+    half = "pse" if standard == "L40" else "threshold"
     assert set(found) == {half, "slope", "intercept"}
-    assert found[half].truth == pytest.approx(0.4 if standard else 0.5)
+    assert found[half].truth == pytest.approx(0.4 if standard == "L40" else 0.5)
     assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found[half].truth))
     for one in found.values():
         assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
     told = text_of(analysed(simulated_rows(made, 0, 1, {})[0], made, Settings(bootstrap=0)))
-    assert ("PSE" in told, "threshold" in told) == (bool(standard), not standard)
+    assert ("PSE" in told, "threshold" in told) == (standard == "L40", standard != "L40")
 
 
 @pytest.mark.parametrize(

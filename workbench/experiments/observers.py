@@ -229,7 +229,7 @@ class Discriminator(Observer):
         for row in self._places.values():
             pse, slope = self._at(float(row[LEVEL]))
             value = f" {row[self._condition]}" if self._condition else ""  # the analysis's name
-            half = "pse" if self.given["standard"] else "threshold"
+            half = "pse" if self.given["standard"] and not self._guesses else "threshold"
             found |= {f"{half}{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
 
@@ -238,7 +238,8 @@ class Discriminator(Observer):
         row = self._places.get(name := str(trial.facts["comparison"]))
         if row is not None:
             pse, slope = self._at(float(row[LEVEL]))
-            return _normal(slope * (float(row[self._axis]) - pse))
+            felt = _normal(slope * (float(row[self._axis]) - pse))
+            return GUESSED + (1.0 - GUESSED) * felt if self._guesses else felt
         if not self._axis:
             return self.truth["judged_more"]
         if not trial.correct:
@@ -249,13 +250,18 @@ class Discriminator(Observer):
     def _at(self, level: float) -> tuple[float, float]:
         """Return PSE and slope, on the axis of the curves."""
         if self._judges_level:
-            standard = self.given["standard"]
+            standard = "" if self._guesses else self.given["standard"]
             pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]
             pse = max(pse, 1e-3)
             at, above = (self._on_axis(one) for one in (pse, pse * (1.0 + self.truth["level_spread"])))
             return at, 1.0 / (above - at)
         pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]
         return float(np.interp(level, thesis.LEVELS_M_S2, pses)), self.truth["slope_1" if level else "slope_0"]
+
+    @property
+    def _guesses(self) -> bool:
+        """Whether a level is to be found beside silence, and what is not felt is guessed."""
+        return self._judges_level and is_silent(self.given, self.protocol.stimuli)
 
     def _on_axis(self, level: float) -> float:
         """Return a level in the unit of the axis: a line through the logarithms of the two stimuli around it."""

@@ -120,6 +120,35 @@ def test_draws_bound_the_pse_only_if_the_slope_is_not_none(yes, is_bounded, with
         assert (pse.low, pse.high) == (-np.inf, np.inf) if not is_bounded else 60.0 < pse.low < pse.high < 140.0
 
 
+def test_a_level_beside_silence_is_found_though_half_of_what_is_not_felt_is_guessed():
+    """From 0.5 on, shares were taken for a shallow curve, with a threshold far below all levels."""
+    random, held, found = np.random.default_rng(8), [], []
+    levels, of = np.arange(-9.0, 10.0, 1.5), np.full(13, 25)
+    truth = psychometric.Curve(-0.5, 0.5, guessed=0.5)
+    assert (truth.pse, truth.at(1.0), truth.at(-50.0)) == (1.0, 0.75, 0.5)
+    for _ in range(100):
+        three = psychometric.estimates(levels, random.binomial(of, truth.at(levels)), of, bootstrap=0, guessed=0.5)
+        held.append([one.covers(value) for one, value in zip(three, (1.0, 0.5, -0.5), strict=True)])
+        found.append([one.value for one in three])
+    assert np.mean(held, axis=0) == pytest.approx([0.95] * 3, abs=0.05)
+    assert np.nanmedian(found, axis=0) == pytest.approx([1.0, 0.5, -0.5], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("yes", "pse", "low", "high"),
+    [
+        ([10, 11, 9, 20, 20], 4.5, 3.0, 6.0),
+        ([10, 11, 9, 10, 20], 7.5, 6.0, 9.0),
+        ([9, 10, 9, 10, 10], np.nan, -np.inf, np.inf),
+    ],
+)
+def test_right_answers_that_turn_beside_silence_have_a_threshold_between_and_no_slope(yes, pse, low, high):
+    levels = np.array([0.0, 1.5, 3.0, 6.0, 9.0])
+    found, slope, _ = psychometric.estimates(levels, yes, np.full(5, 20), bootstrap=0, guessed=0.5)
+    assert (found.value, found.low, found.high) == pytest.approx((pse, low, high), nan_ok=True)
+    assert np.isnan(slope.value)
+
+
 @pytest.mark.parametrize(("x", "yes"), [(X, np.zeros(7)), (X, TWENTY), ([90.0] * 7, TWENTY // 2)])
 def test_what_has_no_curve_is_refused(x, yes):
     with pytest.raises(BadMeasurement, match="no curve to fit"):

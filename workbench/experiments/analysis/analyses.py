@@ -28,6 +28,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
+from underfoot.experiments.methods.staircases import is_silent
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, factors_of, grouped, possible_factors
@@ -74,11 +75,11 @@ def settings_of(protocol: Protocol | None, stage: str, settings: Settings) -> Se
     if protocol is None:
         return settings
     use = protocol.stage(stage).method
-    return (
-        settings
-        if use is None
-        else replace(settings, given=METHODS[use.kind].checked(use.parameters, protocol.stimuli))
-    )
+    if use is None:
+        return settings
+    given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
+    silent = "standard" in given and is_silent(given, protocol.stimuli)
+    return replace(settings, given=given, is_beside_silence=silent)
 
 
 def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings) -> list[Findings]:

@@ -18,6 +18,7 @@ from underfoot.experiments.analysis.preferences import preferences, share_estima
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods.staircases import GUESSED
 from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
 
 _STIFFNESS = "stiffness_n_mm"
@@ -141,11 +142,12 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) -> list[Estimate]:
-    found, point = [], _half_name(rows)
+    guessed = _guessed(rows, axis, settings)
+    found, point = [], _half_name(rows, guessed)
     for value, part in _by_condition(rows, condition):
         try:
             x, yes, of = counts(part, axis)
-            three = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses)
+            three = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses, guessed=guessed)
         except BadMeasurement:
             three = tuple(Estimate(name, np.nan) for name in ("pse", "slope", "intercept"))  # type: ignore[assignment]
         named = (replace(three[0], name=point), *three[1:])
@@ -153,9 +155,16 @@ def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) 
     return found
 
 
-def _half_name(rows: Sequence[Row]) -> str:
-    """Return what the level is where the share is a half: beside a standard it is equal to that, alone a threshold."""
-    return "pse" if any(row.get("comparison_at") or row.get("other") for row in rows) else "threshold"
+def _guessed(rows: Sequence[Row], axis: str, settings: Settings) -> float:
+    """Return the share of right answers where nothing is felt: a half where a level is to be found beside silence."""
+    return GUESSED if settings.is_beside_silence and is_level(rows, axis) else 0.0
+
+
+def _half_name(rows: Sequence[Row], guessed: float) -> str:
+    """Return what the middle of the curve is: beside a standard it is equal to that, alone or beside silence a
+    threshold.
+    """
+    return "pse" if not guessed and any(row.get("comparison_at") or row.get("other") for row in rows) else "threshold"
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
@@ -167,33 +176,27 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         plain = preferences(_counted(rows))
         plain.remarks.append(f"No psychometric curve: {error}.")
         return plain
-    found, half = Findings("Constant stimuli"), _half_name(rows)
+    guessed = _guessed(rows, axis, settings)
+    found, half = Findings("Constant stimuli"), _half_name(rows, guessed)
     if beside := len(all_rows) - len(rows):
         needed = " and ".join(filter(None, (axis, condition)))
         found.remarks.append(f"{beside} trials are in no curve: their stimuli have no {needed}.")
     if mixed := ", ".join(further_factors(rows, axis, condition)):
         found.remarks.append(f"Each curve is over all values of {mixed}: they are told apart by {condition} only.")
-    called = {"pse": "PSE"}.get(half, half)
     people = {
         person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
     }
     lines = [(str(person), one) for person, several in people.items() for one in several]
-    shown = [(person, one) for person, each in lines for one in (each, *_jnd(each))]
-    how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
-    if any(math.isinf(one.low) and math.isinf(one.high) for _, one in lines):
-        how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
-    if any(math.isnan(one.value) for _, one in lines):
-        how += " Empty: the answers are all alike; or, of a slope, they turn between two levels, or at one."
-    if any(math.isinf(one.low) != math.isinf(one.high) for _, one in lines):
-        how += " A bound of inf, and of 0 for the JND: these trials do not bound the slope."
-    how += f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
-    found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
+    shown = [(person, one) for person, each in lines for one in (each, *([] if guessed else _jnd(each)))]
+    found.tables.append(
+        estimates_table("Curves of each person", "participant", shown, _how(lines, half, guessed, settings))
+    )
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     is_thesis = _is_of_thesis(rows, axis, condition)
     found.tables.append(_medians(by_name, beside_thesis=is_thesis))
     found.tables.append(_shares(rows, axis, condition))
-    found.drawings.append(_curves_drawn(rows, axis, condition))
+    found.drawings.append(_curves_drawn(rows, axis, condition, guessed))
     for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
         if len(compared) > 1:
@@ -203,6 +206,21 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
                 _THESIS.get(name, "") if is_thesis else "",
             )
     return found
+
+
+def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, settings: Settings) -> str:
+    """Return what is to be known of the curves of each person."""
+    called = {"pse": "PSE"}.get(half, half)
+    how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
+    if any(math.isinf(one.low) and math.isinf(one.high) for _, one in lines):
+        how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
+    if any(math.isnan(one.value) for _, one in lines):
+        how += " Empty: the answers are all alike; or, of a slope, they turn between two levels, or at one."
+    if any(math.isinf(one.low) != math.isinf(one.high) for _, one in lines):
+        how += " A bound of inf, and of 0 for the JND: these trials do not bound the slope."
+    if guessed:
+        return how + " Half of what is not felt is guessed rightly: the threshold is where three quarters are right."
+    return how + f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
 
 
 def _is_of_thesis(rows: Sequence[Row], axis: str, condition: str) -> bool:
@@ -293,7 +311,7 @@ def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
     return Table("Share judged more", (axis, *names), tuple(lines), "All people together.")
 
 
-def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
+def _curves_drawn(rows: Sequence[Row], axis: str, condition: str, guessed: float) -> Drawing:
     """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
     parts = _by_condition(rows, condition)
@@ -303,11 +321,11 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))
         fine = np.linspace(min(x), max(x), 100)
         try:
-            drawn.append(series("", fine, fit(x, yes, of).at(fine), "line", colour))
+            drawn.append(series("", fine, fit(x, yes, of, guessed=guessed).at(fine), "line", colour))
         except BadMeasurement:
             continue
         if _is_of_thesis(rows, axis, condition):
             label = f"thesis, {value}"
             drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
-    half = (ReferenceLine("y", 0.5, dashed=True),)
+    half = (ReferenceLine("y", 0.5 * (1.0 + guessed), dashed=True),)
     return Drawing("Judged more", axis_label(axis), "share", tuple(drawn), y_range=(0.0, 1.0), lines=half)

@@ -9,6 +9,9 @@ rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987
 slope, is biased upwards by the few curves with a slope near 0. The unbiased PSE uses that the sign of the slope is
 known (Andrews and Armstrong, Quantitative Economics 8, 2017).
 
+Where right answers are guessed, as beside silence (2AFC detection), the curve begins at their share (Wichmann and Hill,
+Percept. Psychophys. 63, 2001). SciPy maximises its likelihood; the covariance is the inverse of Fisher's information.
+
 Where at most one level has both answers, and all beyond it are alike, the likelihood rises with the slope without end
 (Silvapulle, J. R. Stat. Soc. B 43, 1981): there is a PSE, but no slope.
 """
@@ -38,13 +41,16 @@ _CERTAIN = 6
 
 @dataclass(frozen=True)
 class Curve:
-    """P(x) = lapse + (1 - 2 lapse) Phi(intercept + slope x); `pse` is where it is a half."""
+    """P(x) = low + (1 - lapse - low) Phi(intercept + slope x), where `low` is the share that is `guessed`; for 0, the
+    lapse. `pse` is where Phi is a half.
+    """
 
     intercept: float
     slope: float
     lapse: float = 0.0
     covariance: tuple[tuple[float, float], tuple[float, float]] = ((math.nan, math.nan), (math.nan, math.nan))
     """Covariance of intercept and slope; NaN with lapses."""
+    guessed: float = 0.0
 
     @property
     def pse(self) -> float:
@@ -60,7 +66,8 @@ class Curve:
         from scipy.special import ndtr
 
         normal = ndtr(self.intercept + self.slope * np.asarray(x, np.float64))
-        return np.asarray(self.lapse + (1.0 - 2.0 * self.lapse) * normal)
+        low = self.guessed or self.lapse
+        return np.asarray(low + (1.0 - self.lapse - low) * normal)
 
     def unbiased_pse(self, middle: float) -> float:
         """Return the PSE without bias; the plain ratio if there is no covariance.
@@ -80,8 +87,9 @@ class Curve:
         return middle - math.copysign(mills / deviation, self.slope) * (height - share * self.slope) - share
 
 
-def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = False) -> Curve:
-    """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1.
+def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = False, guessed: float = 0.0) -> Curve:
+    """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1. `guessed` is the share
+    of them where nothing is felt.
 
     Raises `BadMeasurement` if all answers are alike, or fewer than two levels were presented, and `BadValue` for more
     answers than trials, or fewer than none.
@@ -96,12 +104,21 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = Fals
     require(bool(((counts >= 0.0) & (counts <= totals)).all()), "yes", counts.tolist(), f"0 to of, {totals.tolist()}")
     if len(np.unique(levels[totals > 0])) < 2 or not 0.0 < counts.sum() < totals.sum():
         raise BadMeasurement("the answers are all alike, or of one level only; there is no curve to fit")
+    if guessed:
+        return _guessing(levels, counts, totals, guessed, MOST_LAPSES if with_lapses else 0.0)
     curve = _probit(levels, counts, totals)
-    return _lapsing(curve, levels, counts, totals) if with_lapses else curve
+    return _climbed(curve, levels, counts, totals, MOST_LAPSES) if with_lapses else curve
 
 
 def estimates(
-    x: ArrayLike, yes: ArrayLike, of: ArrayLike, bootstrap: int = 399, seed: int = 1, *, with_lapses: bool = False
+    x: ArrayLike,
+    yes: ArrayLike,
+    of: ArrayLike,
+    bootstrap: int = 399,
+    seed: int = 1,
+    *,
+    with_lapses: bool = False,
+    guessed: float = 0.0,
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
@@ -113,8 +130,8 @@ def estimates(
     >>> pse.low, pse.high
     (-inf, inf)
     """
-    curve = fit(x, yes, of, with_lapses=with_lapses)
-    if (turn := _turn(x, yes, of)) is not None:
+    curve = fit(x, yes, of, with_lapses=with_lapses, guessed=guessed)
+    if (turn := _turn(curve, x, yes, of)) is not None:
         return turn, Estimate("slope", math.nan), Estimate("intercept", math.nan)
     pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
     if bootstrap == 0:
@@ -127,7 +144,8 @@ def estimates(
     for _ in range(bootstrap):
         drawn = random.binomial(totals, chance)
         with suppress(BadMeasurement):
-            again.append(_figures(fit(levels, drawn, totals, with_lapses=with_lapses), _turn(levels, drawn, totals)))
+            found = fit(levels, drawn, totals, with_lapses=with_lapses, guessed=guessed)
+            again.append(_figures(found, _turn(found, levels, drawn, totals)))
     bounded, slope, intercept = (
         Estimate(name, value, *_bias_corrected(value, [figures[k] for figures in again]))
         for k, (name, value) in enumerate(zip(("pse", "slope", "intercept"), _figures(curve, None), strict=True))
@@ -137,14 +155,16 @@ def estimates(
     return replace(bounded, value=pse), slope, intercept
 
 
-def _turn(x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
+def _turn(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
     """Return the PSE of answers that turn between two levels, or at one; None if there is a slope.
 
     Its interval ends where six or more answers in a row of levels are alike.
 
-    >>> _turn([60, 70, 80, 90, 100, 110], [0, 0, 0, 4, 10, 10], [10] * 6)
+    >>> _turn(Curve(0.0, 0.0), [60, 70, 80, 90, 100, 110], [0, 0, 0, 4, 10, 10], [10] * 6)
     Estimate(name='pse', value=90.0, low=80.0, high=100.0, unit='')
     """
+    if curve.guessed:
+        return _turn_of_guesses(curve, x, yes, of)
     levels, counts, totals = (np.asarray(values, np.float64)[np.argsort(x)] for values in (x, yes, of))
     levels, counts, totals = levels[totals > 0], counts[totals > 0], totals[totals > 0]
     if counts[0] / totals[0] > counts[-1] / totals[-1]:
@@ -253,19 +273,76 @@ first alone, one of fifteen curves is left on a lower top.
 """
 
 
-def _lapsing(start: Curve, levels: Floats, counts: Floats, totals: Floats) -> Curve:
+def _climbed(start: Curve, levels: Floats, counts: Floats, totals: Floats, most_lapses: float) -> Curve:
+    """Return the curve of the highest likelihood, with up to so many lapses, and with what is guessed as in `start`."""
     from scipy.optimize import minimize
 
     def loss(values: Floats) -> float:
         a, b, lapse = values
-        chance = np.clip(Curve(a, b / width, lapse).at(levels - middle), 1e-12, 1.0 - 1e-12)
+        chance = np.clip(Curve(a, b / width, lapse, guessed=start.guessed).at(levels - middle), 1e-12, 1.0 - 1e-12)
         return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
 
     middle, width = float(levels.mean()), float(levels.std()) or 1.0
     height, steepness = start.intercept + start.slope * middle, start.slope * width
-    bounds = [(-20, 20), (-50, 50), (0.0, MOST_LAPSES)]
+    bounds = [(-20, 20), (-50, 50), (0.0, most_lapses)]
     tops = [
-        minimize(loss, [k * height, k * steepness, lapse], method="L-BFGS-B", bounds=bounds) for k, lapse in _STARTS
+        minimize(loss, [k * height, k * steepness, min(lapse, most_lapses)], method="L-BFGS-B", bounds=bounds)
+        for k, lapse in _STARTS
     ]
     a, b, lapse = (float(value) for value in min(tops, key=lambda top: float(top.fun)).x)
-    return Curve(a - b * middle / width, b / width, lapse)
+    return Curve(a - b * middle / width, b / width, lapse, guessed=start.guessed)
+
+
+def _guessing(levels: Floats, counts: Floats, totals: Floats, guessed: float, most_lapses: float) -> Curve:
+    """Return the curve of the highest likelihood that begins at the share that is guessed."""
+    used = totals > 0
+    levels, counts, totals = levels[used], counts[used], totals[used]
+    felt = np.clip((counts / totals - guessed) / (1.0 - guessed), 0.05, 0.95)
+    start = replace(_probit(levels, felt * totals, totals), guessed=guessed)
+    curve = _climbed(start, levels, counts, totals, most_lapses)
+    if most_lapses:
+        return curve
+    middle = float(levels.mean())
+    heights, chance = curve.intercept + curve.slope * levels, curve.at(levels)
+    rise = (1.0 - guessed) * _Normal.pdf(heights)
+    design = np.column_stack([np.ones_like(levels), levels - middle])
+    with np.errstate(all="ignore"):
+        weights = np.nan_to_num(totals * rise**2 / (chance * (1.0 - chance)), posinf=0.0)  # far out nothing is known
+    try:
+        (vii, vis), (_, vss) = np.linalg.inv(design.T @ (weights[:, None] * design)).tolist()
+    except np.linalg.LinAlgError:
+        return curve
+    return replace(curve, covariance=((vii - 2.0 * middle * vis + middle**2 * vss, vis - middle * vss),
+                                      (vis - middle * vss, vss)))  # fmt: skip
+
+
+def _turn_of_guesses(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
+    """Return the PSE of a curve that rises between two levels, or at one; None if there is a slope.
+
+    Its interval ends at levels whose answers alone are of less, or more, than the share at the PSE.
+    """
+    from scipy.special import bdtr, bdtrc
+
+    levels, counts, totals = np.asarray(x, np.float64), np.asarray(yes, np.float64), np.asarray(of, np.int64)
+    felt = (curve.at(levels) - curve.guessed) / (1.0 - curve.guessed)
+    on_flank = (felt > _FLAT) & (felt < 1.0 - _FLAT)
+    if on_flank.sum() > 1:
+        return None
+    way = math.copysign(1.0, curve.slope)
+    below, above = way * levels[felt <= _FLAT], way * levels[felt >= 1.0 - _FLAT]
+    if on_flank.any():
+        value = float(levels[on_flank][0])
+    elif below.size and above.size:
+        value = way * 0.5 * float(below.max() + above.min())
+    else:  # all is as by guessing
+        return Estimate("pse", math.nan, -math.inf, math.inf)
+    middle = 0.5 * (1.0 + curve.guessed)
+    less = way * levels[bdtr(counts, totals, middle) < 0.025]
+    more = way * levels[bdtrc(counts - 1.0, totals, middle) < 0.025]
+    ends = (float(less.max()) if less.size else -math.inf, float(more.min()) if more.size else math.inf)
+    low, high = sorted(way * end for end in ends)
+    return Estimate("pse", value, low, high)
+
+
+_FLAT = 1e-3
+"""A level of which less is felt, or not felt, says nothing of the slope."""

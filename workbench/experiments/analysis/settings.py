@@ -8,9 +8,11 @@ from typing import Any
 @dataclass(frozen=True)
 class Settings:
     """`given` are the method's checked parameters. `bootstrap` is the number of draws for intervals of curves, 0 for
-    the regression's covariance; `with_lapses` gives curves a lapse rate.
+    the regression's covariance; `with_lapses` gives curves a lapse rate. `is_beside_silence`: nothing vibrates in the
+    standard.
     """
 
     given: Mapping[str, Any] = field(default_factory=dict)
     bootstrap: int = 399
     with_lapses: bool = False
+    is_beside_silence: bool = False
