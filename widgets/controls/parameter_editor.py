@@ -91,14 +91,18 @@ class TextEditor(ParameterEditor):
 
 
 class NumbersEditor(TextEditor):
-    """A list of numbers in a text field, separated by spaces or commas."""
+    """A list of numbers in a text field, separated by spaces or commas, each with or without its unit."""
+
+    def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
+        self._unit = parameter.unit
+        super().__init__(parameter, parent)
 
     def _as_text(self) -> str:
         return ", ".join(f"{item:.{EXACT_DIGITS}g}" for item in self._value)  # an edit of one keeps the others
 
     def _from_text(self, text: str) -> list[float]:
         try:
-            return parse_numbers(text)
+            return parse_numbers(text, self._unit)
         except BadValue:
             raise self.parameter.refuse(text) from None
 

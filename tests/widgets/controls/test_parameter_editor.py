@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QTableWidgetItem, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
+from underfoot.scenes.target_selection import TargetSelection
 from underfoot.widgets.controls.parameter_editor import editor_for
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
@@ -66,6 +67,16 @@ def test_a_list_of_numbers_is_typed(qtbot):
     editor.field.committed.emit("1 2 3")
     assert editor.value() == (0.5, 0.25, 1.0)
     assert "allowed" in editor.field.toolTip()
+
+
+def test_numbers_of_a_list_are_typed_with_a_unit_that_the_label_names(qtbot):
+    editor = editor_for(TargetSelection.widths_m)
+    qtbot.addWidget(editor)
+    assert editor.label.text() == "Widths, m"
+    editor.field.selectAll()
+    qtbot.keyClicks(editor.field, "45 mm, 0.1")
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+    assert editor.value() == (0.045, 0.1)
 
 
 def test_numbers_of_a_list_that_are_not_edited_stay_as_they_were(qtbot):

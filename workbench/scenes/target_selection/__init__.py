@@ -36,9 +36,9 @@ class TargetSelection(Scene):
         "Round buttons of several widths, distances and bearings appear one after the other, as in the study; each is "
         "pressed with a foot before it vanishes. Hits, misses and times are shown; to keep them, run the study."
     )
-    widths_m = replace(Method.widths_m, label="Widths")
-    distances_m = replace(Method.distances_m, label="Distances")
-    bearings_deg = replace(Method.bearings_deg, label="Bearings")
+    widths_m = replace(Method.widths_m, label="Widths, m")
+    distances_m = replace(Method.distances_m, label="Distances, m")
+    bearings_deg = replace(Method.bearings_deg, label="Bearings, °")
     preferred_foot = Method.preferred_foot
     force_n = replace(Method.force_n, label="Force")
     visible_s = replace(Method.visible_s, label="Visible for")
