@@ -20,6 +20,7 @@ from shiboken6 import isValid
 from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
+from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.actions import Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
@@ -72,9 +73,7 @@ class Canvas(EditableView):
         self.addActions(list(self.actions_by_name.values()))
         self.search.add_requested.connect(self.add)
         self.search.replace_requested.connect(self.replace)
-        self.search.disconnect_requested.connect(
-            lambda wire: self.document.edit(self.document.patch.disconnect([wire]), "Disconnect")
-        )
+        self.search.disconnect_requested.connect(self._disconnect)
         self.search.closed.connect(self.setFocus)
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
@@ -131,7 +130,9 @@ class Canvas(EditableView):
         self.search.ask_for_replacement(self.mapFromScene(item.pos()), item.node.type)
 
     def open_connect_menu(self) -> None:
-        """Open a menu, beside the selected node or sub-patch, of all inputs that its outputs can be wired to."""
+        """Open a menu, beside the selected node or sub-patch, of the inputs that its outputs can be wired to, and of
+        the wires that can be taken away.
+        """
         chosen = [item for item in self.patch_scene.nodes_and_group_nodes() if item.isSelected()]
         if len(chosen) != 1:
             self.show_message("Select one node to connect its output")
@@ -143,9 +144,13 @@ class Canvas(EditableView):
             at = corner + QPoint(BESIDE_PX, BESIDE_PX)
             self.search.ask_for_end(at, self.mapToScene(at), (source, "out"))
 
-        menu = connect_menu(self, self.document.patch, self.registry, outputs, self.connect_ports, add)
+        patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
+        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self._disconnect)
         menu.popup(self.viewport().mapToGlobal(corner))
         menu.setActiveAction(menu.actions()[0])
+
+    def _disconnect(self, wire: Wire) -> None:
+        self.document.edit(self.document.patch.disconnect([wire]), "Disconnect")
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         if self._is_held():

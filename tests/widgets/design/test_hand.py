@@ -346,3 +346,19 @@ def test_several_nodes_are_selected_by_keys(workspace):
     QTest.keyClick(canvas, Qt.Key.Key_Escape)
     assert selected("K") == []
     assert canvas.message == "Select what to keep selected"
+
+
+def test_a_wire_is_taken_away_by_keys_at_either_of_its_ends(workspace):
+    canvas, before = workspace.canvas, workspace.patch()
+    for node in ("push", "step"):
+        canvas.patch_scene.select([node])
+        QTest.keyClick(canvas, Qt.Key.Key_C)
+        menu = QApplication.activePopupWidget()
+        QTest.keyClick(menu, Qt.Key.Key_Up)
+        QTest.keyClick(menu, Qt.Key.Key_Right)
+        assert [action.text() for action in QApplication.activePopupWidget().actions()] == [
+            "Push (push): force → Step (step): force"
+        ]
+        QTest.keyClick(QApplication.activePopupWidget(), Qt.Key.Key_Return)
+        assert workspace.patch() == before.disconnect([("push.force", "step.force")])
+        QTest.keyClick(canvas, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
