@@ -6,8 +6,18 @@ import pytest
 from design_samples import REGISTRY, sample
 from on_screen import show
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QMenu,
+    QScrollArea,
+    QStyle,
+    QToolButton,
+    QWidget,
+)
 from windows import quiet_window
 
 from underfoot.floor.layout import default_floor
@@ -53,12 +63,18 @@ def test_the_first_window_is_no_larger_than_its_screen(qtbot, tmp_path):
         assert size.height() <= room.height()
 
 
-def test_a_button_that_shows_a_sign_has_words_for_screen_readers(qtbot, tmp_path):
+def test_what_shows_a_sign_or_a_choice_alone_has_words_for_screen_readers(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     window.workspaces.create_all()
     signs = [button for button in window.findChildren(QAbstractButton) if button.text() and not has_word(button.text())]
     assert {"★", "−", "+"} <= {button.text() for button in signs}
     assert not [(button.text(), button.toolTip()) for button in signs if not has_word(button.accessibleName())]
+    said = {
+        box.accessibleName(): QAccessible.queryAccessibleInterface(box).text(QAccessible.Text.Description)
+        for box in window.workspaces.findChildren(QComboBox)
+    }
+    assert said["Ground"].startswith("Ground: ")
+    assert not [name for name, description in said.items() if not description]
 
 
 @pytest.mark.parametrize(

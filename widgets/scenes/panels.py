@@ -89,6 +89,7 @@ class ScenePanel(QWidget):
         self.start.setProperty("role", "primary")
         self.screen_choice = QComboBox()
         self.screen_choice.setAccessibleName("Screen of the projector")
+        self.screen_choice.setToolTip("The screen that is the projector")
         self.project = QPushButton("Show on the floor…")
         self.project.setToolTip("Fill this screen with the scene at its true size, for a projector")
         self.walker = QCheckBox("A simulated walker walks")
