@@ -20,6 +20,7 @@ from osc_ends import LOOPBACK, CursorDecoder, OscEnd
 from pythonosc.osc_message_builder import build_msg
 
 from underfoot import __version__
+from underfoot.engine.reports import Health
 from underfoot.errors import DeviceError
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
@@ -113,6 +114,14 @@ def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
     server.send_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
     (step,) = until(lambda: end.received("/underfoot/step"), "the step is sent")
     assert step == [2, 1, 0, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
+
+
+def test_health_is_sent_also_where_more_samples_are_lost_than_osc_can_count(serve, end, until):
+    """As after half an hour of frame numbers with their bytes swapped: serve ended with an error of Python's."""
+    health = Health(True, 0.1, 0.2, 3, 1 << 40, 0.004, 0.001, 0.02, 0.0, 1 << 40, 0.0, 0)
+    serve(send=end.text).send_health(health)
+    until(lambda: end.received("/underfoot/health"), "it comes")
+    assert end.received("/underfoot/health")[0][:5] == [True, 1 << 40, pytest.approx(0.1), 3, (1 << 31) - 1]
 
 
 def test_contacts_steps_and_marks_are_lsl_streams(serve, until):

@@ -47,7 +47,7 @@ MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 2
 _BURST_S = 0.25  # length of a burst at each rate
 _HELLO_COSTS = 10.0  # its answer is long
 _LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
-_LAST_OF_SEQUENCE = 0x7FFFFFFF
+_LARGEST_INT = 0x7FFFFFFF
 
 Sender = tuple[str, int]
 
@@ -153,9 +153,10 @@ class NetworkServer:
             self._do(partial(self._lsl.step, step, contact, self._lsl.now() - ago_s))
 
     def send_health(self, health: Health) -> None:
-        """Send the state of the engine; call it once or twice a second."""
+        """Send the state of the engine; call it once or twice a second. A count stops at the largest number."""
+        xruns, lost = (min(count, _LARGEST_INT) for count in (health.xruns, health.lost))
         self._queue_message(
-            "health", health.running, Long(health.frame), float(health.load), health.xruns, health.lost,
+            "health", health.running, Long(health.frame), float(health.load), xruns, lost,
             float(health.latency_s), float(health.stream_latency_s),
         )  # fmt: skip
 
@@ -241,7 +242,7 @@ class NetworkServer:
         if not contacts and self._was_empty and now_s - self._sent_s < IDLE_S:
             return
         self._was_empty, self._sent_s = not contacts, now_s
-        self._sequence = self._sequence % _LAST_OF_SEQUENCE + 1
+        self._sequence = self._sequence % _LARGEST_INT + 1
         plan = self.plan
         if plan.tuio is not None:
             self._send(cursor_frame(contacts, self._sequence, f"{NAME}@{plan.tuio.host}"), plan.tuio)
