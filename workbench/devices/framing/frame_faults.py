@@ -72,6 +72,9 @@ class FrameFaults:
             yield "still", f"{tile} sends the same microseconds in all frames, so its samples have no time"
         elif falls:
             yield "falls", f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
+        elif accepted >= FRAMES and period_us == missed == 0:
+            rise = "and must rise by 1 with each of its samples; are their bytes swapped?"
+            yield "leaps", f"{tile} sends frame numbers that leap by {WINDOW} or more, {rise}"
         elif period_us > 0 and abs(period_us * 1e-6 * self._rate_hz - 1.0) > _WRONG_RATE:
             sends = f"{tile} sends {1e6 / period_us:.0f} samples a second by its microseconds"
             yield "rate", f"{sends}, not {self._rate_hz:.0f}"
