@@ -14,7 +14,7 @@ from underfoot.devices.conversion import Conversion, nominal_force
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.framing.frame_faults import FrameFaults
 from underfoot.devices.framing.parser import Parser
-from underfoot.devices.framing.wire_format import csv_lines, encode, samples_of
+from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, samples_of
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
@@ -217,6 +217,16 @@ def test_a_fault_that_begins_late_is_said_within_a_minute_and_so_is_that_of_the_
             parser.feed(encode(rows))
         said += [(minute, line[:38]) for line in faults.take_notices(60.0 * minute)]
     assert said == [(8, "tile t1: 33% of its frames are lost, b"), (10, "tile t2: 33% of its frames are lost, b")]
+
+
+def test_a_board_that_sends_each_frame_from_another_port_is_said():
+    """As code that makes a socket for each datagram: all but a frame a second was left out, and nothing was said."""
+    parser = Parser()
+    faults = FrameFaults(parser, default_floor(1, 1), 1000.0, "given")
+    rows = [[0, i, 1000 * i, *[1000] * 4] for i in range(3000)]
+    parser.feed(encode(rows), [(FRAME_BYTES * (i + 1), i) for i in range(3000)], 0.5)
+    (line,) = faults.take_notices(3.0)
+    assert line.startswith("tile t1: nearly all of its frames are left out: address and port from which it sends must")
 
 
 def test_damaged_frames_are_said_and_an_outage_is_none(until):

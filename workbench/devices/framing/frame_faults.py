@@ -18,6 +18,7 @@ FRAMES = 1000
 LATELY_S, RESTARTS_S = 60.0, 3600.0
 """Time of which shares are told, and the restarts of a tile; half of it at least."""
 _WRONG_RATE = 0.1
+_STRANGE = 10  # times as many frames of strangers as of its own: it has no address of its own
 _MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts, from which it is named
 
 
@@ -61,7 +62,7 @@ class FrameFaults:
 
     def _of_tile(self, row: int, lately: list[int], restarts: int) -> Iterator[tuple[str, str]]:
         """Yield the faults of a tile, from its counts in `LATELY_S`, and its `restarts` in `RESTARTS_S`."""
-        accepted, missed, refused, began = lately
+        accepted, missed, refused, foreign, began = lately
         parser, tile = self._parser, f"tile {self._floor.ids[row]}"
         period_us = parser.period_us(row)
         is_out_of_order = refused > WINDOW + 4 * accepted
@@ -78,6 +79,9 @@ class FrameFaults:
         elif period_us > 0 and abs(period_us * 1e-6 * self._rate_hz - 1.0) > _WRONG_RATE:
             sends = f"{tile} sends {1e6 / period_us:.0f} samples a second by its microseconds"
             yield "rate", f"{sends}, not {self._rate_hz:.0f}"
+        if foreign > 2 * FRAMES and foreign > _STRANGE * accepted and not parser.is_contested(row):
+            must = "address and port from which it sends must stay the same"
+            yield "ports", f"{tile}: nearly all of its frames are left out: {must}"
         if restarts >= _OFTEN and not falls and ("falls", row) not in self._named:
             steady = "is its power steady, and do its numbers go up to 65535?"
             yield "restarts", f"{tile} began anew {counted(restarts, 'time')}; {steady}"

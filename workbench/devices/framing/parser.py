@@ -194,12 +194,13 @@ class Parser:
         return bool(known["still"] >= WINDOW)
 
     def tile_counts(self, tiles: int) -> NDArray[np.int64]:
-        """Return what came of each of the first so many tiles (n, 4): frames that were handed over, those that were
-        lost one by one, those that were refused as doubled or stale, and how often the tile began anew.
+        """Return what came of each of the first so many tiles (n, 5): frames that were handed over, those that were
+        lost one by one, those that were refused as doubled or stale, those of strangers, and how often the tile began
+        anew.
         """
         known = self._state.tiles[:tiles]
         refused = known["doubled"] + known["stale"]
-        return np.stack([known["accepted"], known["missed"], refused, known["restarts"]], axis=1)
+        return np.stack([known["accepted"], known["missed"], refused, known["foreign"], known["restarts"]], axis=1)
 
     def heard(self, tiles: int) -> NDArray[np.int64]:
         """Return how many valid frames of each of the first so many tiles came, handed over or not."""
