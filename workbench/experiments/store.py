@@ -87,8 +87,10 @@ def _without_folders(text: str) -> str:
 
     >>> _without_folders("serial:/dev/ttyUSB0"), _without_folders("study/profiles/"), _without_folders("udp:[::1]:9000")
     ('serial:ttyUSB0', 'profiles', 'udp:[::1]:9000')
+    >>> _without_folders("C:\\\\study\\\\profiles"), _without_folders("simulator:C:\\\\study\\\\soft.json")
+    ('profiles', 'simulator:soft.json')
     """
-    return re.sub(r"[^:]*[/\\]", "", text.rstrip("/\\"))
+    return re.sub(r"(?:\b[A-Za-z]:)?[^:]*[/\\]", "", text.rstrip("/\\"))
 
 
 def _way_to(folder: Path | None, beside: Path) -> dict[str, str]:
