@@ -172,11 +172,8 @@ class FloorMap(QWidget):
             return ""
         back, _ = self.to_screen().inverted()
         at = back.map(place)
-        for tile in self._floor.tiles:
-            x, y = tile.to_tile((at.x(), at.y()))
-            if abs(x) <= tile.size_m[0] / 2.0 and abs(y) <= tile.size_m[1] / 2.0:
-                return tile.id
-        return ""
+        tile = self._floor.tile_at((at.x(), at.y()))
+        return tile.id if tile is not None else ""
 
     # --- mouse and keys ---
 

@@ -134,7 +134,7 @@ class SceneView(QWidget):
             return
         back, _ = self.to_pixels().inverted()
         at = back.map(place)
-        tile = next((tile for tile in self._floor.tiles if tile.distance_m((at.x(), at.y())) == 0.0), None)
+        tile = self._floor.tile_at((at.x(), at.y()))
         if self._pressed_tile and (tile is None or tile.id != self._pressed_tile):
             self._release()
         if tile is not None:

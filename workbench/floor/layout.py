@@ -140,6 +140,14 @@ class Floor(msgspec.Struct, frozen=True):
         require(id in self.ids, "tile", id, ", ".join(self.ids))
         return self.ids.index(id)
 
+    def tile_at(self, point_m: Point) -> Tile | None:
+        """Return the tile at a point; None if there is none.
+
+        >>> default_floor().tile_at((0.4, 0.1)).id
+        't2'
+        """
+        return next((tile for tile in self.tiles if tile.distance_m(point_m) == 0.0), None)
+
     def sensors_m(self) -> NDArray[np.float64]:
         """Return all sensors, each in its tile's frame: shape (tiles, 4, 2)."""
         return np.array([tile.sensors_m for tile in self.tiles], dtype=np.float64)

@@ -3,7 +3,6 @@
 from underfoot.engine.commands import PressTile
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
-from underfoot.studies.target import tile_under
 
 _FOOT_N, _STEP_S = 600.0, 0.3
 
@@ -31,7 +30,7 @@ class SimulatedFoot:
     def step(self, runner: Runner) -> None:
         """Step onto the tile."""
         floor, button = runner.session.target.floor, runner.target
-        tile = (tile_under(button.x_m, button.y_m, floor) if button is not None else None) or floor.tiles[0]
+        tile = (floor.tile_at((button.x_m, button.y_m)) if button is not None else None) or floor.tiles[0]
         x_m, y_m = tile.to_tile((button.x_m, button.y_m)) if button is not None else (0.0, 0.0)
         self._press(runner, tile.id, float(x_m), float(y_m))
 

@@ -12,7 +12,7 @@ from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.study import method_of
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.floor.contacts import OngoingContact
-from underfoot.floor.layout import Floor, Tile
+from underfoot.floor.layout import Floor
 
 SELECTED_M, SELECTED_S = 0.2, 1.0
 """Diameter and duration of the white disc that replaces a button pressed in time (thesis 5.6.1)."""
@@ -100,17 +100,8 @@ def require_on_floor(protocol: Protocol, floor: Floor) -> None:
         x_m, y_m = method.given["origin_m"]
         for trial in method.trials:
             place = (x_m + float(trial.facts["x_m"]), y_m + float(trial.facts["y_m"]))
-            if tile_under(*place, floor) is None:
+            if floor.tile_at(place) is None:
                 raise BadValue(
                     f"stage {stage.id!r} has a button at x {place[0]:.2f}, y {place[1]:.2f} m, which is not on the "
                     "floor; take a larger floor, or another origin_m"
                 )
-
-
-def tile_under(x_m: float, y_m: float, floor: Floor) -> Tile | None:
-    """Return the tile at a point in the floor's frame; None if there is none."""
-    for tile in floor.tiles:
-        aside_m, ahead_m = tile.to_tile((x_m, y_m))
-        if abs(aside_m) <= 0.5 * tile.size_m[0] and abs(ahead_m) <= 0.5 * tile.size_m[1]:
-            return tile
-    return None
