@@ -158,8 +158,7 @@ class FloorMap(QWidget):
     def to_screen(self) -> QTransform:
         """Convert a point in the floor's frame, whose y axis points away from the viewer, to the widget's pixels."""
         assert self._floor is not None
-        corners = np.concatenate([tile.corners_m() for tile in self._floor.tiles])
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = self._floor.bounds_m()
         area = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN - 2 * theme.GRID)
         scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
         middle = (low + high) / 2.0

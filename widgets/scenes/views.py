@@ -4,7 +4,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
@@ -88,7 +87,7 @@ class SceneView(QWidget):
     def to_pixels(self) -> QTransform:
         """Return the transform from the floor's frame to the pane's pixels."""
         assert self._floor is not None
-        low, high = bounds(self._floor)
+        low, high = self._floor.bounds_m()
         area = QRectF(self.rect()).adjusted(*[2.0 * theme.GRID] * 2, *[-2.0 * theme.GRID] * 2)
         scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
         moved = QTransform.fromTranslate(area.center().x(), area.center().y())
@@ -160,7 +159,7 @@ class SceneProjection(TrueScaleWindow):
         self.setAccessibleName("Scene at true size")
         self.times = PaintTimes()
         self._scene = scene
-        low, high = bounds(scene.floor)
+        low, high = scene.floor.bounds_m()
         self._middle_m = (0.5 * (low + high)).tolist()
         self._hint_until = time.monotonic() + HINT_S
         self.adjusted.connect(self._show_hint)
@@ -198,9 +197,3 @@ def _paint_scene(scene: Scene, painter: QPainter, to_pixels: QTransform, failed:
         paint_shapes(painter, scene.shapes(), to_pixels)
     except Exception as error:
         failed.emit(error)
-
-
-def bounds(floor: Floor) -> np.ndarray:
-    """Return the lower and the upper corner of the bounding box of a floor's tiles: shape (2, 2)."""
-    corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-    return np.array([corners.min(axis=0), corners.max(axis=0)])

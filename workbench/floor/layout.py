@@ -148,6 +148,16 @@ class Floor(msgspec.Struct, frozen=True):
         """
         return next((tile for tile in self.tiles if tile.distance_m(point_m) == 0.0), None)
 
+    def bounds_m(self) -> NDArray[np.float64]:
+        """Return the lower left and the upper right corner of the rectangle around all tiles, shape (2, 2).
+
+        >>> default_floor().bounds_m()
+        array([[0.   , 0.   ],
+               [0.615, 0.615]])
+        """
+        corners = np.concatenate([tile.corners_m() for tile in self.tiles])
+        return np.array([corners.min(axis=0), corners.max(axis=0)])
+
     def sensors_m(self) -> NDArray[np.float64]:
         """Return all sensors, each in its tile's frame: shape (tiles, 4, 2)."""
         return np.array([tile.sensors_m for tile in self.tiles], dtype=np.float64)

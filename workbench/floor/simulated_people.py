@@ -139,8 +139,7 @@ def walk_round(
     are short where the floor is: on 2 x 2 tiles each foot lands on the next tile.
     """
     if not path_m:
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = floor.bounds_m()
         middle, half = (low + high) / 2.0, (high - low) / 4.0
         turns = [middle + half * turn for turn in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
         path_m = [(float(x), float(y)) for x, y in turns]
@@ -163,9 +162,8 @@ class _Walk(Struct):
 
     @classmethod
     def of(cls, person: Person, number: int, count: int, floor: Floor, seed: int) -> "_Walk":
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
         key = stream_key(seed, "person", number)
-        places = _places(person.path, number, count, (corners.min(axis=0), corners.max(axis=0)), key)
+        places = _places(person.path, number, count, floor.bounds_m(), key)
         start, goal = next(places), next(places)
         heading = math.atan2(*(goal - start)[::-1]) if (goal != start).any() else 0.25 * number
         return cls(person.walker, places, start, goal, heading, key)
@@ -210,10 +208,10 @@ class _Walk(Struct):
 
 
 def _places(
-    path: str, number: int, count: int, box_m: tuple[NDArray[np.float64], NDArray[np.float64]], key: np.uint64
+    path: str, number: int, count: int, bounds_m: NDArray[np.float64], key: np.uint64
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield a person's destinations on a floor within the box (low, high)."""
-    low, high = box_m[0] + _INSET_M, box_m[1] - _INSET_M
+    """Yield a person's destinations on a floor within these `Floor.bounds_m`."""
+    low, high = bounds_m[0] + _INSET_M, bounds_m[1] - _INSET_M
     middle, half = (low + high) / 2.0, np.maximum((high - low) / 2.0, 0.0)
     share = (number + 0.5) / count
     turn = np.array([math.cos(0.35 + math.pi * number / count), math.sin(0.35 + math.pi * number / count)])

@@ -11,8 +11,6 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
 
@@ -57,9 +55,9 @@ class LiveContacts:
 
     def __init__(self, floor: Floor, after_id: int = 0) -> None:
         """The first id is `after_id` + 1."""
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        self._low, high = corners.min(axis=0).tolist(), corners.max(axis=0)
-        self.size_m: tuple[float, float] = tuple((high - corners.min(axis=0)).tolist())
+        low, high = floor.bounds_m()
+        self._low = low.tolist()
+        self.size_m: tuple[float, float] = tuple((high - low).tolist())
         """Width and depth of the bounding box."""
         self._owner: dict[int, int] = {}
         self._before: dict[int, LiveContact] = {}

@@ -28,8 +28,8 @@ class Canvas:
     """Paints a floor with a margin around its tiles, `width_px` wide."""
 
     def __init__(self, floor: Floor, width_px: int) -> None:
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        self._low, high = corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
+        low, high = floor.bounds_m()
+        self._low, high = low - MARGIN_M, high + MARGIN_M
         self._px_per_m = width_px / (high[0] - self._low[0])
         self._height_px = max(round((high[1] - self._low[1]) * self._px_per_m), 1)
         self._image = np.zeros((self._height_px, width_px, 3))

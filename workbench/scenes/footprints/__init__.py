@@ -110,9 +110,8 @@ class Footprints(Scene):
             left = 1.0 - (self._now_s - one.ended_s) / self.given["fades_s"] if one.ended_s < math.inf else 1.0
             yield from _shapes_of(one, min(max(left, 0.0), 1.0))
         yield from self._lengths()
-        corners = np.concatenate([tile.corners_m() for tile in self.floor.tiles])
-        x, y = 0.5 * (corners[:, 0].min() + corners[:, 0].max()), corners[:, 1].max() - 0.035
-        yield Text(x, y, counted(self.steps, "step"), 0.03, WORDS)
+        low, high = self.floor.bounds_m()
+        yield Text(0.5 * (low[0] + high[0]), high[1] - 0.035, counted(self.steps, "step"), 0.03, WORDS)
 
     def _lengths(self) -> Iterable[Shape]:
         """Return texts with the length of each step; of two that overlap, only the later one."""

@@ -50,8 +50,7 @@ class FrozenPond(Scene):
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
         self._coefficients = elasto_plastic.COEFFICIENTS.zeros()
         super().__init__(floor, given, seed)
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = floor.bounds_m()
         self.cracks = Cracks((low[0], low[1]), (high[0], high[1]), self.given["most_lines"])
         self.slips = 0
         self._feet: dict[int, _Foot] = {}

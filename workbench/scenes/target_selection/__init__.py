@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from underfoot.experiments.methods.target_selection import TargetSelection as Method
 from underfoot.experiments.questions import YES
 from underfoot.experiments.trials import Trial
@@ -47,8 +45,7 @@ class TargetSelection(Scene):
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
         super().__init__(floor, given, seed)
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = floor.bounds_m()
         self.origin_m = (float(0.5 * (low[0] + high[0])), float(low[1]) + 0.5 * FOOT_M[1])
         """The place between the feet: the middle of the floor's near edge."""
         of_method = {name: self.given[name] for name in Method.parameters if name in self.given}

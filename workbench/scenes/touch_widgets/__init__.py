@@ -3,8 +3,6 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from underfoot.floor.layout import Floor
 from underfoot.parameters import Number
 from underfoot.quantities import counted
@@ -33,8 +31,8 @@ class TouchWidgets(Scene):
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
         super().__init__(floor, given, seed)
-        corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
-        x, y = (0.5 * (corners.min(axis=0) + corners.max(axis=0))).tolist()
+        low, high = floor.bounds_m()
+        x, y = (0.5 * (low + high)).tolist()
         size = self.given["size_m"]
         self.button = Button("Button", x - 0.85 * size, y + 0.65 * size, size, size)
         self.toggle = Toggle("Toggle", x + 0.85 * size, y + 0.65 * size, size, 0.5 * size)
