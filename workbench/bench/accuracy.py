@@ -34,7 +34,8 @@ def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None
     return found
 
 
-def _relative_error(result: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+def relative_error(result: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+    """Return the L2 norm of the difference, relative to that of the truth."""
     return float(np.linalg.norm(result - truth) / np.linalg.norm(truth))
 
 
@@ -64,7 +65,7 @@ def _blow(name: str, by: Hammer, struck: ModalObject, frames: int) -> Task:
         "impact",
         f"{name} blow on 10 modes, {frames / RATE * 1e3:.0f} ms",
         "relative L2 of the displacement against DOP853 at 1e-11",
-        lambda result, _: _relative_error(result, truth),
+        lambda result, _: relative_error(result, truth),
         [
             Method(
                 "impact.strike",
@@ -129,7 +130,7 @@ def _bank(what: str, signal: NDArray[np.float64], truths: dict[float, NDArray[np
         "modal",
         f"{what}, {len(signal) // RATE} s",
         "relative L2 of the last 1000 frames against the closed form",
-        lambda result, count: _relative_error(result[-1000:], truths[count]),
+        lambda result, count: relative_error(result[-1000:], truths[count]),
         [
             Method("modal.ring", "modes", tuple(truths), lambda count: bank.ring(*modes(count), signal, RATE)),
             Method(
@@ -159,7 +160,7 @@ def tones(quick: bool) -> Iterable[Task]:
         "waveshaping",
         f"a tone of 50 Hz, {frames // RATE} s",
         "relative L2 against sines of exactly reduced phases",
-        lambda result, count: _relative_error(result, truths[count]),
+        lambda result, count: relative_error(result, truths[count]),
         [
             Method(
                 "waveshaping.tone",
@@ -202,7 +203,7 @@ def bundles(quick: bool) -> Iterable[Task]:
         "fracture",
         "strain of a bundle loaded to 95 % in 1 s",
         "relative L2 against an endless bundle: falls as 1/sqrt(N) by nature",
-        lambda result, _: _relative_error(result, truth),
+        lambda result, _: relative_error(result, truth),
         [
             Method("FibreBundle.response", "fibres", counts, partial(strain, "exact")),
             Method("FibreBundle.response, mean", "fibres", counts[:1], partial(strain, "mean")),
@@ -263,7 +264,7 @@ def slips(quick: bool) -> Iterable[Task]:
         "plasticity",
         "displacement of ground that slips, 0.2 s",
         "relative L2 at each ms against DOP853 from slip to slip; a slip late by a frame may miss its ms",
-        lambda result, _: _relative_error(result, truth),
+        lambda result, _: relative_error(result, truth),
         [
             Method("Ground.response", "rate, Hz", rates, slip),
             Method("semi-implicit Euler", "rate, Hz", rates, euler, naive=True),
@@ -387,7 +388,7 @@ def strain_rates(quick: bool) -> Iterable[Task]:
         "envelopes",
         "strain rate under a footstep, 0.6 s",
         "relative L2 at each ms against DOP853",
-        lambda result, _: _relative_error(result, truth),
+        lambda result, _: relative_error(result, truth),
         [
             Method("envelopes.run_strain_rate", "rate, Hz", rates, strain_rate),
             Method("semi-implicit Euler", "rate, Hz", rates, euler, naive=True),
