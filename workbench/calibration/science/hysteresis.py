@@ -9,6 +9,7 @@ from underfoot.calibration.science.sensor_characteristics import rms_percent
 from underfoot.calibration.science.sensor_pairs import FALLING, RISING, SensorPairs
 from underfoot.floor.curves import Compensation
 from underfoot.kernels import Floats
+from underfoot.models.golden_section import least_at
 from underfoot.models.tile import fsr_curves, fsr_hysteresis
 from underfoot.models.tile.fsr_curves import FittedCurve
 from underfoot.models.tile.fsr_hysteresis import HysteresisModel
@@ -108,13 +109,7 @@ def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
     def left(creep: float) -> float:
         return _fit_in_turns(slow, slow.weight, kind, full, creep)[2]
 
-    tried = np.linspace(0.0, _MOST_CREEP, 6)
-    best = int(np.argmin([left(float(creep)) for creep in tried]))
-    low, high = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, tried.size - 1)])
-    for _ in range(6):
-        one, two = high - 0.618 * (high - low), low + 0.618 * (high - low)
-        low, high = (low, two) if left(one) < left(two) else (one, high)
-    return 0.5 * (low + high)
+    return least_at(left, np.linspace(0.0, _MOST_CREEP, 6), 6)
 
 
 def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) -> float:

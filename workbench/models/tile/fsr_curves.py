@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from underfoot.arguments import require_alike
 from underfoot.kernels import Floats
+from underfoot.models.golden_section import least_at
 
 _KNOTS = 49
 
@@ -210,12 +211,7 @@ def _best_of(
         a = float((w * h * f).sum()) / square if square > 0.0 else 0.0
         return float((w * (f - a * h) ** 2).sum()), a
 
-    best = int(np.argmin([error(s)[0] for s in shapes]))
-    low, high = float(shapes[max(best - 1, 0)]), float(shapes[min(best + 1, shapes.size - 1)])
-    for _ in range(40):
-        one, two = high - 0.618 * (high - low), low + 0.618 * (high - low)
-        low, high = (low, two) if error(one)[0] < error(two)[0] else (one, high)
-    s = 0.5 * (low + high)
+    s = least_at(lambda s: error(s)[0], shapes, 40)
     _, a = error(s)
     if a <= 0.0:
         return None
