@@ -49,6 +49,16 @@ def test_a_written_file_keeps_the_rules_of_its_format_and_the_envelope(exports, 
     assert "NaN" not in path.read_text()
 
 
+def test_a_long_rough_vibration_is_thinned_no_further_than_a_short_one(tmp_path):
+    patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
+    export = Export(patch.connect("noise.out", "tile-output.acceleration", REGISTRY), seconds=6.0)
+    FORMATS["haptic"].write(export, tmp_path / "a.haptic")
+    points = json.loads((tmp_path / "a.haptic").read_text())["signals"]["continuous"]["envelopes"]["amplitude"]
+    time_s, amplitude, _ = analysed(export.loudest[1], RATE).T
+    written = np.interp(time_s, [point["time"] for point in points], [point["amplitude"] for point in points])
+    np.testing.assert_allclose(written, amplitude / amplitude.max(), rtol=0.0, atol=0.0101)
+
+
 @pytest.mark.parametrize("name", RULES)
 def test_what_was_written_is_read_again_with_its_title_and_level(exports, tmp_path, name):
     export = exports["stimulus-sp"]

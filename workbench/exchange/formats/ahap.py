@@ -12,7 +12,7 @@ from underfoot.exchange.clip import BURST_S, bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Voice, simplify_points
+from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, MOST_POINTS, Voice, simplify_points
 from underfoot.files import write_file
 from underfoot.kernels import Floats
 
@@ -106,7 +106,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     for start, end in _rests(points[:, 0], impacts):
         for at in np.arange(start, end, LONGEST_S).tolist():
             pattern.append(_event("HapticContinuous", at, min(LONGEST_S, end - at)))
-    points = simplify_points(points, 0.01, 0.02)
+    points = simplify_points(points, 0.01, 0.02, MOST_POINTS)
     pattern += _curves("HapticIntensityControl", points[:, [0, AMPLITUDE]])
     pattern += _curves("HapticSharpnessControl", points[:, [0, FREQUENCY]])
     description = f"{scale_in_words(clip.full_m_s2)}; sharpness 0 to 1 is {LOW_HZ:g} to {HIGH_HZ:g} Hz"

@@ -12,14 +12,13 @@ from underfoot.exchange.clip import bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, Share, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import FREQUENCY, Voice, simplify_points
+from underfoot.exchange.voices import FREQUENCY, MOST_POINTS, Voice, simplify_points
 from underfoot.files import write_file
 from underfoot.kernels import Floats
 
 LOW_HZ, HIGH_HZ = 55.0, 200.0
 """Frequencies of the format's 0 and 1, which it leaves to the player; these are those of its own example player."""
 _SILENT = frozenset(("version", "editor"))
-_MOST_POINTS = 4000
 
 
 class Emphasis(msgspec.Struct, frozen=True):
@@ -82,7 +81,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     clip = clip_of(export)
     points = clip.points.copy()
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
-    points = simplify_points(points, 0.01, 0.01, _MOST_POINTS)
+    points = simplify_points(points, 0.01, 0.01, MOST_POINTS)
     document = {
         "version": {"major": 1, "minor": 0, "patch": 0},
         "metadata": {

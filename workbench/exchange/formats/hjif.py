@@ -18,6 +18,7 @@ from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
 from underfoot.exchange.voices import (
     AMPLITUDE,
     FREQUENCY,
+    MOST_POINTS,
     Voice,
     analysed,
     banded,
@@ -152,7 +153,7 @@ def _channel(at: int, tile: str, bands: list[Floats], full_m_s2: float) -> dict[
         points = points.copy()
         points[:, AMPLITUDE] /= full_m_s2
         if points[:, AMPLITUDE].max() > QUIET:
-            written.append(_band(low, high, simplify_points(points, 0.005, 4.0)))
+            written.append(_band(low, high, simplify_points(points, 0.005, 4.0, MOST_POINTS)))
     return {
         "id": at,
         "description": tile,
