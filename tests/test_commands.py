@@ -11,6 +11,7 @@ import click
 import numpy as np
 import pytest
 import soundfile
+from free_ports import free_port
 
 from underfoot import __version__, commands
 from underfoot.__main__ import cli
@@ -98,9 +99,8 @@ def test_it_runs_as_a_program_of_its_own(folder):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
 def test_a_system_that_allows_no_more_open_files_is_one_line(folder):
-    command = "ulimit -n 25; exec " + shlex.join(
-        [sys.executable, "-m", "underfoot", "serve", "simulator", "--seconds", "1"]
-    )
+    serve = [sys.executable, "-m", "underfoot", "serve", "simulator", "--seconds", "1"]
+    command = "ulimit -n 25; exec " + shlex.join([*serve, "--listen", f"127.0.0.1:{free_port()}"])
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     says = "underfoot: the system allows no more open files; raise its limit (ulimit -n) and start again\n"
