@@ -299,6 +299,12 @@ def test_a_sensor_that_reads_the_other_way_is_pointed_out():
     assert words.startswith("sensor 3: its reading falls with force, unlike the others'")
 
 
+def test_forces_that_may_be_in_kilograms_are_asked_about():
+    rows = made_sensors.pairs_rows("straight, with an offset")
+    (words,) = linearise(pairs(rows / [1.0, 1.0, 1.0, 9.81]), hysteresis=False).warnings
+    assert words.startswith("full scale is 20.4 N, and what is above 25.5 N is cut: ")
+
+
 def test_a_sensor_of_half_the_gain_of_the_others_is_named():
     rows = made_sensors.pairs_rows("straight, with an offset", gains=(0.8, 1.0, 0.5, 1.2))
     (words,) = linearise(pairs(rows), hysteresis=False).warnings

@@ -37,6 +37,8 @@ _PIECES = (3, 5, 8, 12)
 _SIMPLER, _AS_GOOD_PERCENT = 1.03, 0.01
 """Largest factor in error, or excess in %, by which a curve with fewer constants may exceed the best one."""
 _MOST_SAMPLES = 4000
+_LIGHT_N = 150.0
+"""Full scale below which the forces may be in kilograms: hardly anybody weighs more of them."""
 _UNLIKE = 1.7
 """Factor from the force of the others to a sensor's, for the same reading, that is no spread of parts: these differ by
 25 % (section 4.3.2)."""
@@ -138,6 +140,11 @@ def linearise(pairs: Pairs, divider: VoltageDivider | None = None, *, hysteresis
         elif fit.pairs is not None:
             warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs, fit.curve)]
     warnings += _opposite([fit.pairs for fit in fits]) + _unlike([fit.curve for fit in fits])
+    if full < _LIGHT_N:
+        warnings.append(
+            f"full scale is {full:.3g} N, and what is above {(1.0 + ABOVE) * full:.3g} N is cut: a person's foot loads "
+            "a sensor with more; are the forces in newtons, and not in kilograms?"
+        )
     first, second, third, fourth = fits
     found = Linearisation(pairs.tile, full, (first, second, third, fourth), tuple(warnings))
     if not found.calibrated:
