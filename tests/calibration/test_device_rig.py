@@ -121,7 +121,7 @@ def test_readings_wait_for_a_load_cell_that_is_slower_than_the_tile():
         assert np.concatenate([readings.force_n for readings in taken if readings.time_s.size]) == pytest.approx(values)
         for _ in range(3):
             assert rig.read().time_s.size == 0
-        with pytest.raises(DeviceError, match="nothing comes of tile 9"):
+        with pytest.raises(DeviceError, match="nothing comes of tile number 9"):
             rig.read()
     finally:
         rig.close()
@@ -161,7 +161,7 @@ def test_a_line_on_which_nothing_comes_is_said_to_be_so():
     try:
         for _ in range(3):
             rig.read()
-        with pytest.raises(DeviceError, match="nothing comes of tile 0"):
+        with pytest.raises(DeviceError, match="nothing comes of tile number 0"):
             rig.read()
     finally:
         rig.close()

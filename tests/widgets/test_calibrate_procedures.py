@@ -254,7 +254,7 @@ def test_a_tile_that_sends_nothing_is_said_to_do_so_within_some_hundred_reads():
     procedure, rig = KINDS[0].make(target, target.floor.tiles[1], Profile(tile="t2"), "")
     try:
         assert procedure.page.questions[0].default == "known weights"  # there is no load cell
-        with pytest.raises(DeviceError, match="nothing comes of tile 1"):
+        with pytest.raises(DeviceError, match="nothing comes of tile number 1"):
             [rig.read() for _ in range(600)]
     finally:
         rig.close()

@@ -26,7 +26,8 @@ class TransportReader:
     """Reads `transport` in a thread of its own from `start` to `close`, and reopens it after failures.
 
     `on_samples` is called in that thread with the samples, as from `Parser.feed`, valid until it returns, and their
-    arrival time by `time.monotonic`. `notices` are lines for the user; `parser` tells of the frames so far.
+    arrival time by `time.monotonic`. `notices` are lines for the user; `trouble` is the one that holds now, "" while
+    frames come; `parser` tells of the frames so far.
     """
 
     def __init__(
@@ -34,6 +35,7 @@ class TransportReader:
     ) -> None:
         self.transport = transport
         self.notices: deque[str] = deque(maxlen=100)
+        self.trouble = ""
         self.parser = Parser(form)
         self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
@@ -73,7 +75,8 @@ class TransportReader:
                 self._read()
             except DeviceError as error:
                 if not self._is_missed:
-                    self.notices.append(f"{error}; waiting for it")
+                    self.trouble = f"{error}; waiting for it"
+                    self.notices.append(self.trouble)
                 self._is_missed = True
             self.is_open = False
             with suppress(DeviceError):
@@ -88,7 +91,7 @@ class TransportReader:
             data = asked(self.transport, self.transport.read)
             if self._is_missed:  # what opens, but cannot be read, is not back
                 self.notices.append(f"{self.transport.name} is back")
-                self._is_missed = False
+                self._is_missed, self.trouble = False, ""
             self.is_open = True
             now_s = time.monotonic()
             samples = self.parser.feed(data, self.transport.senders, now_s)
@@ -96,7 +99,7 @@ class TransportReader:
             if valid > before:
                 if is_silent:
                     self.notices.append(f"{self.transport.name} sends again")
-                heard_s, unread, first, is_silent = now_s, 0, b"", False
+                heard_s, unread, first, is_silent, self.trouble = now_s, 0, b"", False, ""
                 self._on_samples(samples, now_s)
             else:
                 unread += len(data)
@@ -105,6 +108,7 @@ class TransportReader:
                 is_silent = True
                 came = f"{unread} bytes came, but no frame: "
                 what = came + why_unread(first) if unread >= _MANY_BYTES else "nothing comes"
-                self.notices.append(f"{self.transport.name}: {what}")
+                self.trouble = f"{self.transport.name}: {what}"
+                self.notices.append(self.trouble)
             if len(data):
                 self._stop.wait(_BATCH_S)

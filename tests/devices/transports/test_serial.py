@@ -24,12 +24,14 @@ def test_a_port_that_is_not_there_is_waited_for(until, tmp_path):
     try:
         until(lambda: reader.notices, "it says so")
         assert reader.notices[0] == f"serial:{name} cannot be opened: there is no such port; waiting for it"
+        assert reader.trouble == reader.notices[0]
         sender = PtySender()
         try:
             os.symlink(sender.name, name)
             until(lambda: reader.is_open, "it is opened")
             assert sender.send(encode(rows(5)), [])
             until(lambda: sum(heard) == 5, "it is read")
+            assert "no such port" not in reader.trouble
             until(lambda: f"serial:{name} is back" in reader.notices, "it says so")
         finally:
             sender.close()

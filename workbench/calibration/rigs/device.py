@@ -127,8 +127,8 @@ class DeviceRig:
             self._empty_reads += 1
             if self._empty_reads > self._silent_reads:
                 self._empty_reads = 0  # said, and said again after as long
-                why = self.notices() if silent == self._tile else ""
-                raise DeviceError(f"nothing comes of tile {silent}: {why or 'is it plugged in?'}")
+                why = self._troubles() if silent == self._tile else ""
+                raise DeviceError(f"nothing comes of tile number {silent}: {why or 'is it plugged in?'}")
             return NO_READINGS
         self._empty_reads = 0
         time_s = np.concatenate([times for _, times, _ in frames])
@@ -139,10 +139,6 @@ class DeviceRig:
             self._last_s = float(time_s[-1])
         return Readings(time_s, values, _at(time_s, force), _at(time_s, displacement))
 
-    def notices(self) -> str:
-        """Return the latest notices of the transports, a sentence each."""
-        return "; ".join(line for reader in self._readers for line in list(reader.notices)[-2:])
-
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """Refuse: a tile's line carries no sound."""
         raise BadValue("a tile's line carries no sound; the response is measured through a sound card")
@@ -151,6 +147,10 @@ class DeviceRig:
         """Close the lines."""
         for reader in self._readers:
             reader.close()
+
+    def _troubles(self) -> str:
+        """Return what is wrong with the lines now."""
+        return "; ".join(reader.trouble for reader in self._readers if reader.trouble)
 
     def _sample_handler(self, port: Transport) -> Callable[[NDArray[np.void], float], None]:
         """Return the function that takes the samples of one transport, in its thread."""
