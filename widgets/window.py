@@ -340,6 +340,8 @@ class MainWindow(QMainWindow):
             action.setShortcuts([QKeySequence(key) for key in keys])
         else:
             action.setShortcut(keys)
+        if keys == PANIC_KEYS:  # also in the window of a participant, or of a projector, which has the keys
+            action.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
         action.triggered.connect(lambda _=False: do())
         self.addAction(action)
         return action
