@@ -45,6 +45,23 @@ def test_the_number_that_is_read_on_a_button_answers_it(bench, question, keys, a
     assert list(bench.entries()[0].answers.values()) == [answer]
 
 
+def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_its_last(bench):
+    """The focus was in the text below, out of sight: numbers went there, and buttons had Tab alone."""
+    words = {"name": "words", "text": "What else?", "kind": "text"}
+    ask(bench, tired(high=5), chosen("never", "seldom", "often"), tired(name="again"), words)
+    person = bench.person
+    assert person.hint.text().startswith("Numbers choose and go on to the next question")
+    for key in "32":
+        bench.qtbot.keyClicks(person.focusWidget(), key)
+    bench.qtbot.keyClick(person.focusWidget(), Qt.Key.Key_Return)  # refused: what lacks an answer has the focus
+    assert person.hint.text() == "Please answer: How tired are you? (whole numbers 0 to 7)"
+    for text in ("7", "3 times"):
+        bench.qtbot.keyClicks(person.focusWidget(), text)
+    bench.qtbot.keyClick(person.focusWidget(), Qt.Key.Key_Return)
+    bench.wait(bench.entries)
+    assert bench.entries()[0].answers == {"tired": 3, "which": "seldom", "again": 7, "words": "3 times"}
+
+
 @pytest.mark.parametrize(("keys", "answer"), [("1", 1), ("10", 10), ("50", 0), ("37", 7)])
 def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, answer):
     form = ask(bench, tired(high=10))

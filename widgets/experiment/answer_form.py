@@ -69,6 +69,8 @@ class AnswerForm(QWidget):
         self._chosen: dict[str, Any] = {}
         self._keys: tuple[str, ...] = ()
         """The number that is typed for each button, if a button answers the page."""
+        self._rows: dict[str, tuple[tuple[str, ...], list[QPushButton]]] = {}
+        """The numbers that are typed, and the buttons, of each question on a page of several."""
         self._typed = ""
 
     @property
@@ -96,7 +98,20 @@ class AnswerForm(QWidget):
             return f"Type {which} and press Return, or click." if self.has_long_numbers else f"Press {which}, or click."
         if len(self.sliders) == 1:
             return "Left and Right move it. Return answers."
+        if any(_are_digits(keys) for keys, _ in self._rows.values()):
+            return "Numbers choose and go on to the next question, as Tab does. Press Return at the end, or click."
         return "Press Return to go on, or click."
+
+    @property
+    def first(self) -> QWidget | None:
+        """What has the focus at first; None where keys answer without one."""
+        return None if self.is_answered_by_button else next(iter(self._controls()), None)
+
+    def _controls(self) -> list[QWidget]:
+        """Return what has the focus in each question, in order; of buttons the first."""
+        of_rows = {name: buttons[0] for name, (_, buttons) in self._rows.items()}
+        known: dict[str, QWidget] = {**self.fields, **of_rows}
+        return [known[question.name] for question in self._questions if question.name in known]
 
     def show_questions(self, questions: Sequence[Parameter]) -> None:
         """Replace the current questions by these."""
@@ -108,7 +123,7 @@ class AnswerForm(QWidget):
                 widget.deleteLater()
         self._questions = tuple(questions)
         self.buttons, self.fields, self.sliders, self._chosen = [], {}, {}, {}
-        self._keys, self._typed = (), ""
+        self._keys, self._typed, self._rows = (), "", {}
         for question in self._questions:
             self._layout.addWidget(self._question_widget(question))
 
@@ -125,10 +140,20 @@ class AnswerForm(QWidget):
         self.answered.emit(values)
 
     def handle_key(self, key: int, text: str) -> bool:
-        """Handle a key, and return whether it had an effect: digits choose, arrows move the only slider."""
+        """Handle a key, and return whether it had an effect: digits choose, arrows move the only slider.
+
+        On a page of several questions digits choose where the focus is, which then goes to the next question.
+        """
         if self.is_answered_by_button and text and any(text in key for key in self._keys):
             self._type_number(text)
             return True
+        for keys, buttons in self._rows.values():
+            if text in keys and _are_digits(keys) and any(button.hasFocus() for button in buttons):
+                buttons[keys.index(text)].click()
+                controls = self._controls()
+                following = controls[controls.index(buttons[0]) + 1 :]
+                (following[0] if following else buttons[keys.index(text)]).setFocus()
+                return True
         step = {Qt.Key.Key_Left.value: -_KEY_STEP, Qt.Key.Key_Right.value: _KEY_STEP}.get(key)
         if step is not None and len(self.sliders) == 1:
             slider = next(iter(self.sliders.values()))
@@ -154,6 +179,8 @@ class AnswerForm(QWidget):
             if question.name not in self._chosen and question.name in self.sliders:
                 raise BadValue(f"Move the slider to answer: {question.doc or question.label}")
             if question.name not in self._chosen and needs_answer(question):
+                if question.name in self._rows:
+                    self._rows[question.name][1][0].setFocus()
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)
         text = field.text().strip()
@@ -197,7 +224,9 @@ class AnswerForm(QWidget):
         words = tuple(str(option) for option in options)
         keys = keys_of(words)
         self._keys = keys if len(self._questions) == 1 else ()
-        is_numbered = len(self._keys) > 2 and not all(map(str.startswith, words, keys))
+        if len(self._questions) > 1:
+            self._rows[question.name] = (keys, row_buttons)
+        is_numbered = len(keys) > 2 and not all(map(str.startswith, words, keys))
         for key, word, option in zip(keys, words, options, strict=True):
             button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
             button.setFont(theme.font(self._text_px))
@@ -256,6 +285,11 @@ class AnswerForm(QWidget):
         value.setVisible(bool(question.unit))
         column.addWidget(value)
         return box
+
+
+def _are_digits(keys: Sequence[str]) -> bool:
+    """Return whether one key chooses."""
+    return all(len(key) == 1 for key in keys)
 
 
 class _ButtonRows(QWidget):

@@ -110,8 +110,7 @@ class ParticipantWindow(QWidget):
             asks = questions_of(runner) if asking else ()
             self.form.show_questions(asks)
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
-            first = next(iter(self.form.fields.values()), None)
-            (first or self).setFocus()
+            (self.form.first or self).setFocus()
             self.scrolled.verticalScrollBar().setValue(0)
             self.hint.setText(_hint(runner, self.form))
             text = _continue_text(runner, self.form)
@@ -144,7 +143,9 @@ class ParticipantWindow(QWidget):
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
                 self._go_on()
             case key:
-                if not (self.form.handle_key(int(key), event.text()) or self.scrolled.scroll_by(event)):
+                if self.form.handle_key(int(key), event.text()):
+                    self._show_focused()
+                elif not self.scrolled.scroll_by(event):
                     super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -159,6 +160,10 @@ class ParticipantWindow(QWidget):
 
     def _show_refused(self, words: str) -> None:
         self.hint.setText(words)
+        self._show_focused()
+
+    def _show_focused(self) -> None:
+        """Scroll to what has the focus."""
         field = self.form.focusWidget()
         if field is not None:
             self.scrolled.show_whole(field)
