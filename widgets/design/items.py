@@ -245,10 +245,10 @@ class NodeItem(QGraphicsItem):
 
     def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
         body, strip = _body(self.geometry.width, self.geometry.height)
-        if self.state == "fault":
-            border = QPen(QColor(theme.ALARM), 1.5)
-        elif self.isSelected():
+        if self.isSelected():
             border = QPen(QColor(colour), 1.5)
+        elif self.state == "fault":
+            border = QPen(QColor(theme.ALARM), 1.5)
         else:
             border = QPen(QColor(theme.LINE if not self._hovered else theme.FAINT), 1.0)
         if self.state == "unused" and not self.isSelected():

@@ -318,6 +318,12 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     workspace.show_fault(Fault("hum", "t1", 0))
     assert scene.nodes["hum"].state == "fault"
     assert "not finite" in workspace.canvas.message
+    workspace.canvas.show_message("")
+    pictures = []
+    for chosen in ([], ["hum"]):
+        scene.select(chosen)
+        pictures.append(workspace.canvas.viewport().grab().toImage())
+    assert pictures[0] != pictures[1], "that it is selected is seen, too"
 
 
 def test_why_a_node_costs_nothing_fits_the_inspector(workspace, qtbot):
