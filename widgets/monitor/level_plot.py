@@ -87,7 +87,7 @@ def whole_parts(text: str) -> str:
     >>> whole_parts("1 dB over threshold; not covered").split(" ")
     ['1\\xa0dB\\xa0over\\xa0threshold;', 'not\\xa0covered']
     """
-    return text.replace(" ", "\u00a0").replace(";\u00a0", "; ")
+    return text.replace(" ", "\u00a0").replace(";\u00a0", "; ").replace("/", "/\u2060")  # N/mm is one word, too
 
 
 def _db(amplitude_m_s2: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from PySide6.QtGui import QTextLayout
 
+from underfoot.widgets import theme
+from underfoot.widgets.monitor.level_plot import whole_parts
 from underfoot.widgets.monitor.tile_levels import TileLevels
 from underfoot.widgets.monitor.vibration_history import MOST_TILES
 
@@ -36,3 +39,14 @@ def test_another_tile_of_a_large_floor_has_levels_of_itself_alone_from_then_on()
     assert levels.levels() == (None, "")
     feed(levels, MOST_TILES + 1)
     assert transfer_db(levels) == pytest.approx(-20.0, abs=1e-4)
+
+
+def test_the_line_above_the_levels_wraps_between_its_parts_and_not_within_a_unit(qapp):
+    text = QTextLayout(whole_parts("8 dB under threshold, noticed by 7 %; 90 N/mm feel like 79"), theme.font())
+    for width in range(60, 400, 10):
+        text.beginLayout()
+        while (line := text.createLine()).isValid():
+            line.setLineWidth(width)
+            end = line.textStart() + line.textLength()
+            assert text.text()[end - 2 : end] in ("; ", "79"), width
+        text.endLayout()
