@@ -89,6 +89,8 @@ def parse_quantity(text: str, unit: str = "") -> float:
     (1300000.0, 0.00082, 2000.0)
     >>> parse_quantity("0.25 of full scale", "of full scale"), parse_quantity("2 KHZ", "Hz")
     (0.25, 2000.0)
+    >>> parse_quantity("0.5 kN s/m", "N*s/m"), parse_quantity("500 N·s/m", "N*s/m")
+    (500.0, 500.0)
     """
     compact = _without_spaces(text).replace("μ", "µ")
     match = re.fullmatch(rf"([-+]?{_NUMBER})(.*)", compact)
@@ -104,7 +106,8 @@ def parse_quantity(text: str, unit: str = "") -> float:
     else:
         for prefix in _allowed(unit):
             exact = 10.0 ** _PREFIXES[prefix]
-            factors |= {name: exact for name in (prefix, prefix + unit, prefix + pretty_unit(unit)) if name}
+            names = (prefix, prefix + unit, prefix + pretty_unit(unit), prefix + unit.replace("*", ""))
+            factors |= {name: exact for name in names if name}
             factors |= {name.replace("µ", "u"): exact for name in (prefix, prefix + unit) if "µ" in prefix}
         factors |= {name.replace(" ", ""): 1.0 for name in (unit, pretty_unit(unit))}
     in_other_case = {factors[name] for name in factors if unit in name and name.lower() == tail.lower()}

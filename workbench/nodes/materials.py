@@ -131,7 +131,7 @@ class Slip:
     accuracy = "exact: SciPy's solver, to 1e-9 between slips"
     force = Input("N", doc="load on the ground")
     mass = Number(2.0, 1e-3, 1000.0, unit="kg", scale="log", doc="mass m")
-    damping = Number(500.0, 0.1, 1e6, unit="N s/m", scale="log", doc="damping b")
+    damping = Number(500.0, 0.1, 1e6, unit="N*s/m", scale="log", doc="damping b")
     stiffness = Number(1e5, 100.0, 1e9, unit="N/m", scale="log", doc="stiffness k1 of the elastic unit")
     plastic_stiffness = Number(5e4, 100.0, 1e9, unit="N/m", scale="log", doc="stiffness k2 of the unit that slips")
     threshold = Number(5.0, 0.01, 1e4, unit="N", scale="log", doc="force on the plastic unit at which it slips")
