@@ -420,12 +420,17 @@ def test_cut_takes_away_whole_blocks_and_parts_of_them(tmp_path):
         writer.put("vibration", first, expected(first, first + 100))
     assert writer.end("vibration") == 300
     assert writer.end("force") is None
+    for first in range(0, 6, 2):
+        samples = np.arange(first, first + 2)[:, None] + np.zeros(10)
+        samples[:, :2] *= 48.0
+        writer.put("force", first, samples)
     writer.cut(130)
     writer.set_about("patch", "another")
     writer.commit()
     writer.close()
     with Recording(tmp_path / "a.uf") as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 130))
+        assert list(recording.force_samples()[:, 1]) == [0.0, 48.0, 96.0]
         assert recording.about["patch"] == "another"
 
 

@@ -91,7 +91,7 @@ class Writer:
         return last[0] if last else None
 
     def cut(self, end: int) -> None:
-        """Remove all frames from session frame `end` on."""
+        """Remove all frames from session frame `end` on, and the force samples that arrived then."""
         self._begin()
         for table in FRAMES:
             self._base.execute(f"delete from {table} where first >= ?", (end,))
@@ -101,6 +101,19 @@ class Writer:
                 said = (end - first, kept, first)
                 self._base.execute(f"update {table} set count = ?, data = ? where first = ?", said)
         self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
+        self._cut_forces(end)
+
+    def _cut_forces(self, end: int) -> None:
+        """Remove the force samples that arrived from session frame `end` on: a late recorder finds many in the ring."""
+        for (first,) in self._base.execute("select first from force order by first desc").fetchall():
+            found = self._base.execute("select count, data from force where first = ?", (first,)).fetchone()
+            count, rows = found[0], np.frombuffer(found[1], TYPES["force"]).reshape(found[0], -1)
+            kept = int(np.count_nonzero(rows[:, 1] < end))
+            if kept == count:
+                break
+            self._base.execute("delete from force where first = ?", (first,))
+            self._base.execute("delete from envelope where source = 'force' and first = ?", (round(rows[0, 0]),))
+            self.put("force", first, rows[:kept])
 
     def mark(self, frame: int, text: str) -> None:
         """Add a mark at a session frame; one that was in the file when it was continued may come again, and is not."""
