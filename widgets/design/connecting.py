@@ -2,12 +2,12 @@
 
 from PySide6.QtCore import QPointF
 
-from underfoot.patch.node import Port
+from underfoot.patch.node import Port, can_connect
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import ROW, PlacedPort
-from underfoot.widgets.design.patch_editing import can_connect, refusal, wire_at
+from underfoot.widgets.design.patch_editing import refusal, wire_at
 from underfoot.widgets.design.rewiring import loudness_port
 from underfoot.widgets.design.scene import PatchScene
 

@@ -10,7 +10,7 @@ from msgspec import structs
 from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.file_paths import with_files_kept
-from underfoot.patch.node import Port, Registry
+from underfoot.patch.node import Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
 from underfoot.patch.wiring import Wire, downstream, node_id, upstream
 from underfoot.quantities import pretty_text
@@ -88,11 +88,6 @@ def _evenly_spaced(near: Mapping[str, float], lengths: Mapping[str, float]) -> d
         moved[id] = place
         place += lengths[id] + gap
     return moved
-
-
-def can_connect(source: Port, target: Port) -> bool:
-    """Return whether two ports appear compatible; `Patch.connect` decides."""
-    return source.kind == target.kind and (not source.unit or not target.unit or source.unit == target.unit)
 
 
 def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:

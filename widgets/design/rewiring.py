@@ -8,10 +8,10 @@ import msgspec
 from underfoot.errors import BadValue
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
-from underfoot.patch.node import NodeType, Port, Registry
+from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id
-from underfoot.widgets.design.patch_editing import can_connect, port_of, refusal
+from underfoot.widgets.design.patch_editing import port_of, refusal
 
 
 def fitting_port(type: NodeType, end: Port, side: str) -> str:

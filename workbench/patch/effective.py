@@ -14,7 +14,7 @@ from functools import cache
 import msgspec
 
 from underfoot.parameters import Choice, Number, Parameter
-from underfoot.patch.node import NodeType, Port, Registry
+from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire, downstream, node_id, port_name
 
@@ -162,8 +162,7 @@ def _silenced(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> Pa
 
 
 def _fits(source: str, target: str, types: dict[str, NodeType]) -> bool:
-    output, into = _output(source, types), types[node_id(target)].input_ports[port_name(target)]
-    return output.kind == into.kind and (not output.unit or not into.unit or output.unit == into.unit)
+    return can_connect(_output(source, types), types[node_id(target)].input_ports[port_name(target)])
 
 
 def _output(source: str, types: dict[str, NodeType]) -> Port:

@@ -53,6 +53,11 @@ class Port(Struct, frozen=True):
     doc: str = ""
 
 
+def can_connect(source: Port, target: Port) -> bool:
+    """Return whether two ports have the same kind and unit, where both have one; `Patch.connect` decides."""
+    return source.kind == target.kind and (not source.unit or not target.unit or source.unit == target.unit)
+
+
 class Input(Struct, frozen=True):
     """Declares an input: a signal in `unit`, or events. With `from_engine` the engine supplies it instead of a wire."""
 
