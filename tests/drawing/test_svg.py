@@ -12,7 +12,8 @@ import pytest
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
 from underfoot.drawing.layout import frame_of
 from underfoot.drawing.look import heat_colours, palette
-from underfoot.drawing.svg import HEIGHT, WIDTH, png, svg
+from underfoot.drawing.png import png_of_indices
+from underfoot.drawing.svg import HEIGHT, WIDTH, svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -92,7 +93,7 @@ def decoded(data):
 
 
 def test_a_png_is_as_large_as_its_levels():
-    pixels = decoded(png(np.full((5, 7), 200, np.uint8), heat_colours(0.0, 255.0)))
+    pixels = decoded(png_of_indices(np.full((5, 7), 200, np.uint8), heat_colours(0.0, 255.0)))
     assert pixels.shape == (5, 7, 4)
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from underfoot.drawing.png import png
 from underfoot.floor.layout import default_floor
-from underfoot.scenes.pictures import Canvas, gif, png
+from underfoot.scenes.pictures import Canvas, gif
 from underfoot.scenes.shapes import Disc, Lines, Text, box
 
 QtGui = pytest.importorskip("PySide6.QtGui")

@@ -202,8 +202,9 @@ class _Show:
 
     def _write(self) -> None:
         """Write the picture and the film."""
+        from underfoot.drawing.png import png
         from underfoot.files import write_file
-        from underfoot.scenes.pictures import Canvas, gif, png
+        from underfoot.scenes.pictures import Canvas, gif
 
         canvas = Canvas(self.scene.floor, self.options.width)
         if self.options.picture is not None:

@@ -3,8 +3,6 @@
 import base64
 import hashlib
 import html
-import struct
-import zlib
 from collections.abc import Iterator
 from functools import singledispatch
 
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing
 from underfoot.drawing.layout import content_of, frame_of, is_cut_off
 from underfoot.drawing.look import AREA_OPACITY, BACKDROP_OPACITY, DASH_PX, DOT_PX, heat_colours, heat_table, palette
+from underfoot.drawing.png import png_of_indices
 from underfoot.drawing.shapes import Area, Backdrop, Box, Dots, HeatArea, HeatImage, Polyline, Segments, Shape, Text
 
 WIDTH, HEIGHT = 640, 400
@@ -114,7 +113,7 @@ def _(shape: HeatArea, colours: str) -> Iterator[str]:
 
 @_elements.register
 def _(shape: HeatImage, colours: str) -> Iterator[str]:
-    data = base64.b64encode(png(shape.levels[::-1], heat_colours(shape.low, shape.high, colours))).decode()
+    data = base64.b64encode(png_of_indices(shape.levels[::-1], heat_colours(shape.low, shape.high, colours))).decode()
     box = shape.box
     yield (
         f'<image x="{box.left:.1f}" y="{box.top:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
@@ -147,25 +146,3 @@ def _pairs(points: NDArray[np.float64]) -> str:
 def _stroke(colour: str, width_px: float, *, dashed: bool) -> str:
     dash = f' stroke-dasharray="{DASH_PX[0]:g} {DASH_PX[1]:g}"' if dashed else ""
     return f' stroke="{colour}" stroke-width="{width_px:g}"{dash}'
-
-
-def png(indices: NDArray[np.uint8], colours: NDArray[np.uint8]) -> bytes:
-    """Return a PNG file of a picture [rows, columns], top row first, of indices into `colours` [256, 4] (RGBA).
-
-    >>> png(np.zeros((2, 3), np.uint8), np.zeros((256, 4), np.uint8))[:8]
-    b'\\x89PNG\\r\\n\\x1a\\n'
-    """
-    rows, columns = indices.shape
-    lines = np.zeros((rows, columns + 1), np.uint8)  # each begins with its filter type, 0
-    lines[:, 1:] = indices
-    chunks = (
-        (b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)),
-        (b"PLTE", np.ascontiguousarray(colours[:, :3]).tobytes()),
-        (b"tRNS", np.ascontiguousarray(colours[:, 3]).tobytes()),
-        (b"IDAT", zlib.compress(lines.tobytes())),
-        (b"IEND", b""),
-    )
-    file = b"\x89PNG\r\n\x1a\n"
-    for kind, data in chunks:
-        file += struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    return file

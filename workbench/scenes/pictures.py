@@ -1,7 +1,6 @@
 """Pictures of scenes without a screen: anti-aliased shapes, and PNG and GIF files."""
 
 import struct
-import zlib
 from collections.abc import Iterable, Sequence
 from functools import singledispatchmethod
 
@@ -129,25 +128,6 @@ class _Patch:
         """Blend the colour in by `depth`, in pixels from the edge of the shape: half at the edge."""
         share = (self._opacity * np.clip(depth + 0.5, 0.0, 1.0))[..., None]
         self._image += share * (self._colour - self._image)
-
-
-def png(pixels: Pixels) -> bytes:
-    """Encode a picture [row, column, channel] as a PNG file.
-
-    >>> png(np.zeros((2, 3, 3), np.uint8))[:8]
-    b'\\x89PNG\\r\\n\\x1a\\n'
-    """
-    rows, columns, _ = pixels.shape
-    lines = np.zeros((rows, 3 * columns + 1), np.uint8)  # each begins with its filter: none
-    lines[:, 1:] = pixels.reshape(rows, -1)
-    file = b"\x89PNG\r\n\x1a\n"
-    for kind, data in (
-        (b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)),
-        (b"IDAT", zlib.compress(lines.tobytes(), 9)),
-        (b"IEND", b""),
-    ):
-        file += struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    return file
 
 
 def gif(frames: Sequence[Pixels], frame_s: float) -> bytes:
