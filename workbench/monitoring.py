@@ -244,9 +244,8 @@ def open_stream(
         raise BadFile(f"{source} cannot be read: {no_file(path)} (SOURCE is {allowed})")
     forces, layout = read_force_file(path, Floor.load(floor) if floor else None)
     if pace or record is not None or patch is not None:
-        length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
         target = Target(layout, kind="replay", source=str(path))
-        return SessionStream(target, min(length, seconds or math.inf), record, patch)
+        return SessionStream(target, min(forces.seconds, seconds or math.inf), record, patch)
     return FileStream(forces, layout, seconds)
 
 

@@ -204,7 +204,7 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
         layout = Floor.load(floor) if floor else load_floor_beside(force)
         forces = read_forces(force, layout)
         source = Replay(forces, layout, RATE_HZ, repeats=options.seconds is not None)
-        length_s = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz
+        length_s = forces.seconds
     if options.rate is not None and options.rate != source.rate_hz:
         source = Resampled(source, options.rate, RATE_HZ)
     return source, length_s

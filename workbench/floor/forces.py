@@ -38,6 +38,11 @@ class ForceSeries(Struct, frozen=True):
     force_n: NDArray[np.float64]
     rate_hz: float
 
+    @property
+    def seconds(self) -> float:
+        """Duration, including one period after the last sample."""
+        return float(self.time_s[-1] - self.time_s[0]) + 1.0 / self.rate_hz
+
     def gaps(self) -> NDArray[np.intp]:
         """Return the indices of the last samples before gaps: shape (gaps,).
 
