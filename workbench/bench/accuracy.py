@@ -279,7 +279,7 @@ def frictions(quick: bool) -> Iterable[Task]:
 
     def error(result: tuple[Floats, Floats], _: float) -> float:
         at, cdf = result
-        return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
+        return float(np.abs(cdf - reference.cdf_at(at)).max())
 
     def solved(error_limit: float) -> tuple[Floats, Floats]:
         found = distribution.first_passage(block, t_end, error=error_limit)

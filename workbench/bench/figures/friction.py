@@ -233,7 +233,7 @@ def resonance(quick: bool) -> Figure:
         lines.append(
             series(f"D = {noise:g}", distribution.period.points[seen], distribution.period.density[seen], colour=colour)
         )
-        share = float(np.interp(40.0, distribution.period.points, distribution.period.cdf))
+        share = float(distribution.period.cdf_at(40.0))
         rows.append(Compared(f"cycles shorter than 40 s, D = {noise:g}", "none without noise", f"{share:.3f}"))
     return Figure(
         "8.9",
@@ -252,7 +252,7 @@ def distances(quick: bool) -> Figure:
     at, found = density(far, np.linspace(-1.5, 4.0, 111), drawn.position.size)
     d = np.linspace(-1.5, 4.0, 300)
     coloured = coloured_upcrossings(_8_10, t=np.linspace(0.02, 40.0, 1500), correlation_time=_COLOUR_S)
-    below, above = np.interp([-0.1, 0.1], distribution.distance.points, distribution.distance.cdf)
+    below, above = distribution.distance.cdf_at([-0.1, 0.1])
     near = float(above - below)
     peak = float(distribution.distance.points[np.argmax(distribution.distance.density)])
     lines = (
@@ -291,7 +291,7 @@ def _periods(values: BlockOnBelt, t_end: float, count: int) -> tuple[SlipDistrib
 
 
 def _off(crossings: Upcrossings, distribution: Distribution) -> float:
-    return float(np.abs(crossings.escaped - np.interp(crossings.t, distribution.points, distribution.cdf)).max())
+    return float(np.abs(crossings.escaped - distribution.cdf_at(crossings.t)).max())
 
 
 def _off_its_paths(values: BlockOnBelt, t_end: float, quick: bool) -> float:
@@ -306,7 +306,7 @@ def _off_its_paths(values: BlockOnBelt, t_end: float, quick: bool) -> float:
 def _apart(durations: NDArray[np.float64], distribution: Distribution) -> float:
     ended = durations[np.isfinite(durations)]
     drawn_cdf = (np.arange(ended.size) + 0.5) / durations.size
-    return float(np.abs(np.interp(ended, distribution.points, distribution.cdf) - drawn_cdf).max())
+    return float(np.abs(distribution.cdf_at(ended) - drawn_cdf).max())
 
 
 def _late_s(distribution: Distribution) -> float:

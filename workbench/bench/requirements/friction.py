@@ -31,7 +31,7 @@ def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield errors of the distribution of figure 8.6, and of draws from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
         distribution = first_passage(_BLOCK, _T_END_S, error=error)
-        apart = float(np.abs(np.interp(_TIMES, distribution.points, distribution.cdf) - _GRID).max())
+        apart = float(np.abs(distribution.cdf_at(_TIMES) - _GRID).max())
         yield Requirement("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
     yield from tables(100_000 if quick else 2_000_000)
 
@@ -68,7 +68,7 @@ def tables(count: int) -> Iterator[Requirement]:
 
 def _apart(values: NDArray[np.float64], of: int, distribution: Distribution) -> float:
     at = np.sort(values)
-    return float(np.abs(np.interp(at, distribution.points, distribution.cdf) - (np.arange(at.size) + 0.5) / of).max())
+    return float(np.abs(distribution.cdf_at(at) - (np.arange(at.size) + 0.5) / of).max())
 
 
 @kernel

@@ -32,7 +32,7 @@ class SlipDistribution:
     `error` is the largest CDF difference; `t_end` the observation time, s.
 
     >>> slip = SlipDistribution.solve(BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0, 1e-2)
-    >>> round(float(np.interp(3.0, slip.duration.points, slip.duration.cdf)), 2)
+    >>> round(float(slip.duration.cdf_at(3.0)), 2)
     0.81
     """
 

@@ -60,7 +60,7 @@ def _difference(drawn: NDArray[np.float64], distribution: Distribution) -> float
         return 0.0
     rising = np.sort(drawn)
     cdf = (np.arange(rising.size) + 0.5) / _DRAWS
-    return float(np.abs(np.interp(rising, distribution.points, distribution.cdf) - cdf).max())
+    return float(np.abs(distribution.cdf_at(rising) - cdf).max())
 
 
 @kernel

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import number
 from underfoot.drawing import Drawing, series
@@ -35,6 +35,14 @@ class Distribution:
     def __repr__(self) -> str:
         half = f"{self.quantile(0.5):.4g}" if self.cdf.size and self.cdf[-1] >= 0.5 else "none"
         return f"<Distribution of {self.name}: median {half}, {self.points.size} points>"
+
+    def cdf_at(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Return the probability up to these values of the quantity, of any shape.
+
+        >>> Distribution(np.array([0.0, 2.0]), np.array([0.5, 0.5]), np.array([0.0, 1.0]), 0.0).cdf_at([0.5, 3.0])
+        array([0.25, 1.  ])
+        """
+        return np.asarray(np.interp(np.asarray(values, np.float64), self.points, self.cdf))
 
     def quantile(self, probability: float) -> float:
         """Return the value at this cumulative probability; NaN if it is never reached. `BadValue` beyond 0 to 1."""
