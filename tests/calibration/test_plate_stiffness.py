@@ -6,11 +6,11 @@ from datetime import date
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.plate_profiles import write_plate_file
+from underfoot.calibration.files.plate_profiles import read_plate_profiles, write_plate_file
 from underfoot.calibration.results.plate import result_of
 from underfoot.calibration.science.plate_stiffness import FootstepLine, line_of, plate_fit
 from underfoot.devices.plate import PlateCalibration
-from underfoot.errors import BadMeasurement
+from underfoot.errors import BadFile, BadMeasurement
 from underfoot.floor.profile import PlateStiffness, Profile
 from underfoot.models.gait import vertical_force
 
@@ -88,9 +88,31 @@ def test_the_command_calibrates_from_a_table(underfoot, tmp_path):
     assert json.loads(said.out)["good"]
     assert PlateCalibration.load(tmp_path / "p.json").position(90.0) == pytest.approx(0.5, abs=0.02)
     assert (tmp_path / "r" / "plate.html").read_text().count("<svg") == 2
-    (tmp_path / "bad.csv").write_text("position,footstep,force_n,displacement_mm\n0.5,1,x,2\n")
-    assert "bad.csv, line 2: allowed: numbers" in underfoot("plate", "--footsteps", tmp_path / "bad.csv").error
     assert "give --footsteps" in underfoot("plate").error
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("0.5,1,x,2", "line 2: force_n is 'x'; allowed: a finite number"),
+        ("\n0.5,1,600,inf", "line 3: displacement_mm is 'inf'; allowed: a finite number"),
+        ("0.5,1,600", "line 2: displacement_mm is ''; allowed: a finite number"),
+        ("20,1,600,2", "line 2: position is 20; allowed: 0 to 1, the servo's whole way"),
+    ],
+)
+def test_a_footstep_that_is_refused_says_what_was_given(rows, words, tmp_path):
+    path = tmp_path / "bad.csv"
+    path.write_text(f"position,footstep,force_n,displacement_mm\n{rows}\n")
+    with pytest.raises(BadFile) as refused:
+        read_plate_profiles(path)
+    assert str(refused.value) == f"{path}, {words}"
+
+
+def test_a_table_of_footsteps_without_a_column_says_which(tmp_path):
+    path = tmp_path / "bad.csv"
+    path.write_text("position,footstep,force,displacement_mm\n0.5,1,600,2\n")
+    with pytest.raises(BadFile, match="has no column force_n; allowed: a CSV with the columns position, footstep"):
+        read_plate_profiles(path)
 
 
 @pytest.mark.parametrize(("stiffer", "good"), [(1.04, True), (1.06, False)])

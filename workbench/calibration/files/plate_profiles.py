@@ -5,6 +5,8 @@ Footsteps are a CSV `position,footstep,force_n,displacement_mm`, a row per sampl
 
 import csv
 import io
+from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -25,26 +27,36 @@ def read_plate_profiles(path: str | Path) -> Profiles:
     try:
         text = read_file(path).decode("utf-8-sig")
         separator = max(",;\t", key=text.partition("\n")[0].count)
-        lines = list(csv.DictReader(io.StringIO(text), delimiter=separator))
+        reader = csv.DictReader(io.StringIO(text), delimiter=separator)
+        lines = [(reader.line_num, line) for line in reader]
     except (UnicodeDecodeError, csv.Error) as error:
         raise BadFile(f"{path} is not a table of footsteps: {error}") from None
+    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+    if missing:
+        raise BadFile(f"{path} has no column {missing[0]}; allowed: a CSV with the columns {', '.join(COLUMNS)}")
     found: dict[tuple[float, str], list[tuple[float, float]]] = {}
-    for number, line in enumerate(lines, 2):
-        try:
-            cells = (line[name] for name in (COLUMNS[0], COLUMNS[2], COLUMNS[3]))
-            position, force, displacement = (
-                float(cell if separator == "," else cell.replace(",", ".")) for cell in cells
-            )
-            footstep = line["footstep"]
-        except (AttributeError, KeyError, TypeError, ValueError):
-            raise BadFile(f"{path}, line {number}: allowed: numbers in the columns {', '.join(COLUMNS)}") from None
-        if not (0.0 <= position <= 1.0 and np.isfinite([force, displacement]).all()):
-            raise BadFile(f"{path}, line {number}: allowed: a position from 0 to 1, and finite numbers")
-        found.setdefault((position, footstep), []).append((force, displacement))
+    for number, line in lines:
+        point = "." if separator == "," else ","
+        position, force, displacement = (
+            _number(f"{path}, line {number}: {name}", line[name], point) for name in (COLUMNS[0], *COLUMNS[2:])
+        )
+        if not 0.0 <= position <= 1.0:
+            raise BadFile(f"{path}, line {number}: position is {position:g}; allowed: 0 to 1, the servo's whole way")
+        found.setdefault((position, line["footstep"]), []).append((force, displacement))
     if not found:
         raise BadFile(f"{path} has no samples; allowed: a CSV with the columns {', '.join(COLUMNS)}")
     arrays = {key: np.array(samples) for key, samples in found.items()}
     return {key: (samples[:, 0], samples[:, 1]) for key, samples in arrays.items()}
+
+
+def _number(place: str, cell: str | None, point: str) -> float:
+    """Return a cell's number, which may be written with this decimal point; `BadFile` if it has none."""
+    text = cell or ""  # a short line has None
+    with suppress(ValueError):
+        number = float(text.replace(point, "."))
+        if isfinite(number):
+            return number
+    raise BadFile(f"{place} is {text[:60]!r}; allowed: a finite number")
 
 
 def plate_file(profile_path: Path) -> Path:
