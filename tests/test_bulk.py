@@ -63,7 +63,10 @@ def test_a_folder_is_all_patches_in_it_and_what_fails_is_said(underfoot, folder)
     assert said.status == 1
     assert said.error.count("bad.json") == 1
     rows = manifest(folder / "made")
-    assert [row["file"] for row in rows] == ["stimulus-sp.wav", "stimulus-td.wav"]
+    assert [row["file"] for row in rows] == ["", "stimulus-sp.wav", "stimulus-td.wav"]
+    assert rows[0]["patch"] == os.path.join("patches", "bad.json")
+    assert "is not JSON" in rows[0]["error"]
+    assert [row["error"] for row in rows[1:]] == ["", ""]
 
 
 @pytest.mark.parametrize(

@@ -156,6 +156,11 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
 
     names = file_names([(path.stem, values) for path in patches for values in grid])
     outputs = _outputs(options, patches, [f"{name}.wav" for name in names])
+    folder = options.output
+    files = [(str(path), values) for path in patches for values in grid]
+    manifest = Manifest(folder / MANIFEST, files) if folder is not None else None
+    settings = ["".join(f" {name}={value}" for name, value in values.items()) for values in grid]
+    told = [f"{_shown(path)}{setting}" for path in patches for setting in settings]
     found: dict[int, Summary | UnderfootError] = {}
     items: dict[int, Item] = {}
     for k, path in enumerate(patches):
@@ -164,22 +169,23 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             jobs = _jobs_of(options, path, grid)
         except UnderfootError as error:
             found |= dict.fromkeys(places, error)
+            if manifest is not None:
+                manifest.add_errors(places, error)
             _tell_failure(_shown(path), path, error)
             continue
         items |= {
             at: Item(job, str(path), values, outputs[at]) for at, job, values in zip(places, jobs, grid, strict=True)
         }
-    settings = ["".join(f" {name}={value}" for name, value in values.items()) for values in grid]
-    told = [f"{_shown(path)}{setting}" for path in patches for setting in settings]
     order, began = list(items), time.monotonic()
-    folder = options.output
-    manifest = Manifest(folder / MANIFEST, list(items.values())) if folder is not None else None
     try:
         for number, answer in rendered(list(items.values()), options.cluster):
             at = order[number]
             found[at] = answer
             if manifest is not None:
-                manifest.add(number, answer)
+                if isinstance(answer, UnderfootError):
+                    manifest.add_errors([at], answer)
+                else:
+                    manifest.add(at, items[at], answer)
             if isinstance(answer, UnderfootError):
                 _tell_failure(told[at], patches[at // len(grid)], answer)
             else:

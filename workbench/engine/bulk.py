@@ -1,7 +1,7 @@
 """Batch rendering: parameter grids, on all cores or on a cluster, with a manifest of the results.
 
 A file has the same bytes wherever it is computed: its SHA-256 is in the manifest. Files are complete or absent. The
-manifest lists those that exist, even if the work was stopped or a process was killed.
+manifest lists those that exist, even if the work was stopped or a process was killed, and why others could not be made.
 """
 
 import csv
@@ -10,7 +10,7 @@ import io
 import re
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -114,27 +114,33 @@ def _require_movable(item: Item) -> None:
 
 
 class Manifest:
-    """A CSV file of the results: one row per file, in the order of the items, with values, levels and hash."""
+    """A CSV file of the results: one row per file, in their order, with values, levels and hash, or the error.
 
-    def __init__(self, path: Path, items: Sequence[Item]) -> None:
-        self._path, self._items = path, items
-        self._rows: dict[int, dict[str, Any]] = {}
+    `files` have the patch file and the values of each, also of those that cannot be rendered.
+    """
+
+    def __init__(self, path: Path, files: Sequence[tuple[str, Values]]) -> None:
+        self._path, self._files = path, files
+        self._rows: dict[int, dict[str, object]] = {}
         self._written = time.monotonic()
-        values = dict.fromkeys(name for item in items for name in item.values)
+        values = dict.fromkeys(name for _, given in files for name in given)
         self._columns = ["file", "patch", *values, "seed", "seconds", "rate_hz", "peak", "rms", "sha256", "error"]
 
-    def add(self, number: int, answer: UnderfootError | Mapping[str, object]) -> None:
-        """Add the summary of a rendered file, or the error instead."""
-        item = self._items[number]
-        row: dict[str, Any] = {"patch": item.patch, **{name: _text(value) for name, value in item.values.items()}}
-        if isinstance(answer, UnderfootError):
-            row["error"] = str(answer)
-        else:
-            row["file"] = item.output.name if item.output else ""
-            row |= {name: answer[name] for name in ("seconds", "rate_hz", "peak", "rms", "sha256")}
-            if isinstance(item.job, RenderJob):
-                row["seed"] = item.job.patch.seed if item.job.seed is None else item.job.seed
-        self._rows[number] = row
+    def add(self, number: int, item: Item, summary: Mapping[str, object]) -> None:
+        """Add the summary of a rendered file."""
+        found = {name: summary[name] for name in ("seconds", "rate_hz", "peak", "rms", "sha256")}
+        if isinstance(item.job, RenderJob):
+            found["seed"] = item.job.patch.seed if item.job.seed is None else item.job.seed
+        self._add([number], found | {"file": item.output.name if item.output else ""})
+
+    def add_errors(self, numbers: Iterable[int], error: UnderfootError) -> None:
+        """Add why files could not be made."""
+        self._add(numbers, {"error": str(error)})
+
+    def _add(self, numbers: Iterable[int], found: Mapping[str, object]) -> None:
+        for number in numbers:
+            patch, values = self._files[number]
+            self._rows[number] = {"patch": patch, **{name: _text(value) for name, value in values.items()}, **found}
         if time.monotonic() - self._written > _EVERY_S:
             self.write()
 
