@@ -26,9 +26,9 @@ MOST_ORDER = 24
 MOST_GAIN_DB = 24.0
 """Largest lift, relative to the level of the band, of a notch."""
 OUTER_GAIN_DB = 3.0
-"""Largest gain an octave outside the band, where nothing is measured or felt."""
+"""Gain from an octave outside the band on, where nothing is measured or felt, above which it counts as error."""
 LEAST_WIDTH_HZ = 2.0
-"""Smallest bandwidth of a pole: its radius is at most 1 - pi width / rate."""
+"""Smallest bandwidth of a pole: its radius is at most exp(-pi width / rate)."""
 EDGE_LOW, EDGE_HIGH = 1.2, 750.0 / 700.0
 """Factors from the band's ends (60 to 700 Hz of 50 to 750) outside which errors weigh less."""
 
@@ -57,8 +57,9 @@ def design(
     `magnitude` (linear, any scale, modulus of complex values) at `frequencies_hz`, in any order, must cover `band_hz`;
     noise is averaged over up to a quarter of an octave. Response times equaliser is flat over the band at the level of
     the response there, the mean of its decibels over log frequency; a point more than `most_gain_db` below that is
-    lifted by that amount only. Outside the band the gain falls to at most 3 dB within an octave. `order` is even, 2 to
-    24; all poles and zeros lie within the unit circle. Raises `BadValue`.
+    lifted by that amount only. Outside the band the gain falls within an octave to 3 dB, or little more where the order
+    is high enough for the curve. `order` is even, 2 to 24; all poles and zeros lie within the unit circle. Raises
+    `BadValue`.
 
     >>> f = np.geomspace(20.0, 2000.0, 400)
     >>> resonance = 1.0 / np.abs(1.0 - (f / 300.0) ** 2 + 0.2j * f / 300.0)
