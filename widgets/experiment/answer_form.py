@@ -148,7 +148,7 @@ class AnswerForm(QWidget):
             self._type_number(text)
             return True
         for keys, buttons in self._rows.values():
-            if text in keys and _are_digits(keys) and any(button.hasFocus() for button in buttons):
+            if text in keys and _are_digits(keys) and self.focusWidget() in buttons:
                 buttons[keys.index(text)].click()
                 controls = self._controls()
                 following = controls[controls.index(buttons[0]) + 1 :]
