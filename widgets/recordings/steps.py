@@ -63,7 +63,8 @@ class RecordedSteps(QWidget):
         table.setMinimumWidth(30 * theme.GRID)
         holder = QWidget(across)
         inside = QHBoxLayout(holder)
-        inside.setContentsMargins(0, 0, 0, 0)
+        inside.setContentsMargins(theme.GRID, theme.GRID + 1, 0, 0)  # its title is beside those of the panels
+        theme.fill(holder, "ground")
         inside.addWidget(self.plot)
         across.setSizes([560, 300])
         self._selection_timer = QTimer(self)

@@ -10,6 +10,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 from long_recording import write_recording
+from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
@@ -18,10 +19,12 @@ from windows import quiet_window
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
+from underfoot.widgets import theme
 from underfoot.widgets.dialogs.export_dialog import ExportDialog as PatchDialog
 from underfoot.widgets.recordings.exporting import ExportDialog
 from underfoot.widgets.recordings.readout import contacts_at
 from underfoot.widgets.recordings.recording_list import Summaries
+from underfoot.widgets.recordings.steps import RecordedSteps
 
 
 @pytest.fixture(scope="module")
@@ -399,3 +402,18 @@ def test_a_list_that_is_closed_reads_no_more(qtbot, tmp_path):
     summaries.close()
     with qtbot.assertNotEmitted(summaries.failed, wait=50):
         summaries.read([tmp_path / "nothing.underfoot"])
+
+
+def test_the_title_of_the_plot_of_stances_is_on_the_line_of_the_steps(qtbot):
+    steps = RecordedSteps()
+    qtbot.addWidget(steps)
+    steps.resize(800, 220)
+    show(qtbot, steps)
+    image, across = steps.grab().toImage(), steps.plot.mapTo(steps, QPoint(0, 0)).x()
+
+    def top(left):
+        """The first row with something bright, from here on for the width of a letter or two."""
+        places = ((x, y) for y in range(60) for x in range(left, left + 24))
+        return next(y for x, y in places if image.pixelColor(x, y).lightness() > 130)
+
+    assert abs(top(2 * theme.GRID) - top(across + theme.GRID)) <= 1
