@@ -158,12 +158,8 @@ class FloorMap(QWidget):
     def to_screen(self) -> QTransform:
         """Convert a point in the floor's frame, whose y axis points away from the viewer, to the widget's pixels."""
         assert self._floor is not None
-        low, high = self._floor.bounds_m()
         area = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN - 2 * theme.GRID)
-        scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
-        middle = (low + high) / 2.0
-        moved = QTransform.fromTranslate(area.center().x(), area.center().y())
-        return moved.scale(scale, -scale).translate(-middle[0], -middle[1])
+        return fitted(self._floor, area)
 
     def tile_at(self, place: QPointF) -> str:
         """Return the id of the tile at a point of the widget, or ""."""
@@ -373,6 +369,14 @@ class FloorMap(QWidget):
         rooms = label_places(owners, others, width, QRectF(self.rect()))
         for name, room in zip(names.values(), rooms, strict=True):
             _paint_on_ground(painter, room, Qt.AlignmentFlag.AlignCenter, name, theme.CONTACT)
+
+
+def fitted(floor: Floor, area: QRectF) -> QTransform:
+    """Return the transform from a floor's frame, whose y axis points away from the viewer, to fit it into an area."""
+    low, high = floor.bounds_m()
+    scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
+    moved = QTransform.fromTranslate(area.center().x(), area.center().y())
+    return moved.scale(scale, -scale).translate(*(-0.5 * (low + high)).tolist())
 
 
 def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: float, area: QRectF) -> list[QRectF]:

@@ -12,7 +12,7 @@ from underfoot.floor.layout import Floor
 from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
 from underfoot.widgets.controls.true_scale import Placement, TrueScaleWindow
-from underfoot.widgets.floor_map import DEFAULT_PRESS_N
+from underfoot.widgets.floor_map import DEFAULT_PRESS_N, fitted
 from underfoot.widgets.scenes.painting import paint_shapes
 
 KEPT = 500
@@ -87,11 +87,8 @@ class SceneView(QWidget):
     def to_pixels(self) -> QTransform:
         """Return the transform from the floor's frame to the pane's pixels."""
         assert self._floor is not None
-        low, high = self._floor.bounds_m()
         area = QRectF(self.rect()).adjusted(*[2.0 * theme.GRID] * 2, *[-2.0 * theme.GRID] * 2)
-        scale = max(1.0, min(area.width() / (high[0] - low[0]), area.height() / (high[1] - low[1])))
-        moved = QTransform.fromTranslate(area.center().x(), area.center().y())
-        return moved.scale(scale, -scale).translate(*(-0.5 * (low + high)).tolist())
+        return fitted(self._floor, area)
 
     def minimumSizeHint(self) -> QSize:
         return QSize(16 * theme.GRID, 30 * theme.GRID)
