@@ -299,7 +299,7 @@ def test_what_cannot_be_is_one_line(tmp_path):
     (tmp_path / "b.csv").write_text("participant,method,trial\nP1,telepathy,1\n")
     assert "method is 'telepathy'; allowed: absolute-identification" in said("analyse", tmp_path / "b.csv")
     (tmp_path / "c.csv").write_text("participant,method,trial\nP1,rating,1\n")
-    assert "columns is 'stimulus'; allowed: a table of rating has the columns" in said("analyse", tmp_path / "c.csv")
+    assert "trials of rating have no column stimulus; allowed: a table with" in said("analyse", tmp_path / "c.csv")
     (tmp_path / "d.csv").write_text("participant,method,trial\nP1,rating\n")
     assert "line 2: 3 cells are needed" in said("analyse", tmp_path / "d.csv")
 

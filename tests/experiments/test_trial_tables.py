@@ -63,7 +63,12 @@ def analysis_of(tmp_path, text):
             "trial 1 of P1: interval is 1; allowed: first or second",
         ),
         ("abx", "correct,answered", "A,a", "trial 1 of P1: answered is 'a'; allowed: A or B"),
-        ("staircases", "staircase,comparison,level_db", "above,TD,", "columns is 'level_db'; allowed: a table of"),
+        (
+            "staircases",
+            "staircase,comparison,level_db",
+            "above,TD,",
+            "the trials of staircases have no column level_db; allowed: a table with",
+        ),
     ],
 )
 def test_a_cell_that_cannot_be_is_named_with_its_trial(method, columns, cells, said, tmp_path):

@@ -94,12 +94,9 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         analysis = ANALYSES[method]
         have = {name for row in part for name in row}
         for name in analysis.needs:
-            require(
-                bool(have & set(name.split(" or "))),
-                "columns",
-                name,
-                f"a table of {method} has the columns {', '.join(analysis.needs)}",
-            )
+            if not have & set(name.split(" or ")):
+                needs = ", ".join(analysis.needs)
+                raise BadValue(f"the trials of {method} have no column {name}; allowed: a table with {needs}")
         _check_cells(part)
         part = _trial_rows(part)
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
