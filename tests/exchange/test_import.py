@@ -121,6 +121,17 @@ def test_hjif_takes_effects_from_the_library_and_tells_what_it_cannot_play(tmp_p
 # --- Macaron ---
 
 
+def test_curves_with_more_points_than_a_node_are_named_where_detail_is_lost(tmp_path):
+    document = made.macaron()
+    level = document["parameters"]["amplitude"]["data"]
+    time_ms = np.linspace(0.0, 900.0, 4101).tolist()
+    level[:] = [{"t": t, "value": t / 900.0} for t in time_ms]
+    assert not any("points" in line for line in read(tmp_path, "macaron", document).losses)  # they are on a line
+    rough = [*np.random.default_rng(1).uniform(0.0, 1.0, 3901).tolist(), *(100 * [0.5, 0.5015])]
+    level[:] = [{"t": t, "value": value} for t, value in zip(time_ms, rough, strict=True)]
+    assert any("a node has at most 4000" in line for line in read(tmp_path, "macaron", document).losses)
+
+
 def test_macaron_holds_before_the_first_keyframe_and_behind_the_last(tmp_path):
     (points,) = curves(read(tmp_path, "macaron", made.macaron()))
     np.testing.assert_allclose(at(points, [0.0, 0.4, 0.95], 1), FULL * np.array([0.5, 0.75, 0.0]))

@@ -1,5 +1,6 @@
 """Construction of a patch that plays an imported vibration once at each footfall."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sin
@@ -7,6 +8,7 @@ from pathlib import Path
 
 from underfoot.errors import BadValue
 from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, TIME, Voice, simplify_points
+from underfoot.kernels import Floats
 from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -55,6 +57,14 @@ def patch_of(channels: Sequence[Channel], title: str, full_m_s2: float = FULL_M_
     return patch
 
 
+def coarsened(channels: Sequence[Channel]) -> tuple[str, ...]:
+    """Return what is said of curves that have more points than a node: empty, or one line."""
+    longest = max((len(_within_tolerance(voice.points)) for one in channels for voice in one.voices), default=0)
+    if longest <= _MOST_POINTS:
+        return ()
+    return (f"detail of the curves: one has {longest} points; a node has at most {_MOST_POINTS}",)
+
+
 def player_of(file: Path, title: str) -> Patch:
     """Return a patch that plays a sound file from each footfall on."""
     patch, start = _with_footfall(Patch(title=title[:200]))
@@ -92,11 +102,17 @@ def _points(voice: Voice, factor: float) -> list[tuple[float, float, float]]:
     if points[:, AMPLITUDE].max() > 100.0:
         raise BadValue(f"it asks for {points[:, AMPLITUDE].max():.3g} m/s^2; allowed: at most 100")
     points[:, FREQUENCY] = points[:, FREQUENCY].clip(_LOWEST_HZ, _HIGHEST_HZ)
-    if len(points) > _MOST_POINTS:
-        points = simplify_points(points, 1e-3 * points[:, AMPLITUDE].max(), 0.5, _MOST_POINTS)
+    points = _within_tolerance(points, _MOST_POINTS)
     if not 0.0 <= points[:, TIME].min() <= points[:, TIME].max() <= 3600.0:
         raise BadValue(f"it lasts until {points[:, TIME].max():.6g} s; allowed: 0 to 3600 s")
     return [(round(t, 6), round(a, 6), round(f, 3)) for t, a, f in points.tolist()]
+
+
+def _within_tolerance(points: Floats, most: int = sys.maxsize) -> Floats:
+    """Thin out more points than a node has: to 0.1 % of the largest amplitude and 0.5 Hz, and to at most `most`."""
+    if len(points) <= _MOST_POINTS:
+        return points
+    return simplify_points(points, 1e-3 * points[:, AMPLITUDE].max(), 0.5, most)
 
 
 def _harmonics(voice: Voice) -> tuple[list[float], float]:

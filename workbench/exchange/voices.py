@@ -20,7 +20,7 @@ AMPLITUDE_S, FREQUENCY_S = 5e-3, 20e-3
 HOP_S = 1e-3
 """Interval in seconds between points, before points on straight lines are removed."""
 MOST_POINTS = 50_000
-"""Most points of a curve that is written: 50 s of what bends at every hop, minutes of gravel."""
+"""Most points of a curve that is written or read: 50 s of what bends at every hop, minutes of gravel."""
 COMPARED_DB = 30.0
 """Envelopes are compared where the original is within this many dB of its largest."""
 
@@ -88,7 +88,7 @@ def banded(samples: Floats, rate_hz: float, edges_hz: tuple[float, ...]) -> list
     ]
 
 
-def simplify_points(points: Floats, amplitude: float, frequency: float, most: int = 4000) -> Floats:
+def simplify_points(points: Floats, amplitude: float, frequency: float, most: int = MOST_POINTS) -> Floats:
     """Remove points that deviate from the line between others by at most these amounts."""
     return thinned(points, np.array([amplitude, frequency]), most)
 

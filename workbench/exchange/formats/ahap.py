@@ -11,8 +11,8 @@ from underfoot.errors import BadFile
 from underfoot.exchange.clip import BURST_S, bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
-from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, MOST_POINTS, Voice, simplify_points
+from underfoot.exchange.patches import FULL_M_S2, Channel, coarsened, patch_of
+from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Voice, simplify_points
 from underfoot.files import write_file
 from underfoot.kernels import Floats
 
@@ -106,7 +106,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     for start, end in _rests(points[:, 0], impacts):
         for at in np.arange(start, end, LONGEST_S).tolist():
             pattern.append(_event("HapticContinuous", at, min(LONGEST_S, end - at)))
-    points = simplify_points(points, 0.01, 0.02, MOST_POINTS)
+    points = simplify_points(points, 0.01, 0.02)
     pattern += _curves("HapticIntensityControl", points[:, [0, AMPLITUDE]])
     pattern += _curves("HapticSharpnessControl", points[:, [0, FREQUENCY]])
     description = f"{scale_in_words(clip.full_m_s2)}; sharpness 0 to 1 is {LOW_HZ:g} to {HIGH_HZ:g} Hz"
@@ -177,8 +177,9 @@ def read(path: Path) -> Imported:
     document = convert(raw, path, Ahap)
     voices, lost = _voices(document, path)
     full_m_s2 = scale_from_words(document.metadata.description, FULL_M_S2)
-    patch = patch_of([Channel(voices)], document.metadata.project or path.stem, full_m_s2)
-    return Imported(patch, (*lost, *unread(raw, Ahap, _SILENT)))
+    channels = [Channel(voices)]
+    patch = patch_of(channels, document.metadata.project or path.stem, full_m_s2)
+    return Imported(patch, (*lost, *coarsened(channels), *unread(raw, Ahap, _SILENT)))
 
 
 def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:

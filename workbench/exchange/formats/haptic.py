@@ -11,8 +11,8 @@ from underfoot.errors import BadFile
 from underfoot.exchange.clip import bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, Share, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
-from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import FREQUENCY, MOST_POINTS, Voice, simplify_points
+from underfoot.exchange.patches import FULL_M_S2, Channel, coarsened, patch_of
+from underfoot.exchange.voices import FREQUENCY, Voice, simplify_points
 from underfoot.files import write_file
 from underfoot.kernels import Floats
 
@@ -81,7 +81,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     clip = clip_of(export)
     points = clip.points.copy()
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
-    points = simplify_points(points, 0.01, 0.01, MOST_POINTS)
+    points = simplify_points(points, 0.01, 0.01)
     document = {
         "version": {"major": 1, "minor": 0, "patch": 0},
         "metadata": {
@@ -117,8 +117,9 @@ def read(path: Path) -> Imported:
     if emphasised:
         voices.append(bursts(emphasised))
     full_m_s2 = scale_from_words(document.metadata.description, FULL_M_S2)
-    patch = patch_of([Channel(voices)], document.metadata.project or path.stem, full_m_s2)
-    return Imported(patch, unread(raw, Haptic, _SILENT))
+    channels = [Channel(voices)]
+    patch = patch_of(channels, document.metadata.project or path.stem, full_m_s2)
+    return Imported(patch, (*coarsened(channels), *unread(raw, Haptic, _SILENT)))
 
 
 def _require_version(raw: object, path: Path) -> None:

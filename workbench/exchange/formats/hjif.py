@@ -14,11 +14,10 @@ from underfoot.errors import BadFile
 from underfoot.exchange.clip import bursts, envelope_error_line
 from underfoot.exchange.foreign import convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
-from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
+from underfoot.exchange.patches import FULL_M_S2, Channel, coarsened, patch_of
 from underfoot.exchange.voices import (
     AMPLITUDE,
     FREQUENCY,
-    MOST_POINTS,
     Voice,
     analysed,
     banded,
@@ -153,7 +152,7 @@ def _channel(at: int, tile: str, bands: list[Floats], full_m_s2: float) -> dict[
         points = points.copy()
         points[:, AMPLITUDE] /= full_m_s2
         if points[:, AMPLITUDE].max() > QUIET:
-            written.append(_band(low, high, simplify_points(points, 0.005, 4.0, MOST_POINTS)))
+            written.append(_band(low, high, simplify_points(points, 0.005, 4.0)))
     return {
         "id": at,
         "description": tile,
@@ -203,7 +202,8 @@ def read(path: Path) -> Imported:
     channels, lost = _channels(document, path)
     full_m_s2 = scale_from_words(document.description, FULL_M_S2)
     title = document.description.rpartition(";")[0] if ";" in document.description else path.stem
-    return Imported(patch_of(channels, title, full_m_s2), (*lost, *unread(raw, Hjif, _SILENT)))
+    losses = (*lost, *coarsened(channels), *unread(raw, Hjif, _SILENT))
+    return Imported(patch_of(channels, title, full_m_s2), losses)
 
 
 def _channels(document: Hjif, path: Path) -> tuple[list[Channel], tuple[str, ...]]:

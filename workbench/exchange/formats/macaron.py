@@ -9,7 +9,7 @@ import numpy as np
 from underfoot.errors import BadFile
 from underfoot.exchange.foreign import Share, convert, read_json, unread
 from underfoot.exchange.format import Format, Imported
-from underfoot.exchange.patches import Channel, patch_of
+from underfoot.exchange.patches import Channel, coarsened, patch_of
 from underfoot.exchange.voices import Voice
 from underfoot.kernels import Floats
 
@@ -71,7 +71,8 @@ def read(path: Path) -> Imported:
     inside = np.concatenate([loud[:, 0], high[:, 0], [0.0, end_s]])
     times = np.unique(inside[(inside >= 0.0) & (inside <= end_s)])
     points = np.column_stack([times, *(np.interp(times, curve[:, 0], curve[:, 1]) for curve in (loud, high))])
-    return Imported(patch_of([Channel([Voice(points)])], path.stem), unread(raw, Icon, _SILENT))
+    channels = [Channel([Voice(points)])]
+    return Imported(patch_of(channels, path.stem), (*coarsened(channels), *unread(raw, Icon, _SILENT)))
 
 
 def _curve(keyframes: list[Loudness] | list[Pitch]) -> Floats:

@@ -5,7 +5,7 @@ from pathlib import Path
 from underfoot.errors import BadFile, BadValue
 from underfoot.exchange.foreign import read_json
 from underfoot.exchange.format import Format, Imported
-from underfoot.exchange.patches import Channel, patch_of
+from underfoot.exchange.patches import Channel, coarsened, patch_of
 from underfoot.exchange.syntacts_signals import field_of, voices_of
 
 DEEPEST = 600
@@ -19,10 +19,11 @@ def read(path: Path) -> Imported:
     raw = read_json(path, DEEPEST)
     lost: dict[str, None] = {}
     try:
-        patch = patch_of([Channel(voices_of(field_of(raw, "value0"), lost))], path.stem)
+        channels = [Channel(voices_of(field_of(raw, "value0"), lost))]
+        patch = patch_of(channels, path.stem)
     except BadValue as error:
         raise BadFile(f"{path} cannot be made a patch: {error}") from None
-    return Imported(patch, tuple(lost))
+    return Imported(patch, (*lost, *coarsened(channels)))
 
 
 FORMAT = Format("syntacts", "Syntacts", (".json", ".sig"), read=read, begins=(b'"value0"',))
