@@ -13,11 +13,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 import soundfile
+from msgspec.structs import replace
 
 from underfoot import monitoring
 from underfoot.engine import session
 from underfoot.engine.commands import Play
 from underfoot.engine.reports import CommandApplied, Fault, Notice, OutputChanged, ProcessDied, Started
+from underfoot.floor.layout import Floor, default_floor
 from underfoot.models import gait
 from underfoot.patch import preset_files
 from underfoot.records.recording import Recording
@@ -262,6 +264,12 @@ def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot,
     assert np.abs(played).max() > 0.0
     np.testing.assert_array_equal(soundfile.read("again.wav", dtype="float32")[0], played)
     assert underfoot("monitor", "rec").status == 0
+    tiles = default_floor().tiles
+    Floor(tiles[:1]).save("one.json")
+    assert "rec has 4 tiles; allowed: 1, as the floor has" in underfoot("monitor", "rec", "--floor", "one.json").error
+    Floor(tuple(replace(tile, centre_m=(9.0 + tile.centre_m[0], tile.centre_m[1])) for tile in tiles)).save("far.json")
+    assert underfoot("monitor", "rec", "--floor", "far.json", "--contacts", "contacts.csv").status == 0
+    assert (np.loadtxt("contacts.csv", delimiter=",", skiprows=1, usecols=2) > 8.0).all()
 
 
 def test_a_simulator_with_non_ideal_sensors_is_monitored(underfoot, folder):

@@ -233,16 +233,17 @@ def open_stream(
         raise BadValue(f"--profiles is for tiles that send readings; {source} is in newtons")
     if equipment.sound is not None or equipment.accelerometers:
         raise BadValue(f"--sound and --accelerometers are for a simulator and for hardware; {source} is a file")
-    path = Path(source)
+    path, given = Path(source), Floor.load(floor) if floor else None
     if is_recording(path):
         if pace or record is not None or patch is not None:
-            raise BadValue(f"{source} is a recording; allowed with it: --steps, --contacts, --seconds and --json")
-        return FileStream(*read_force_file(path), seconds)
+            allowed = "--floor, --steps, --contacts, --seconds and --json"
+            raise BadValue(f"{source} is a recording; allowed with it: {allowed}")
+        return FileStream(*read_force_file(path, given), seconds)
     if not os.path.isfile(path):
         simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
         allowed = f"{simulators}, {target_forms()}, {FORMS}"
         raise BadFile(f"{source} cannot be read: {no_file(path)} (SOURCE is {allowed})")
-    forces, layout = read_force_file(path, Floor.load(floor) if floor else None)
+    forces, layout = read_force_file(path, given)
     if pace or record is not None or patch is not None:
         target = Target(layout, kind="replay", source=str(path))
         return SessionStream(target, min(forces.seconds, seconds or math.inf), record, patch)
