@@ -184,10 +184,12 @@ def _band(low: int, high: int, points: Floats) -> dict[str, Any]:
 
 
 def _envelope_error_lines(played: dict[str, Floats], document: Hjif, path: Path, full_m_s2: float) -> tuple[str, ...]:
-    """Return the error of each tile's envelope, from the file's voices as read back."""
+    """Return the error of the envelope of each tile that moves, from the file's voices as read back."""
     lines = []
     channels, _ = _channels(document, path)
     for channel, (tile, samples) in zip(channels, played.items(), strict=True):
+        if not samples.any():
+            continue
         voices = [voice.samples(samples.size, RATE_HZ) for voice in channel.voices]
         written = full_m_s2 * np.sum([np.zeros(samples.size), *voices], axis=0)
         error_db = envelope_error_db(samples, written, RATE_HZ)
