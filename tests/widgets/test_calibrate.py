@@ -307,6 +307,17 @@ def test_a_panic_stops_the_sound_and_the_page_stays(qtbot, tmp_path):
     driver.go("result")
 
 
+def test_back_stops_the_sound_and_goes_to_the_page_before(qtbot, tmp_path):
+    driver = CalibrateDriver(qtbot, tmp_path)
+    driver.begin()
+    driver.go("bell")
+    bell = driver.made[0][1]
+    bell.play = lambda sound: sound.signal * bell.silenced.wait(5.0)
+    driver.click(driver.wizard.going)
+    driver.click(driver.wizard.backing)
+    driver.wait(lambda: driver.page == "note" and not driver.wizard.refusal.isVisible())
+
+
 def test_a_sound_that_is_to_begin_after_a_panic_does_not():
     scale = Scale()
     watched = WatchedRig(scale)

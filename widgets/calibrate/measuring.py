@@ -100,11 +100,13 @@ class Measurement(QObject):
         self._orders.put(lambda worker: worker.set_automatic(on, values or {}))
 
     def skip(self) -> None:
-        """Skip the measurement of the page."""
+        """Skip the measurement of the page; its sound stops."""
+        self._silence_rig()
         self._orders.put(lambda worker: worker.change_page(worker.procedure.skip))
 
     def back(self) -> None:
-        """Return to the previous page."""
+        """Return to the previous page; the sound of this one stops, and does not lead to the next one first."""
+        self._silence_rig()
         self._orders.put(lambda worker: worker.change_page(worker.procedure.back))
 
     def _allow_sound(self) -> None:
@@ -115,13 +117,15 @@ class Measurement(QObject):
     def silence(self) -> None:
         """Stop the automatic run and the sound (panic)."""
         self.run_automatically(False)
+        self._silence_rig()
+
+    def _silence_rig(self) -> None:
         if self._worker is not None:
             self._worker.rig.silence()
 
     def stop(self) -> None:
         """Release the tile as soon as the present computation is complete; `ended` follows."""
-        if self._worker is not None:
-            self._worker.rig.silence()
+        self._silence_rig()
         self._orders.put(None)
 
     def join(self) -> None:
