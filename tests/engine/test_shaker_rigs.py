@@ -51,7 +51,7 @@ card.close()
         measure(sweep, heard, RATE)
 
 
-def test_a_card_that_is_silenced_ends_the_sweep_and_takes_nothing(null_sink, until):
+def test_a_card_that_is_silenced_or_unplugged_ends_the_sweep_and_takes_nothing(null_sink, until):
     """Where this machine loses samples, the sweep is taken again, as a person would."""
     script = f"""
 import sys, threading
@@ -65,13 +65,16 @@ def silence():
     card.silence()
 threading.Thread(target=silence).start()
 reason = None
-while "stopped" not in str(reason):
-    try:
-        card.play(Sound(exponential(20.0, 2000.0, 20.0, {RATE}, 0.4), {RATE}, "none"))
-    except (BadMeasurement, DeviceError) as refused:
-        reason = refused
-print(reason)
-card.silence()
+for end in ("was stopped", "cannot play"):
+    while end not in str(reason):
+        try:
+            card.play(Sound(exponential(20.0, 2000.0, 20.0, {RATE}, 0.4), {RATE}, "none"))
+        except (BadMeasurement, DeviceError) as refused:
+            reason = refused
+            print(reason, flush=True)
+    card.silence()
+    if end == "was stopped":
+        sys.stdin.readline()
 """
     with listening(null_sink) as heard:
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
@@ -79,13 +82,24 @@ card.silence()
             try:
                 until(lambda: heard().any(), "it sounds", seen=heard.summary, every=0.1)
                 before = len(heard())
-                said, _ = run.communicate("\n", timeout=300)
+                run.stdin.write("\n")
+                run.stdin.flush()
+                while "was stopped; take it again" not in run.stdout.readline():
+                    assert run.poll() is None
+                until(lambda: not heard()[-9_600:].any(), "it is silent again", seen=heard.summary, every=0.1)
+                last = np.flatnonzero(heard().any(axis=1))[-1]
+                run.stdin.write("\n")
+                run.stdin.flush()
+                until(lambda: heard()[last + 1 :].any(), "it sounds again", seen=heard.summary, every=0.1)
+                null_sink.stop()
+                said, _ = run.communicate(timeout=300)
             finally:
                 run.kill()
-        until(lambda: not heard()[-9_600:].any(), "it is silent again", seen=heard.summary, every=0.1)
-        last = np.flatnonzero(heard().any(axis=1))[-1]
-    assert said == "the sound was stopped; take it again\n"
     assert last - before < 10 * RATE
+    *stopped, gone = said.splitlines()
+    assert "the sound card lost samples and stopped; is it plugged in? Take it again" in stopped
+    assert gone.startswith("sound device 'default' cannot play and record: Error opening")
+    assert gone.endswith("; is it plugged in, and free?")
 
 
 @pytest.mark.parametrize("kind", ["input", "output"])

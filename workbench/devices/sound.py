@@ -166,7 +166,8 @@ class PlayRecord:
                 self._over.wait(len(self._played) / self._rate_hz + patience_s)
         except (device.PortAudioError, ValueError) as error:
             name = next((name for name in self._devices if name), "default")
-            raise DeviceError(f"sound device {name!r} cannot play and record: {in_one_line(error)}") from None
+            why = f"{in_one_line(error)}; is it plugged in, and free?"
+            raise DeviceError(f"sound device {name!r} cannot play and record: {why}") from None
         self.lost |= self.played_frames < len(self._played) and not self.silenced
 
     def silence(self) -> None:

@@ -71,6 +71,8 @@ class SoundCard:
             self._play_record = None
         if play_record.silenced:
             raise BadMeasurement("the sound was stopped; take it again")
+        if play_record.played_frames < len(played):
+            raise BadMeasurement("the sound card lost samples and stopped; is it plugged in? Take it again")
         if play_record.lost:
             raise BadMeasurement("the sound card lost samples while it played; take it again")
         return play_record.recorded[:, self._input_channel].astype(np.float64)
