@@ -259,3 +259,12 @@ def test_a_tile_that_sends_nothing_is_said_to_do_so_within_some_hundred_reads():
     finally:
         rig.close()
         line.close()
+
+
+def test_latency_suggests_the_block_set_under_audio():
+    """What is measured with another one is not used by a session."""
+    target = Target(default_floor(), block=512)
+    latency = next(kind for kind in KINDS if kind.key == "latency")
+    procedure, rig = latency.make(target, target.floor.tiles[0], Profile(tile="t1"), "")
+    rig.close()
+    assert {asked.name: asked.default for asked in procedure.page.questions}["block"] == 512

@@ -59,8 +59,8 @@ def _make(
 ) -> tuple[Procedure, Rig]:
     """Create the procedure of a calibration, and the rig that it needs."""
     has_load_cell = not by_hand(target) or bool(reference)
-    procedure = declared().procedure(MeasurementSetup(tile, profile, rate_hz=target.rate, has_load_cell=has_load_cell))
-    return procedure, _RIGS[declared.rig](target, tile, reference)
+    setup = MeasurementSetup(tile, profile, rate_hz=target.rate, block=target.block, has_load_cell=has_load_cell)
+    return declared().procedure(setup), _RIGS[declared.rig](target, tile, reference)
 
 
 def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:

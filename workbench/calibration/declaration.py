@@ -29,14 +29,15 @@ steps on a variable stiffness plate and moves it."""
 class MeasurementSetup:
     """Context of a procedure: a tile and its present profile.
 
-    `seed` is that of random draws in the procedure; `rate_hz` the sample rate of the sounds that it plays;
-    `has_load_cell` whether there is a load cell to compare the tile with.
+    `seed` is that of random draws in the procedure; `rate_hz` the sample rate of the sounds that it plays, `block` the
+    frames in a block of the sound device; `has_load_cell` whether there is a load cell to compare the tile with.
     """
 
     tile: "Tile"
     profile: "Profile"
     seed: int = 1
     rate_hz: int = RATE_HZ
+    block: int = 128
     has_load_cell: bool = True
 
 

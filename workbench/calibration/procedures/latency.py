@@ -50,7 +50,7 @@ class LatencyCalibration(Calibration):
     level: float | None = option("Level on a target, in full scale: 0.01 to 0.9.", None)
 
     def procedure(self, setup: MeasurementSetup) -> "LatencyProcedure":
-        return LatencyProcedure(setup.tile, setup.rate_hz)
+        return LatencyProcedure(setup.tile, setup.rate_hz, setup.block)
 
     def answers(self, has_load_cell: bool) -> Answers:
         level = {} if self.level is None else {"level": self.level}
@@ -77,14 +77,14 @@ class LatencyCalibration(Calibration):
 
 
 class LatencyProcedure(SoundProcedure):
-    """Round trip of a sound card at `rate_hz`.
+    """Round trip of a sound card at `rate_hz`. The first page suggests the `block`: another one's has no use there.
 
     >>> from underfoot.floor.layout import default_floor
     >>> LatencyProcedure(default_floor().tiles[0]).page.key
     'setup'
     """
 
-    def __init__(self, tile: "Tile", rate_hz: int = RATE_HZ) -> None:
+    def __init__(self, tile: "Tile", rate_hz: int = RATE_HZ, block: int = 128) -> None:
         self._tile, self._rate_hz = tile, rate_hz
         self._seed, self._block = 1, 0
         self._onsets = np.zeros(0, np.int64)
@@ -95,7 +95,7 @@ class LatencyProcedure(SoundProcedure):
         )
         questions = (
             ask("clicks", Count(1000, low=FEWEST, high=5000, doc="How many clicks: some 40 a second.")),
-            ask("block", Count(128, low=16, high=4096, unit="frames", doc="A block, as set under Audio.")),
+            ask("block", Count(block, low=16, high=4096, unit="frames", doc="A block, as set under Audio.")),
             ask("level", Number(0.5, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
         )
         super().__init__(Page("setup", "Latency", instruction, questions=questions))
