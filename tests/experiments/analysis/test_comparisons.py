@@ -12,6 +12,7 @@ from underfoot.experiments.analysis.comparisons import (
     one_way_anova,
     paired_t,
     repeated_measures_anova,
+    shares_compared,
     spearman,
 )
 
@@ -104,17 +105,51 @@ def test_bonferroni_multiplies_by_the_number_of_tests_and_stops_at_one():
 
 
 def test_logistic_regression_finds_the_slopes_that_made_the_data():
-    random = np.random.default_rng(6)
+    random, alone = np.random.default_rng(6), ["P1"] * 20_000
     w, d = random.uniform(4.5, 16.5, 20_000), random.uniform(15.0, 45.0, 20_000)
     success = random.random(20_000) < 1.0 / (1.0 + np.exp(-(0.2 + 0.36 * w - 0.062 * d)))
-    found = {test.name: test.size for test in logistic_regression(success, {"w": w, "d": d})}
+    found = {test.name: test.size for test in logistic_regression(success, {"w": w, "d": d}, alone)}
     assert found["w"] == pytest.approx(0.36, rel=0.05)
     assert found["d"] == pytest.approx(-0.062, rel=0.15)
-    with_straight = logistic_regression(success, {"w": w, "d": d, "theta": np.zeros(20_000)})
+    with_straight = logistic_regression(success, {"w": w, "d": d, "theta": np.zeros(20_000)}, alone)
     assert {test.name: test.size for test in with_straight} == found  # buttons straight ahead only
     for outcome, factors in ((w > 10.0, {"w": w}), (success, {"theta": np.zeros(20_000)}), (w > 0.0, {"w": w})):
         with pytest.raises(BadMeasurement):
-            logistic_regression(outcome, factors)
+            logistic_regression(outcome, factors, alone)
+
+
+def test_trials_of_people_who_differ_are_not_counted_as_independent():
+    """Each person selects farther or nearer ones better, by chance; of all trials, a quarter of such studies had
+    p < 0.05.
+    """
+    random, people, far = np.random.default_rng(3), 8, np.tile([0.0, 1.0], 40)
+    who, hits = np.repeat(np.arange(people), len(far)), {"regression": 0, "shares": 0, "trials": 0}
+    for _ in range(40):
+        liking = 1.2 + 0.5 * random.standard_normal((people, 1)) + 0.7 * random.standard_normal((people, 1)) * far
+        success = random.random((people, len(far))) < 1.0 / (1.0 + np.exp(-liking))
+        of = len(far) // 2
+        by_person = {
+            name: {str(k): (int(one[far == at].sum()), of) for k, one in enumerate(success)}
+            for name, at in (("near", 0.0), ("far", 1.0))
+        }
+        found = {
+            "regression": logistic_regression(success.ravel(), {"far": np.tile(far, people)}, who.tolist())[1],
+            "shares": shares_compared("distance", by_person)[0],
+            "trials": fisher("", [[n := int(success[:, far == at].sum()), people * of - n] for at in (0.0, 1.0)]),
+        }
+        hits = {name: count + (found[name].p < 0.05) for name, count in hits.items()}
+    assert max(hits["regression"], hits["shares"]) <= 4 < 8 < hits["trials"]  # of 40; 2 are expected
+    assert (found["regression"].statistic, found["regression"].df) == ("t", (7.0,))
+
+
+def test_shares_are_compared_within_people_between_them_or_within_the_trials_of_one():
+    one, other = {"P1": (9, 10), "P2": (7, 10), "P3": (0, 0)}, {"P1": (5, 10), "P2": (4, 10), "P3": (4, 10)}
+    (paired,) = shares_compared("sort", {"A": one, "B": other})
+    assert paired.p == pytest.approx(stats.ttest_rel([0.9, 0.7], [0.5, 0.4]).pvalue)  # who lacks one is left out
+    (apart,) = shares_compared("sort", {"A": one, "B": {f"other {who}": of for who, of in other.items()}})
+    assert apart.p == pytest.approx(stats.f_oneway([0.9, 0.7], [0.5, 0.4, 0.4]).pvalue)
+    (alone,) = shares_compared("sort", {"A": {"P1": (9, 10)}, "B": {"P1": (5, 10)}})
+    assert alone.p == stats.fisher_exact([[9, 1], [5, 5]]).pvalue
 
 
 def test_friedman_spearman_and_one_way_of_plain_examples():

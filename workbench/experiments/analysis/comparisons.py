@@ -190,27 +190,59 @@ def fisher(name: str, counts: ArrayLike) -> Test:
     return Test(name, "odds ratio", ratio, (), float(found.pvalue), "odds ratio", ratio)
 
 
-def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike]) -> list[Test]:
-    """Regress success on numeric factors: one coefficient each, with Wald's z and its p; `size` is the coefficient.
+def shares_compared(name: str, conditions: Mapping[str, Mapping[str, tuple[int, int]]]) -> list[Test]:
+    """Test whether a share differs between two conditions, each with (count, of) of each person.
+
+    Trials of one person are alike, so people are what is tested: paired t of the shares of those with both conditions,
+    one-way ANOVA where nobody has both. Of one person alone, trials are: Fisher's exact test.
+
+    >>> one, other = {"P1": (9, 10), "P2": (7, 10), "P3": (6, 10)}, {"P1": (5, 10), "P2": (4, 10), "P3": (4, 10)}
+    >>> (found,) = shares_compared("distance", {"far": one, "near": other})
+    >>> found.name, found.statistic, found.df, round(found.p, 3)
+    ('far - near', 't', (2.0,), 0.035)
+    """
+    one, other = ({who: counts for who, counts in part.items() if counts[1]} for part in conditions.values())
+    both = [who for who in one if who in other]
+    if both and len(one) == len(other) == 1:
+        return [fisher(name, [(count, of - count) for count, of in (one[both[0]], other[both[0]])])]
+    shares = [[part[who][0] / part[who][1] for who in (both or part)] for part in (one, other)]
+    return paired_t(dict(zip(conditions, shares, strict=True))) if both else [one_way_anova(name, shares)]
+
+
+def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike], people: Sequence[object]) -> list[Test]:
+    """Regress success on numeric factors: one coefficient each, with its test; `size` is the coefficient.
+
+    `people` has whose trial each is. Trials of one person are alike: counted as independent, a fifth to a third of
+    factors without effect had p < 0.05 in simulations in which people differ. So deviations of a coefficient are
+    those between people (generalised estimating equations), without the bias of few people (Mancl and DeRouen,
+    Biometrics 57, 2001), and Student's t of them has 3 to 6 %. Of one person alone: Wald's z.
 
     Factors with one value only are left out. Raises `BadMeasurement` if a factor separates success from failure
     perfectly, or all trials are alike.
     """
+    from scipy import stats
+
     outcome = np.asarray(success, np.float64)
     columns = {name: np.asarray(values, np.float64) for name, values in factors.items() if np.ptp(values) > 0.0}
     if not columns or not 0.0 < outcome.sum() < len(outcome):
         raise BadMeasurement("all trials are alike; there is nothing to regress")
     design = np.column_stack([np.ones_like(outcome), *columns.values()])
     logit = statsmodels("discrete.discrete_model").Logit
+    gee, binomial = statsmodels("genmod.generalized_estimating_equations").GEE, statsmodels("genmod.families").Binomial
+    free = len(set(people)) - 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # separation and failure to converge are warnings there
         try:
             found = logit(outcome, design).fit(disp=0)
+            if free:  # the same coefficients
+                whole = gee(outcome, design, groups=np.asarray(people), family=binomial())
+                found = whole.fit(start_params=found.params, cov_type="bias_reduced")
         except Exception as error:
             raise BadMeasurement(f"the logistic regression does not converge: {str(error).splitlines()[0]}") from None
+    statistic, df, distribution = ("t", (float(free),), stats.t(free)) if free else ("z", (), stats.norm)
     return [
-        Test(name, "z", float(z), (), float(p), "coefficient", float(b))
-        for name, z, p, b in zip(("intercept", *columns), found.tvalues, found.pvalues, found.params, strict=True)
+        Test(name, statistic, float(t), df, 2.0 * float(distribution.sf(abs(t))), "coefficient", float(b))
+        for name, t, b in zip(("intercept", *columns), found.tvalues, found.params, strict=True)
     ]
 
 

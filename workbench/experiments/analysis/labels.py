@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from underfoot.experiments.analysis import thesis
-from underfoot.experiments.analysis.comparisons import fisher
+from underfoot.experiments.analysis.comparisons import shares_compared
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
@@ -17,15 +17,14 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     sorts = _sorts(rows, settings)
     found = []
     for (name,), part in sorted(grouped(rows, "set").items()):
-        done = grouped((row for row in part if row.get("sort") in sorts), "participant").values()
-        counts = [(sum(row["sort"] == sorts[0] for row in one), len(one)) for one in done]
         if sorts:
+            counts = [shares for _, shares in _sorted_by_person(part, sorts)]
             found.append(people_share_interval(f"{sorts[0]} {name}".rstrip(), counts))
     return found
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Report over people: labels of each stimulus, shares of sorts, and Fisher's test between two sets."""
+    """Report over people: labels of each stimulus, shares of sorts, and a test between two sets."""
     found = Findings("Free labels")
     words = []
     for (name,), part in sorted(grouped(rows, "stimulus").items()):
@@ -42,14 +41,20 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         estimates_table("Sorts", "of", [("all people", estimate) for estimate in estimates(rows, settings)], note)
     )
     if len(sets) == 2 and len(sorts) == 2:
-        table = [[sum(row.get("sort") == sort for row in part) for sort in sorts] for _, part in sets]
-        found.add_tests("Do the sets differ?", lambda: [fisher("set by sort", table)])
+        shares = {str(name): dict(_sorted_by_person(part, sorts)) for (name,), part in sets}
+        found.add_tests("Do the sets differ?", lambda: shares_compared("set by sort", shares))
     return found
 
 
 _THESIS = (
     f"Thesis 3.4.2, labels that name an impact: {', '.join(f'{k} {v:.0%}' for k, v in thesis.IMPACT_LABELS.items())}."
 )
+
+
+def _sorted_by_person(rows: Sequence[Row], sorts: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
+    """Return how many labels of each person are of the first sort, and how many were sorted."""
+    people = grouped((row for row in rows if row.get("sort") in sorts), "participant")
+    return [(str(who), (sum(row["sort"] == sorts[0] for row in one), len(one))) for (who,), one in people.items()]
 
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis import thesis
-from underfoot.experiments.analysis.comparisons import fisher, logistic_regression
+from underfoot.experiments.analysis.comparisons import Test, fisher, logistic_regression, shares_compared
 from underfoot.experiments.analysis.estimate import (
     PEOPLE_NOTE,
     Estimate,
@@ -38,7 +38,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Report over people: rates by each factor, a logistic regression, and Fisher's test of two distances."""
+    """Report over people: rates by each factor, a logistic regression, and a test of two distances."""
     found = Findings("Target selection")
     people = [(str(person), _rate("rate", part)) for (person,), part in grouped(rows, "participant").items()]
     found.tables.append(
@@ -58,14 +58,12 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     columns = {f"{n}, {u}": [f * float(row[c]) for row in rows] for n, (c, f, u) in FACTORS.items()}
     success = [row["selected"] == "yes" for row in rows]
     note = f"Printed: {thesis.SELECTION_LOGIT}." if is_thesis else ""
-    found.add_tests("Logistic regression", lambda: logistic_regression(success, columns), note)
-    near, far = (
-        [row["selected"] == "yes" for row in rows if math.isclose(float(row["distance_m"]), at)]
-        for at in (NEAR_M, FAR_M)
-    )
+    who = [row["participant"] for row in rows]
+    found.add_tests("Logistic regression", lambda: logistic_regression(success, columns, who), note)
+    near, far = ([row for row in rows if math.isclose(float(row["distance_m"]), at)] for at in (NEAR_M, FAR_M))
     if near and far:
-        table = [[sum(near), len(near) - sum(near)], [sum(far), len(far) - sum(far)]]
-        found.add_tests("15 cm against 25 cm", lambda: [fisher("distance by success", table)])
+        note = f"{_BY_FISHER} {thesis.NEAR_AND_FAR}." if is_thesis else ""
+        found.add_tests("15 cm against 25 cm", lambda: _distances_compared(near, far, is_thesis=is_thesis), note)
     return found
 
 
@@ -73,12 +71,30 @@ _THESIS = (
     f"Thesis 5.6.1: {thesis.SELECTED_LARGEST:.0%} of the largest and {thesis.SELECTED_SMALLEST:.0%} of the smallest "
     "buttons were selected."
 )
+_BY_FISHER = "Fisher's test of all trials is the thesis's: its p is too small where people differ."
+
+
+def _distances_compared(near: Sequence[Row], far: Sequence[Row], *, is_thesis: bool) -> list[Test]:
+    """Test the rates at two distances; beside the thesis's study also by its test, of all trials."""
+    near_of, far_of = (
+        {str(who): _selected(part) for (who,), part in grouped(rows, "participant").items()} for rows in (near, far)
+    )
+    tests = shares_compared("distance by success", {"15 cm": near_of, "25 cm": far_of})
+    if is_thesis and tests[0].statistic == "t":
+        table = [(count, of - count) for count, of in (_selected(near), _selected(far))]
+        tests.append(fisher("distance by success, all trials", table))
+    return tests
+
+
+def _selected(rows: Sequence[Row]) -> tuple[int, int]:
+    """Return how many buttons were selected, and of how many."""
+    return sum(row["selected"] == "yes" for row in rows), len(rows)
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
     """Return the rate of selection; each width has its own."""
     parts = grouped(rows, "width_m").values()
-    return mixed_share_interval(name, [(sum(row["selected"] == "yes" for row in part), len(part)) for part in parts])
+    return mixed_share_interval(name, [_selected(part) for part in parts])
 
 
 def _over_people(rows: Sequence[Row]) -> Estimate:
@@ -86,8 +102,7 @@ def _over_people(rows: Sequence[Row]) -> Estimate:
     people = list(grouped(rows, "participant").values())
     if len(people) == 1:
         return _rate("rate", rows)
-    counts = [(sum(row["selected"] == "yes" for row in part), len(part)) for part in people]
-    return people_share_interval("rate", counts)
+    return people_share_interval("rate", [_selected(part) for part in people])
 
 
 def _time_over_people(rows: Sequence[Row]) -> Estimate:
