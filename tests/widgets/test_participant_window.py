@@ -74,6 +74,17 @@ def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, ans
     assert bench.entries()[0].answers == {"tired": answer}
 
 
+def test_a_screen_reader_says_the_value_of_a_slider_that_has_a_unit(bench):
+    form = ask(
+        bench, {"name": "level", "text": "How loud is it?", "kind": "number", "low": 0, "high": 20, "unit": "dB"}
+    )
+    bench.wait(lambda: form.sliders)
+    slider = form.sliders["level"]
+    assert not slider.accessibleDescription()  # nothing is answered yet
+    bench.key(Qt.Key.Key_Right)
+    assert slider.accessibleDescription() == "0.4 dB"
+
+
 def test_a_free_number_is_typed_and_zero_is_refused(bench):
     """A slider would suggest a range."""
     use = {"kind": "magnitude-estimation", "parameters": {"blocks": 1}}

@@ -17,3 +17,12 @@ class ChoiceBox(QComboBox):
     def wheelEvent(self, event: QWheelEvent) -> None:
         if takes_wheel(self, event):
             super().wheelEvent(event)
+
+
+def name_control(control: QWidget, name: str) -> None:
+    """Give a control a name for screen readers. On Linux that of a box is its choice, and of what it is only the
+    description.
+    """
+    control.setAccessibleName(name)
+    if isinstance(control, QComboBox):
+        control.setAccessibleDescription(": ".join(filter(None, (name, control.toolTip()))))

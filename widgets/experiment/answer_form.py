@@ -271,6 +271,7 @@ class AnswerForm(QWidget):
         def show_value(found: float) -> None:
             self._chosen[question.name] = found
             value.setText(quantity(round(found, 2), question.unit) if question.unit else "")
+            slider.setAccessibleDescription(value.text())  # of the slider itself a reader has thousandths of the way
 
         def moved(place: float) -> None:
             show_value(question.value(place))

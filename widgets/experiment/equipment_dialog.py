@@ -26,6 +26,7 @@ from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import default_floor
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
+from underfoot.widgets.controls.choice_box import name_control
 
 DEFAULT_DEVICE = "the default device"
 _TRIED_HZ = 1000.0
@@ -162,7 +163,7 @@ class EquipmentDialog(QDialog):
         for name, box in self.check_boxes.items():
             grid.addWidget(box, row, 0)
             if name in controls:
-                controls[name].setAccessibleName(box.text().replace("&", ""))
+                name_control(controls[name], box.text().replace("&", ""))
                 grid.addWidget(controls[name], row, 1, 1, 2)
             if name == "plate":
                 row += 1

@@ -14,7 +14,7 @@ from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
 from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
 from underfoot.widgets import theme
-from underfoot.widgets.controls.choice_box import ChoiceBox
+from underfoot.widgets.controls.choice_box import ChoiceBox, name_control
 from underfoot.widgets.controls.undo_actions import DocumentLine, DocumentText
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
@@ -54,8 +54,8 @@ class FieldRows(QWidget):
             text, unit = shown_name(name, parameter), caption(name)[1]
             label = theme.label(text, "muted")
             control = self._control(name, parameter, values.get(name, parameter.default))
-            control.setAccessibleName(text)
             control.setToolTip(pretty_text(f"{parameter.doc} Allowed: {parameter.allowed}".strip()))
+            name_control(control, text)
             self.controls[name] = control
             wide = parameter.kind == "text"
             is_prose = isinstance(control, QPlainTextEdit)

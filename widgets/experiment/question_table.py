@@ -18,7 +18,7 @@ from underfoot.experiments.declared import fields_of
 from underfoot.experiments.questions import Question
 from underfoot.parameters import Choice
 from underfoot.widgets import theme
-from underfoot.widgets.controls.choice_box import ChoiceBox
+from underfoot.widgets.controls.choice_box import ChoiceBox, name_control
 from underfoot.widgets.experiment.field_rows import parsed_value, value_text
 
 COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
@@ -101,7 +101,7 @@ class QuestionTable(QWidget):
         if isinstance(field, Choice):
             box = ChoiceBox()
             box.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # Tab comes to it by way of the table
-            box.setAccessibleName(column.capitalize())
+            name_control(box, column.capitalize())
             box.addItems(list(field.options))
             box.setCurrentText(str(question.get(column, field.default)))
             box.activated.connect(lambda _: self._put(question, column, box.currentText()))

@@ -27,7 +27,7 @@ from underfoot.patch.patch import Patch
 from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
-from underfoot.widgets.controls.choice_box import ChoiceBox
+from underfoot.widgets.controls.choice_box import ChoiceBox, name_control
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.controls.undo_actions import DocumentLine
@@ -381,7 +381,7 @@ def _row(text: str, *controls: QWidget, wide: bool = False) -> QHBoxLayout:
             control.setMinimumWidth(LEAST_CONTROL_PX // len(controls))
             control.setMaximumWidth(CONTROL_PX // len(controls))
         if text:
-            control.setAccessibleName(control.accessibleName() or text)
+            name_control(control, control.accessibleName() or text)
         row.addWidget(control, 100)
     if not wide:
         row.addStretch(1)
