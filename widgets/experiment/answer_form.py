@@ -139,6 +139,17 @@ class AnswerForm(QWidget):
             return
         self.answered.emit(values)
 
+    def press_focused(self, page: QWidget) -> bool:
+        """Press the button of a page that has the focus, as Space does, and return whether one has.
+
+        An answer is not pressed where the page is submitted: Return does that.
+        """
+        button = page.focusWidget()
+        if not isinstance(button, QPushButton) or (self.needs_submit and self.isAncestorOf(button)):
+            return False
+        button.click()
+        return True
+
     def handle_key(self, key: int, text: str) -> bool:
         """Handle a key, and return whether it had an effect: digits choose, arrows move the only slider.
 

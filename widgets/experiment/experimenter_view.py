@@ -221,7 +221,12 @@ class ExperimenterView(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space):
-            if self.form.needs_submit:
+            if self.focusWidget() is self.note_field:  # Return kept the note, and must not begin a trial, too
+                if not self.note_field.text():
+                    self.setFocus()
+            elif self.form.press_focused(self):
+                return
+            elif self.form.needs_submit:
                 self.form.submit()
             else:
                 self.next_requested.emit()

@@ -141,7 +141,8 @@ class ParticipantWindow(QWidget):
             case Qt.Key.Key_Space if self._plays_again:
                 self.continue_requested.emit()
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
-                self._go_on()
+                if not self.form.press_focused(self):
+                    self._go_on()
             case key:
                 if self.form.handle_key(int(key), event.text()):
                     self._show_focused()
