@@ -28,11 +28,11 @@ class RecordingFollower(QObject):
     def attach(self, controller: SessionController) -> None:
         """Follow the recordings of this controller."""
         self._controller = controller
+        controller.recording_file_changed.connect(self._end)
 
     def is_written(self, path: Path) -> bool:
-        """Return whether the session is recording to this file."""
-        session = self._controller.session if self._controller is not None else None
-        return session is not None and session.recording is not None and session.recording.absolute() == path
+        """Return whether the session is recording to this file, or is still closing it."""
+        return self._controller is not None and self._controller.is_written(path)
 
     def follow(self, path: Path) -> None:
         """Follow this file, which has been opened."""
@@ -46,6 +46,8 @@ class RecordingFollower(QObject):
         path = self._path
         if path is not None and self.is_written(path):
             self._reader.read_new()
-        elif path is not None:
+
+    def _end(self, path: Path) -> None:
+        if path == self._path and not self.is_written(path):
             self.follow(path)
             self.ended.emit(path)

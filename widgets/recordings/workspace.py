@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QToolButton, QWidget
 
@@ -86,7 +86,7 @@ class RecordingsWorkspace(Workspace):
     def attach(self, context: WorkspaceContext) -> None:
         self.playback.attach(context)
         self.follower.attach(context.controller)
-        context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.refresh))
+        context.controller.recording_file_changed.connect(lambda _: self.recordings.refresh())
 
     def open_file(self, path: Path) -> None:
         """Open a recording, and add it to the list."""

@@ -13,6 +13,7 @@ from underfoot.engine.reports import (
     Notice,
     OutputChanged,
     ProcessDied,
+    RecordingFile,
     Started,
 )
 from underfoot.floor.layout import Floor
@@ -56,6 +57,8 @@ class Bridge(QObject):
     """New footsteps."""
     marked = Signal(str, float)
     """Text of a mark, and its time in seconds of the session."""
+    recording_file_changed = Signal(object)
+    """`RecordingFile`."""
     reported = Signal(list)
     """All reports of the session in a tick, unchanged."""
     ticked = Signal()
@@ -153,6 +156,8 @@ class Bridge(QObject):
             case CommandApplied(frame, Mark() as mark) if self._session is not None:
                 rate_hz = self._session.target.rate
                 self.marked.emit(mark.text, mark.frame(frame, rate_hz) / rate_hz)
+            case RecordingFile():
+                self.recording_file_changed.emit(report)
             case Costs():
                 self.costs_measured.emit(report)
             case Notice(text):

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, Started
+from underfoot.engine.reports import SOUND_CARD, RecordingFile, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
@@ -47,6 +47,8 @@ class SessionController(QObject):
     """Output level in decibels of full scale."""
     recording_changed = Signal(object)
     """The `Path` of the recording, or None."""
+    recording_file_changed = Signal(object)
+    """The `Path` of a recording whose file is there now, or has been closed."""
     target_locked = Signal(bool)
     """Whether the target must not change, because something else uses its devices."""
     equaliser_changed = Signal(str)
@@ -88,12 +90,15 @@ class SessionController(QObject):
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
         self._is_recording = False
+        self._written: set[Path] = set()
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
         self._opener.noted.connect(self.notified)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
         self._opener.failed.connect(self._fall_back)
+        self._opener.recording_file_changed.connect(self._use_recording_file)
+        self.bridge.recording_file_changed.connect(self._use_recording_file)
         self.bridge.started.connect(self._end_silent_start)
         self.bridge.ticked.connect(self._notice_lost_recording)
 
@@ -391,16 +396,32 @@ class SessionController(QObject):
         path = session.recording
         if on and path is None:
             try:
-                session.record(_recording_path())
+                session.record(path := _recording_path())
             except (UnderfootError, OSError) as error:
                 self.notified.emit(f"The recording could not be started: {error}")
             else:
-                self.notified.emit(f"Recording to {session.recording}")
+                self._written.add(path)
+                self.notified.emit(f"Recording to {path}")
         elif not on and path is not None:
             session.end_recording()
-            saved = f"The recording was saved as {path}"
-            self.notified.emit(saved if self.played_s else "Nothing was recorded: the engine has not started.")
+            if not self.played_s:
+                self._written.discard(path)
+                self.notified.emit("Nothing was recorded: the engine has not started.")
         self._show_recording(session.recording)
+
+    def is_written(self, path: Path) -> bool:
+        """Return whether this file is recorded to, or was and is not closed yet."""
+        return path in self._written
+
+    def _use_recording_file(self, file: RecordingFile) -> None:
+        """Say that a recording was saved once its file is whole: one that was short begins after its end."""
+        if file.state != "begun" and file.path in self._written:
+            self._written.discard(file.path)
+            if file.state == "whole":
+                saved = f"The recording was saved as {file.path}"
+                empty = "Nothing was recorded: the recording ended before its first sample."
+                self.notified.emit(saved if file.path.exists() else empty)
+        self.recording_file_changed.emit(file.path)
 
     def _notice_lost_recording(self) -> None:
         """Show the end of a recording that could not be continued; the session has reported why."""

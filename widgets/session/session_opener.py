@@ -26,6 +26,8 @@ class SessionOpener(QObject):
     """Why the target cannot be used."""
     noted = Signal(str)
     """What kept the recording of a session that was closed from being whole."""
+    recording_file_changed = Signal(object)
+    """`RecordingFile`, of the recording that the end of its session has ended."""
     closed = Signal()
     """The session passed to `end` is closed, and its devices are free."""
 
@@ -66,6 +68,8 @@ class SessionOpener(QObject):
         def close() -> None:
             for line in session.close():
                 self.noted.emit(line)
+            for file in session.recording_files():
+                self.recording_file_changed.emit(file)
             self.closed.emit()
 
         self._run(close, "close session")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
+from underfoot.engine.reports import RecordingFile
 from underfoot.engine.rings import Ring
 
 RECORDER_END_S = 120.0
@@ -17,6 +18,7 @@ class RecorderSupervisor:
         self._rings = rings
         self._recorder: Recorder | None = None
         self._ending: list[Recorder] = []
+        self._files: list[RecordingFile] = []
 
     @property
     def pids(self) -> dict[str, int]:
@@ -55,16 +57,26 @@ class RecorderSupervisor:
         while self._ending:
             recorder = self._ending.pop()
             recorder.has_ended(RECORDER_END_S)
-            said += recorder.last_notices
+            said += self._close(recorder)
         return said
 
     def receive(self) -> list[str]:
         """Return the recorders' notices, one line each."""
-        said = self._recorder.receive() if self._recorder is not None else []
+        said: list[str] = []
+        if self._recorder is not None:
+            awaited_file = self.awaits_file
+            said = self._recorder.receive()
+            if awaited_file and not self.awaits_file:
+                self._files.append(RecordingFile(self._recorder.path, "begun"))
         for recorder in [one for one in self._ending if one.has_ended()]:
-            said += recorder.last_notices
+            said += self._close(recorder)
             self._ending.remove(recorder)
         return said
+
+    def take_files(self) -> list[RecordingFile]:
+        """Return what has become of the files of recordings since the last call."""
+        files, self._files = self._files, []
+        return files
 
     def reap(self) -> str:
         """Return why the present recording's process died; "" while it lives.
@@ -73,7 +85,7 @@ class RecorderSupervisor:
         """
         reason = self._recorder.death() if self._recorder is not None else None
         if reason == "":
-            self._recorder = None
+            self.give_up()
         return reason or ""
 
     def restart(self) -> None:
@@ -83,4 +95,11 @@ class RecorderSupervisor:
 
     def give_up(self) -> None:
         """Leave the file as the process that died has left it; there is no recording any more."""
+        if self._recorder is not None:
+            self._files.append(RecordingFile(self._recorder.path, "cut"))
         self._recorder = None
+
+    def _close(self, recorder: Recorder) -> list[str]:
+        """Note what has become of the file of a recorder that has ended; return its notices."""
+        self._files.append(RecordingFile(recorder.path, "cut" if recorder.last_notices else "whole"))
+        return recorder.last_notices

@@ -1,5 +1,8 @@
 """Reports from the engine, the compiler and the supervisor to the user of a session. Plain frozen data."""
 
+from pathlib import Path
+from typing import Literal
+
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
@@ -62,6 +65,16 @@ class Notice(Struct, frozen=True):
     """A line for the person: a device that is not there, a tile without a channel."""
 
     text: str
+
+
+class RecordingFile(Struct, frozen=True):
+    """What has become of a recording's file: it is there, it is whole, or it is left as it is by what a `Notice` says.
+
+    A recording that ended before its first sample is whole, and leaves no file.
+    """
+
+    path: Path
+    state: Literal["begun", "whole", "cut"]
 
 
 class PatchRefused(Notice, frozen=True):
@@ -153,6 +166,7 @@ Report = (
     | ProcessDied
     | Notice
     | OutputChanged
+    | RecordingFile
     | Compiling
     | Preview
     | Outlines

@@ -42,6 +42,7 @@ from underfoot.engine.reports import (
     Notice,
     PatchRefused,
     ProcessDied,
+    RecordingFile,
     Report,
     Started,
     given_up,
@@ -334,6 +335,10 @@ class Session:
             self._handle_engine_reports()
             self._recorder.end(reported)
 
+    def recording_files(self) -> list[RecordingFile]:
+        """Return what has become of the files of recordings since the last `poll`; for a session that was closed."""
+        return self._recorder.take_files()
+
     def _equalisers_text(self) -> str:
         return msgspec.json.encode(tuple(self._equalisers.values())).decode()
 
@@ -464,6 +469,7 @@ class Session:
             self._recorder.restart()
         elif reason:
             self._recorder.give_up()
+        self._reports.extend(self._recorder.take_files())
         if self._setup is None and self._engine.is_started:
             self._start_engine()
 

@@ -41,6 +41,26 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     assert said[1:] == [f"Recording to {path}", "Nothing was recorded: the engine has not started."]
 
 
+def test_a_recording_is_called_saved_once_its_file_is_there(controller, qtbot, tmp_path, monkeypatch):
+    """A recorder that loaded late began the file after its end was announced, and lists of recordings lacked it."""
+    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    path, said, shown = tmp_path, [], []
+    controller.notified.connect(lambda line: said.append((line, path.exists())))
+    controller.recording_file_changed.connect(lambda path: shown.append((path, controller.is_written(path))))
+    with qtbot.waitSignals([controller.opened, controller.bridge.started], timeout=LONG_MS):
+        controller.start()
+    for end in (lambda: controller.record(False), controller.release):
+        controller.record(True)
+        path, played_s = controller.session.recording, controller.played_s
+        assert controller.is_written(path)
+        qtbot.waitUntil(lambda so_far_s=played_s: controller.played_s > so_far_s + 0.1, timeout=LONG_MS)
+        end()
+        qtbot.waitUntil(lambda one=path: bool(shown) and shown[-1] == (one, False), timeout=LONG_MS)
+        assert said[-1] == (f"The recording was saved as {path}", True)
+        path.unlink()  # the next one may have the same name
+        shown.clear()
+
+
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder in which nobody can write")
 def test_a_recording_that_fails_is_not_shown_as_going_on(controller, qtbot, tmp_path, monkeypatch):
     """The button stayed red, and named the file to which nothing was written any more."""
