@@ -37,6 +37,7 @@ class RecordedSteps(QWidget):
         self._steps: Sequence[Stance] = ()
         self._visible: list[int] = []
         self._choice = -1
+        self._waits_for = ""
         self.table = StepTable(1_000_000, sortable=True)
         self.plot = Plot("Force over stance")
         self.plot.setMinimumWidth(20 * theme.GRID)
@@ -96,6 +97,13 @@ class RecordedSteps(QWidget):
         if choice < 0:
             self.table.verticalScrollBar().setValue(place)
 
+    def show_wait(self, waits_for: str) -> None:
+        """Say that there are more steps to come, and what they wait for; "" if these are all."""
+        if waits_for != self._waits_for:
+            self._waits_for = waits_for
+            self._show_count()
+            self._draw()
+
     @property
     def every(self) -> int:
         """The number of all steps."""
@@ -133,13 +141,19 @@ class RecordedSteps(QWidget):
         self._visible = self.matching(self._steps)
         self.table.steps.clear()
         self.table.steps.add(self.visible_steps())
-        count, every = len(self._visible), len(self._steps)
-        self.count.setText(f"{every}" if count == every else f"{count} of {every}")
-        self.copy_button.setEnabled(count > 0)
+        self._show_count()
+        self.copy_button.setEnabled(bool(self._visible))
         if self._choice in self._visible:
             self.table.select_step(self._steps[self._choice].step)
         self._draw()
         self.filtered.emit()
+
+    def _show_count(self) -> None:
+        count, every = len(self._visible), len(self._steps)
+        text = f"{every}" if count == every else f"{count} of {every}"
+        if self._waits_for:
+            text = f"{text} so far" if every else "none yet"
+        self.count.setText(text)
 
     def _choose(self) -> None:
         selected = self.table.selected_steps()
@@ -154,11 +168,11 @@ class RecordedSteps(QWidget):
     def _draw(self) -> None:
         curves = [self._steps[number].force_n for number in self._visible if len(self._steps[number].force_n) == STANCE]
         chosen = self._steps[self._choice] if 0 <= self._choice < len(self._steps) else None
-        self.plot.show_drawing(stance_drawing(curves, chosen))
+        self.plot.show_drawing(stance_drawing(curves, chosen, self._waits_for or "no steps"))
 
 
-def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = None) -> Drawing:
-    """Return a drawing of stance curves, with their mean and a band of one standard deviation.
+def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = None, note: str = "") -> Drawing:
+    """Return a drawing of stance curves, with their mean and a band of one standard deviation; or a note without any.
 
     >>> [one.name for one in stance_drawing([np.zeros(101), np.ones(101)]).series if one.name]
     ['± 1 SD', 'mean of 2']
@@ -184,5 +198,5 @@ def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = No
         tuple(series),
         x_range=(0.0, 100.0),
         y_range=(0.0, max(100.0, 1.05 * largest)),
-        note="" if series else "no steps yet",
+        note="" if series else note,
     )

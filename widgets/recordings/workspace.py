@@ -128,6 +128,7 @@ class RecordingsWorkspace(Workspace):
         self.facts.set_full_text("")
         self.progress.setText("")
         self.steps.show_steps(())
+        self.steps.show_wait("")
         self._enable()
 
     def _show_opened(self, opened: OpenedRecording) -> None:
@@ -147,11 +148,12 @@ class RecordingsWorkspace(Workspace):
         self.follower.follow(opened.path)
         if self.follower.is_written(opened.path):
             self.progress.setText("recording…")
+            self.steps.show_wait("steps are found once the recording has ended")
         elif opened.survey is None or not opened.is_drawn:
             if opened.path == self._renaming:
                 self._survey_again = True
             else:
-                self.surveyor.begin(opened.path)
+                self._survey(opened)
         self.readout.choose_tile(0)
         self.axis.set_cursor(0.0)
 
@@ -175,6 +177,10 @@ class RecordingsWorkspace(Workspace):
         self.axis.content.overview = overview
         self.axis.redraw()
 
+    def _survey(self, opened: OpenedRecording) -> None:
+        self.surveyor.begin(opened.path)
+        self.steps.show_wait("looking for steps…" if opened.survey is None else "")
+
     def _show_survey(self, survey: Survey) -> None:
         if self.axis.content is not None:
             self.axis.content.show_survey(list(survey.contacts), list(survey.steps))
@@ -193,6 +199,7 @@ class RecordingsWorkspace(Workspace):
     def _show_progress(self, progress: Progress) -> None:
         if not progress.text:
             self.progress.setText("")
+            self.steps.show_wait("")
             self.reader.reread()
             return
         self.progress.setText(f"{progress.text}: {100.0 * progress.share:.0f} %")
@@ -263,7 +270,7 @@ class RecordingsWorkspace(Workspace):
     def _go_on_with_survey(self) -> None:
         """Go on with the survey of the open recording, if the request for another name stopped it."""
         if self._survey_again and self.axis.content is not None:
-            self.surveyor.begin(self.axis.content.opened.path)
+            self._survey(self.axis.content.opened)
         self._survey_again = False
 
     def _is_open(self, path: Path) -> bool:

@@ -73,15 +73,19 @@ def test_the_list_says_when_how_long_on_which_floor_and_is_searched(workspace, f
 def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, folder, walk, qtbot):
     shutil.copy(walk, folder / "monday.underfoot")
     workspace.recordings.refresh()
+    panel, said = workspace.steps, []
+    workspace.reader.opened.connect(lambda _: said.append((panel.count.text(), panel.plot.drawing.note)))
     place = workspace.recordings.list.visualItemRect(workspace.recordings.list.item(0)).center()
     qtbot.mouseClick(workspace.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
     assert workspace.title.text() == "monday"
     qtbot.waitUntil(lambda: bool(workspace.axis.content.steps) and not workspace.surveyor.is_busy)
     steps = len(workspace.axis.content.steps)
+    assert panel.count.text() == str(steps)
     workspace.open(folder / "monday.underfoot")
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
     assert len(workspace.axis.content.steps) == steps
+    assert said == [("none yet", "looking for steps…"), (str(steps), "")]
     assert not workspace.surveyor.is_busy
 
 
