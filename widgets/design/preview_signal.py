@@ -161,7 +161,7 @@ def felt_text(measured_m_s2: Floats, rate_hz: float) -> str:
     """Return the peak of the tile's response, and its level above the threshold of a sole in a hard shoe, as text.
 
     >>> felt_text(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
-    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %; 90 N/mm feel like 67'
+    'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %; 90 N/mm feel like 67 N/mm'
     """
     found = felt(measured_m_s2, rate_hz)
     db = found.level_db["shoe"]

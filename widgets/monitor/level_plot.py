@@ -63,7 +63,7 @@ def summary_text(
     >>> peaks
     'commanded 0.3 m/s², measured 0.3 (+0.0 dB, 0 % unexplained)'
     >>> sensation
-    ['1 dB under threshold, noticed by 43 %', '90 N/mm feel like 73']
+    ['1 dB under threshold, noticed by 43 %', '90 N/mm feel like 73 N/mm']
     """
     commanded_peak, measured_peak = windowed_peak(commanded, rate_hz), windowed_peak(measured, rate_hz)
     if measured_peak < 1e-4 and commanded_peak < 1e-4:

@@ -152,10 +152,12 @@ def stiffness_in_words(peak_m_s2: float) -> str:
     """Return the perceived stiffness of a plate of 90 N/mm with vibration of this peak as text, or "not covered".
 
     >>> stiffness_in_words(0.43), stiffness_in_words(3.0)
-    ('90 N/mm feel like 67', 'perceived stiffness: not covered')
+    ('90 N/mm feel like 67 N/mm', 'perceived stiffness: not covered')
     """
     found = felt_stiffness_n_mm(peak_m_s2)
-    return "perceived stiffness: not covered" if found is None else f"{STIFFNESS_N_MM:.0f} N/mm feel like {found:.0f}"
+    if found is None:
+        return "perceived stiffness: not covered"
+    return f"{STIFFNESS_N_MM:.0f} N/mm feel like {found:.0f} N/mm"
 
 
 def windowed_peak(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
