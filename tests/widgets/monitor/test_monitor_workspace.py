@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QLabel
 
 from underfoot.drawing.shapes import Text
 from underfoot.engine.commands import PressTile, Tare, Walk
-from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
@@ -132,10 +132,14 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     recorded_s = play_through(monitor, recorded)[2]
     x = sum_curve(monitor).x
     monitor.pause()
+    floor = monitor.map.grab().toImage()
     times = recorded_s + np.arange(1, 200) / 1000.0
-    still = ForceUpdate(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), ())
+    at_m, on = np.linspace(0.1, 0.2, 199), np.ones((199, 2), bool)
+    foot = ContactRows(times, np.full(199, 1000), at_m, at_m, np.full(199, 600.0), on)
+    still = ForceUpdate(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), (foot,))
     monitor.add_forces(still)
     monitor.draw()
+    assert monitor.map.grab().toImage() == floor
     assert np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
     monitor.resume()
     monitor.draw()
