@@ -5,6 +5,7 @@ to show, or days.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,45 +23,67 @@ _STRANGE = 10  # times as many frames of strangers as of its own: it has no addr
 _MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts, from which it is named
 
 
+class _Fault(NamedTuple):
+    """A fault that is there: its name, what is said of it, and the share of frames that have it, if it is one."""
+
+    name: str
+    line: str
+    share: float = 0.0
+
+
+class _Named(NamedTuple):
+    """What was said of a fault of a tile: the largest share of frames; and when it was there last."""
+
+    share: float
+    seen_s: float
+
+
 class FrameFaults:
     """Faults of the tiles of `floor`, which should send `rate_hz` samples a second, in what `parser` read of `line`."""
 
     def __init__(self, parser: Parser, floor: Floor, rate_hz: float, line: str) -> None:
         self._parser, self._floor, self._rate_hz, self._line = parser, floor, rate_hz, line
         self._frames, self._restarts, self._all = _Lately(LATELY_S), _Lately(RESTARTS_S), _Lately(LATELY_S)
-        self._named = set[tuple[str, int]]()
+        self._named = dict[tuple[str, int], _Named]()
         self._named_s = dict[str, float]()
 
     def take_notices(self, now_s: float) -> list[str]:
         """Return a line for each fault that is new on some tile at `now_s`; other tiles with it are named in the line.
 
-        A fault of a tile is named once. The next tiles with it are named a minute later at the soonest.
+        A fault of a tile is named again if its share has doubled, as that of one that begins late does while its minute
+        fills, or after an hour without it. The next tiles with it are named a minute later at the soonest.
         """
-        found = dict[str, list[tuple[int, str]]]()
-        for row, fault, line in self._found(now_s):
-            if (fault, row) not in self._named and now_s - self._named_s.get(fault, -np.inf) >= LATELY_S:
-                found.setdefault(fault, []).append((row, line))
-        for fault, tiles in found.items():
-            self._named_s[fault] = now_s
-            self._named.update((fault, row) for row, _ in tiles)
-        return [tiles[0][1] + self._others([row for row, _ in tiles[1:]]) for tiles in found.values()]
+        self._named = {key: one for key, one in self._named.items() if now_s - one.seen_s < RESTARTS_S}
+        found = dict[str, list[tuple[int, _Fault]]]()
+        for row, fault in self._found(now_s):
+            known = self._named.get((fault.name, row))
+            if known is not None:
+                self._named[fault.name, row] = known = known._replace(seen_s=now_s)
+            is_new = known is None or fault.share > 2.0 * known.share
+            if is_new and now_s - self._named_s.get(fault.name, -np.inf) >= LATELY_S:
+                found.setdefault(fault.name, []).append((row, fault))
+        for name, tiles in found.items():
+            self._named_s[name] = now_s
+            self._named.update(((name, row), _Named(fault.share, now_s)) for row, fault in tiles)
+        return [tiles[0][1].line + self._others([row for row, _ in tiles[1:]]) for tiles in found.values()]
 
     def _others(self, rows: list[int]) -> str:
         return f"; likewise {', '.join(self._floor.ids[row] for row in rows)}" if rows else ""
 
-    def _found(self, now_s: float) -> Iterator[tuple[int, str, str]]:
-        """Yield each fault that is there: the tile's row, 0 for the whole line's; its name; and what is said of it."""
+    def _found(self, now_s: float) -> Iterator[tuple[int, _Fault]]:
+        """Yield each fault that is there, with the tile's row, 0 for the whole line's."""
         counts = self._parser.counts
         accepted, corrupted = self._all.since(np.array([counts.accepted, counts.corrupted]), now_s)
         if accepted + corrupted >= FRAMES and corrupted > _MUCH * (accepted + corrupted):
             share = corrupted / (accepted + corrupted)
-            yield 0, "corrupted", f"{self._line}: {share:.0%} of the frames are corrupted; is the baud rate right?"
+            words = f"{self._line}: {share:.0%} of the frames are corrupted; is the baud rate right?"
+            yield 0, _Fault("corrupted", words, share)
         totals = self._parser.tile_counts(len(self._floor.tiles))
         restarts = self._restarts.since(totals[:, -1], now_s)
         for row, lately in enumerate(self._frames.since(totals, now_s)):
-            yield from ((row, *one) for one in self._of_tile(row, lately.tolist(), int(restarts[row])))
+            yield from ((row, one) for one in self._of_tile(row, lately.tolist(), int(restarts[row])))
 
-    def _of_tile(self, row: int, lately: list[int], restarts: int) -> Iterator[tuple[str, str]]:
+    def _of_tile(self, row: int, lately: list[int], restarts: int) -> Iterator[_Fault]:
         """Yield the faults of a tile, from its counts in `LATELY_S`, and its `restarts` in `RESTARTS_S`."""
         accepted, missed, refused, foreign, began = lately
         parser, tile = self._parser, f"tile {self._floor.ids[row]}"
@@ -68,32 +91,34 @@ class FrameFaults:
         is_out_of_order = refused > WINDOW + 4 * accepted
         falls = accepted >= WINDOW and 2 * began > accepted
         if is_out_of_order:
-            yield "order", f"{tile} sends frame numbers that do not rise, so its frames are taken for old ones"
+            yield _Fault("order", f"{tile} sends frame numbers that do not rise, so its frames are taken for old ones")
         elif parser.stands_still(row):
-            yield "still", f"{tile} sends the same microseconds in all frames, so its samples have no time"
+            yield _Fault("still", f"{tile} sends the same microseconds in all frames, so its samples have no time")
         elif falls:
-            yield "falls", f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
+            words = f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
+            yield _Fault("falls", words)
         elif accepted >= FRAMES and period_us == missed == 0:
             rise = "and must rise by 1 with each of its samples; are their bytes swapped?"
-            yield "leaps", f"{tile} sends frame numbers that leap by {WINDOW} or more, {rise}"
+            yield _Fault("leaps", f"{tile} sends frame numbers that leap by {WINDOW} or more, {rise}")
         elif period_us > 0 and abs(period_us * 1e-6 * self._rate_hz - 1.0) > _WRONG_RATE:
             sends = f"{tile} sends {1e6 / period_us:.0f} samples a second by its microseconds"
-            yield "rate", f"{sends}, not {self._rate_hz:.0f}"
+            yield _Fault("rate", f"{sends}, not {self._rate_hz:.0f}")
         if foreign > 2 * FRAMES and foreign > _STRANGE * accepted and not parser.is_contested(row):
             must = "address and port from which it sends must stay the same"
-            yield "ports", f"{tile}: nearly all of its frames are left out: {must}"
+            yield _Fault("ports", f"{tile}: nearly all of its frames are left out: {must}")
         if restarts >= _OFTEN and not falls and ("falls", row) not in self._named:
             steady = "is its power steady, and do its numbers go up to 65535?"
-            yield "restarts", f"{tile} began anew {counted(restarts, 'time')}; {steady}"
+            yield _Fault("restarts", f"{tile} began anew {counted(restarts, 'time')}; {steady}")
         elif missed + accepted + refused < FRAMES:
             return
         elif missed > _MUCH * (missed + accepted):
             rise = "which must rise by 1 with each of its samples"
             share = missed / (missed + accepted)
-            yield "lost", f"{tile}: {share:.0%} of its frames are lost, by their numbers, {rise}"
+            yield _Fault("lost", f"{tile}: {share:.0%} of its frames are lost, by their numbers, {rise}", share)
         elif refused > _MUCH * (accepted + refused) and not is_out_of_order:
             why = f"their numbers are not new; do others send as tile {row}?"
-            yield "refused", f"{tile}: {refused / (accepted + refused):.0%} of its frames are left out: {why}"
+            share = refused / (accepted + refused)
+            yield _Fault("refused", f"{tile}: {share:.0%} of its frames are left out: {why}", share)
 
 
 class _Lately:
