@@ -48,6 +48,18 @@ def test_a_grid_has_a_file_for_every_combination_and_a_manifest(underfoot, folde
         assert soundfile.read(folder / "made" / row["file"], dtype="float32")[0].tobytes() == alone.samples.tobytes()
 
 
+def test_a_value_that_cannot_be_leaves_the_others_of_its_grid(underfoot, folder):
+    """It refused them all, and the manifest gave its error for each."""
+    said = underfoot("render", SINE, "-o", "made", "--seconds", "0.1", "--set", "gain.gain=1,1e9", *GRID[2:])
+    assert said.status == 1
+    assert said.error.count("gain.parameters.gain is 1000000000.0; allowed") == 1
+    assert "2 of 4 patches were not rendered" in said.error
+    assert [(row["gain.gain"], bool(row["file"]), bool(row["error"])) for row in manifest(folder / "made")] == [
+        *[("1", True, False)] * 2,
+        *[("1000000000", False, True)] * 2,
+    ]
+
+
 def test_one_value_is_one_file(underfoot, folder):
     assert underfoot("render", SINE, "-o", "a.wav", "--seconds", "0.3", "--set", "gain.gain=0").status == 0
     assert not soundfile.read("a.wav")[0].any()

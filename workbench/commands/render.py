@@ -165,17 +165,17 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
     items: dict[int, Item] = {}
     for k, path in enumerate(patches):
         places = range(k * len(grid), (k + 1) * len(grid))
-        try:
-            jobs = _jobs_of(options, path, grid)
-        except UnderfootError as error:
-            found |= dict.fromkeys(places, error)
+        said = set[str]()
+        for at, job, values in zip(places, _jobs_or_errors(options, path, grid), grid, strict=True):
+            if not isinstance(job, UnderfootError):
+                items[at] = Item(job, str(path), values, outputs[at])
+                continue
+            found[at] = job
             if manifest is not None:
-                manifest.add_errors(places, error)
-            _tell_failure(_shown(path), path, error)
-            continue
-        items |= {
-            at: Item(job, str(path), values, outputs[at]) for at, job, values in zip(places, jobs, grid, strict=True)
-        }
+                manifest.add_errors([at], job)
+            if str(job) not in said:  # what many combinations share is said once
+                said.add(str(job))
+                _tell_failure(_shown(path), path, job)
     order, began = list(items), time.monotonic()
     try:
         for number, answer in rendered(list(items.values()), options.cluster):
@@ -257,6 +257,16 @@ def line_of(summary: Summary) -> str:
         f"{summary['seconds']:.3f} s, peak {summary['peak']:.4f}, RMS {summary['rms']:.5f} of full scale, "
         f"{f'{times:.0f}' if times >= 9.95 else f'{times:#.2g}'} times real time"
     )
+
+
+def _jobs_or_errors(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job | UnderfootError]":
+    """Return a job for each combination of the grid's values, or why there is none."""
+    try:
+        return _jobs_of(options, path, grid)
+    except UnderfootError as error:
+        if len(grid) == 1:
+            return [error]
+        return [one for values in grid for one in _jobs_or_errors(options, path, [values])]
 
 
 def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job]":
