@@ -50,7 +50,7 @@ def test_a_gap_stays_a_gap_and_does_not_change_the_rate(tmp_path):
     [
         ([], "is empty; its first line must name the columns: time_s,t1.1,..."),
         ([HEADER], "has 0 samples; allowed: 2 or more"),
-        ([HEADER, ROWS[0]], "has 1 samples; allowed: 2 or more"),
+        ([HEADER, ROWS[0]], "has 1 sample; allowed: 2 or more"),
         ([HEADER.replace(",t2.4", ""), *ROWS], "line 1 has no column t2.4"),
         ([HEADER.replace("time_s", "t1.1"), *ROWS], "line 1 has no column time_s"),
         ([HEADER.replace("t2.4", "t2.3"), *ROWS], "line 1 has the column t2.3 2 times"),
@@ -67,7 +67,7 @@ def test_a_gap_stays_a_gap_and_does_not_change_the_rate(tmp_path):
         ([HEADER, *(row + ",9" for row in ROWS)], "line 2 has 10 columns; allowed: 9 as in the first"),
         ([HEADER, ROWS[1], ROWS[2], ROWS[0]], "line 4, time_s is 0.0 after 0.002; allowed: a later time"),
         ([HEADER, ROWS[0], ROWS[0]], "line 3, time_s is 0.0 after 0.0; allowed: a later time"),
-        ([HEADER, *(row.replace(",", ";") for row in ROWS)], "line 2 has 1 columns; allowed: 9 as in the first"),
+        ([HEADER, *(row.replace(",", ";") for row in ROWS)], "line 2 has 1 column; allowed: 9 as in the first"),
         ([HEADER, *(f"0,{n:03}{',1,5' * 8}" for n in range(3))],
          "line 2 has 18 columns; allowed: 9 as in the first (with decimal commas, semicolons or tabs between cells)"),
         ([HEADER.replace(",", " "), *(row.replace(",", " ") for row in ROWS)],

@@ -20,6 +20,7 @@ from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.files import read_file
 from underfoot.plugins import refuse
+from underfoot.quantities import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -163,7 +164,8 @@ def _run(emulator: "Emulator", tiles: str) -> None:
         stop.wait(0.2)  # whoever reads may be a moment behind
     counts = emulator.injector.counts
     faulty = ", ".join(f"{getattr(counts, kind)} {kind}" for kind in KINDS)
-    print(f"underfoot: {counts.frames} frames, {faulty}; {emulator.undelivered} samples unheard", file=sys.stderr)
+    frames, unheard = counted(counts.frames, "frame"), counted(emulator.undelivered, "sample")
+    print(f"underfoot: {frames}, {faulty}; {unheard} unheard", file=sys.stderr)
     if emulator.failure:
         raise DeviceError(emulator.failure)
 

@@ -19,6 +19,7 @@ from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
+from underfoot.quantities import counted
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -158,7 +159,8 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
         _say(line)
     counts = server.counts
     last = f", the last one because {counts.reason}" if counts.reason else ""
-    _say(f"{counts.sent} datagrams sent, {counts.received} cues received, {counts.refused} refused{last}")
+    sent, received = counted(counts.sent, "datagram"), counted(counts.received, "cue")
+    _say(f"{sent} sent, {received} received, {counts.refused} refused{last}")
 
 
 def _target(options: ServeOptions) -> "Target":

@@ -14,6 +14,7 @@ from underfoot.devices.sound import PlayRecord, device_of, portaudio
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
 from underfoot.floor.simulated_tile import SimulatedTile
+from underfoot.quantities import counted
 
 _TAIL_S = 0.5
 
@@ -26,7 +27,8 @@ def require_channel(device: Mapping[str, Any], kind: str, wanted: int) -> int:
     """
     there = int(device[f"max_{kind}_channels"])
     if wanted >= there:
-        raise DeviceError(f"sound device {device['name']!r} has {there} {kind} channels, from 0; not {wanted}")
+        channels = counted(there, f"{kind} channel")
+        raise DeviceError(f"sound device {device['name']!r} has {channels}, from 0; not {wanted}")
     return there
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile
 from underfoot.files import read_file
 from underfoot.floor.layout import Floor
+from underfoot.quantities import counted
 
 GAP_PERIODS = 1.5
 """Samples further apart than this many median periods have a gap between them."""
@@ -106,7 +107,7 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     names = [name.strip() for name in head.split(part)]
     order = _columns(path, names, floor, lines[0][0])
     if len(rows) < 2:
-        raise BadFile(f"{path} has {len(rows)} samples; allowed: 2 or more")
+        raise BadFile(f"{path} has {counted(len(rows), 'sample')}; allowed: 2 or more")
     even = all(line.count(part) == head.count(part) for _, line in rows)
     try:
         table = np.loadtxt([line for _, line in rows], delimiter=part, comments=None, ndmin=2, usecols=order)
@@ -200,9 +201,8 @@ def _fault(
         cells = line.split(part)
         if len(cells) != len(names):
             hint = _DECIMAL_COMMAS if part == "," and len(cells) > len(names) else ""
-            return BadFile(
-                f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in the first{hint}"
-            )
+            columns = counted(len(cells), "column")
+            return BadFile(f"{path}: line {number} has {columns}; allowed: {len(names)} as in the first{hint}")
         for column in sorted(order):
             if not _is_number(cells[column]):
                 given = cells[column].strip()[:60]

@@ -9,6 +9,7 @@ from underfoot.errors import BadFile
 from underfoot.files import no_file
 from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces
 from underfoot.floor.layout import Floor
+from underfoot.quantities import counted
 from underfoot.records.recording import Recording, is_recording
 
 FORMS = "a force CSV, a recording, or a C3D file with force plates"
@@ -37,7 +38,7 @@ def read_force_file(
         own = floor or load_floor_beside(path)
         forces = read_forces(path, own)
     if floor is not None and len(floor.tiles) != len(own.tiles):
-        raise BadFile(f"{path} has {len(own.tiles)} tiles; allowed: {len(floor.tiles)}, as the floor has")
+        raise BadFile(f"{path} has {counted(len(own.tiles), 'tile')}; allowed: {len(floor.tiles)}, as the floor has")
     return (forces if stretch_s is None else _cut(path, forces, stretch_s)), floor or own
 
 

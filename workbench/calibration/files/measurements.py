@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file
+from underfoot.quantities import counted
 
 LARGEST_READING = 65535.0
 _LARGEST = 1e9
@@ -183,7 +184,8 @@ def _read(
         kept = [(number, [cell.replace(",", ".") for cell in cells]) for number, cells in kept]
     for number, cells in kept:
         if len(cells) != len(names):
-            raise BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line {first}")
+            there = counted(len(cells), "column")
+            raise BadFile(f"{path}: line {number} has {there}; allowed: {len(names)} as in line {first}")
     tiles = np.array([cells[names.index("tile")].strip() for _, cells in kept])
     columns = {name: _numbers(path, name, names.index(name), kept) for name in wanted if name != "tile"}
     return tiles, np.array([number for number, _ in kept]), columns

@@ -16,6 +16,7 @@ from underfoot.devices.plate import PlateCalibration
 from underfoot.drawing import Drawing, series
 from underfoot.errors import BadMeasurement
 from underfoot.kernels import Floats
+from underfoot.quantities import counted
 
 LEAST_SAMPLES = 50
 """Fewest samples of a footstep through which a line is fitted."""
@@ -66,7 +67,7 @@ def line_of(position: float, force_n: Floats, displacement_mm: Floats) -> Footst
     travel_mm = float(np.ptp(displacement_mm)) if len(displacement_mm) else 0.0
     if len(force_n) < LEAST_SAMPLES or travel_mm < LEAST_TRAVEL_MM:
         raise BadMeasurement(
-            f"a footstep at position {position:g} has {len(force_n)} samples over {travel_mm:.2f} mm; "
+            f"a footstep at position {position:g} has {counted(len(force_n), 'sample')} over {travel_mm:.2f} mm; "
             f"allowed: {LEAST_SAMPLES} or more, over {LEAST_TRAVEL_MM:g} mm or more"
         )
     found = stats.linregress(displacement_mm, force_n)

@@ -180,7 +180,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found, half = Findings("Constant stimuli"), _half_name(rows, guessed)
     if beside := len(all_rows) - len(rows):
         needed = " and ".join(filter(None, (axis, condition)))
-        found.remarks.append(f"{beside} trials are in no curve: their stimuli have no {needed}.")
+        they, their = ("trials are", "their stimuli have") if beside > 1 else ("trial is", "its stimulus has")
+        found.remarks.append(f"{beside} {they} in no curve: {their} no {needed}.")
     if mixed := ", ".join(further_factors(rows, axis, condition)):
         found.remarks.append(f"Each curve is over all values of {mixed}: they are told apart by {condition} only.")
     people = {
