@@ -11,6 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from underfoot.devices import transport_reader
 from underfoot.devices.conversion import Conversion, nominal_force
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.framing.frame_faults import FrameFaults
@@ -267,6 +268,37 @@ def test_a_tile_that_is_silent_while_others_send_is_said_until_it_sends(until):
         until(lambda: hears((0, 1), "frames come from t1 now"), "it is said", seen=lambda: said)
         until(lambda: hears((0,), "nothing comes from t2, while others send"), "it is said", seen=lambda: said)
     assert not any("t3" in line for line in said[said.index("frames come from t1 now") :])
+
+
+def test_the_silence_of_a_tile_that_sends_only_what_changes_is_said_five_times_an_hour(monkeypatch):
+    """Each step on such a floor was two lines in an installation's log."""
+    now, said = [1000.0], []
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    source = DeviceFloor(Given(), default_floor(1, 2), RATE)
+    for k in range(260):  # of a quarter of a second, and an hour before the last fifty
+        source.reader.parser.feed(encode([[t, k, 0, *[k % 9] * 4] for t in (0, 1) if t == 0 or k % 20 < 10]))
+        now[0] = 1000.25 + 0.25 * k + 3600.0 * (k >= 210)
+        said += [line for line in source.take_notices() if "come" in line]
+    assert said[::2] == [
+        *["nothing comes from t2, while others send"] * 4,
+        "nothing comes from t2, while others send; t2 so often that it is said no more for an hour",
+        *["nothing comes from t2, while others send"] * 3,
+    ]
+    assert said[1::2] == ["frames come from t2 now"] * 7
+
+
+def test_the_silence_of_a_line_is_said_five_times_an_hour(until, monkeypatch):
+    """Of boards that sleep it filled an installation's log."""
+    monkeypatch.setattr(transport_reader, "SILENT_S", 0.0)
+    said = []
+    with device_floor(default_floor(1, 1)) as (source, send):
+        for k in range(7):
+            until(lambda: source.reader.trouble == "given: nothing comes", "it is trouble")
+            send([(0, k, 1000 * k, 0)])
+            until(lambda k=k: source.counts.accepted == k + 1 and not source.reader.trouble, "it came")
+        said += [line for line in source.take_notices() if line.startswith("given")]
+    assert said[0] == "given: nothing comes"
+    assert said[8:] == ["given: nothing comes; so often that it is said no more for an hour", "given sends again"]
 
 
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):

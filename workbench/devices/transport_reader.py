@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.unread import why_unread
+from underfoot.devices.recurrence import Recurrence
 from underfoot.devices.transport import Transport, asked
 from underfoot.errors import DeviceError
 
@@ -39,6 +40,7 @@ class TransportReader:
         self.parser = Parser(form)
         self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
+        self._silence = Recurrence()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
         self.is_open = self._is_missed = False
@@ -85,7 +87,7 @@ class TransportReader:
 
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""
-        heard_s, unread, first, is_silent = time.monotonic(), 0, b"", False
+        heard_s, unread, first, is_told = time.monotonic(), 0, b"", False
         valid = self.parser.counts.valid
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)
@@ -97,18 +99,29 @@ class TransportReader:
             samples = self.parser.feed(data, self.transport.senders, now_s)
             before, valid = valid, self.parser.counts.valid
             if valid > before:
-                if is_silent:
+                if is_told:
                     self.notices.append(f"{self.transport.name} sends again")
-                heard_s, unread, first, is_silent, self.trouble = now_s, 0, b"", False, ""
+                heard_s, unread, first, is_told, self.trouble = now_s, 0, b"", False, ""
                 self._on_samples(samples, now_s)
             else:
                 unread += len(data)
                 first += bytes(data[: _EXAMINED_BYTES - len(first)])
-            if now_s - heard_s > SILENT_S and not is_silent:
-                is_silent = True
-                came = f"{unread} bytes came, but no frame: "
-                what = came + why_unread(first) if unread >= _MANY_BYTES else "nothing comes"
-                self.trouble = f"{self.transport.name}: {what}"
-                self.notices.append(self.trouble)
+            if now_s - heard_s > SILENT_S and not is_told:
+                is_told = self._tell_silence(now_s, unread, first)
             if len(data):
                 self._stop.wait(_BATCH_S)
+
+    def _tell_silence(self, now_s: float, unread: int, first: bytes) -> bool:
+        """Tell that no frame comes, of `unread` bytes that begin with `first`; return whether that was said.
+
+        The silence of boards that sleep is not said each time, but is trouble while it lasts.
+        """
+        if unread >= _MANY_BYTES:
+            self.trouble = f"{self.transport.name}: {unread} bytes came, but no frame: {why_unread(first)}"
+            self.notices.append(self.trouble)
+            return True
+        self.trouble = f"{self.transport.name}: nothing comes"
+        if not self._silence.says(now_s):
+            return False
+        self.notices.append(self.trouble + ("; so often that it is said no more for an hour" * self._silence.is_last))
+        return True
