@@ -1,5 +1,8 @@
 """The calibrations from first to last page by clicks and keys, on the simulator, into one profile."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from on_screen import show
@@ -268,3 +271,31 @@ def test_latency_suggests_the_block_set_under_audio():
     procedure, rig = latency.make(target, target.floor.tiles[0], Profile(tile="t1"), "")
     rig.close()
     assert {asked.name: asked.default for asked in procedure.page.questions}["block"] == 512
+
+
+def test_vibration_listens_to_the_accelerometer_that_is_given_under_audio(null_sink):
+    """The sink's monitor hears each channel on an input of its own; PortAudio looks for devices once in a process."""
+    script = """
+from contextlib import suppress
+import numpy as np
+from underfoot.calibration.rig import Sound
+from underfoot.devices.accelerometers import Accelerometer
+from underfoot.engine.target import Target
+from underfoot.errors import BadMeasurement
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
+from underfoot.widgets.calibrate.catalogue import KINDS
+
+floor, vibration = default_floor(), KINDS[-1]
+target = Target(floor, kind="serial", sound="", accelerometers=(Accelerometer("t2", 1, 50.0),))
+for tile in floor.tiles[:2]:
+    procedure, rig = vibration.make(target, tile, Profile(tile=tile.id), "")
+    print(procedure.page.questions[0].default)
+heard = None
+while heard is None:
+    with suppress(BadMeasurement):  # a busy machine loses samples
+        heard = rig.play(Sound(0.2 * np.sin(np.arange(9600.0)), 48_000, "none"))
+print(round(float(abs(heard).max()), 2))
+"""
+    run = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True, timeout=300)
+    assert run.stdout.split() == ["100.0", "50.0", "0.2"]

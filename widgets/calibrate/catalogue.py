@@ -1,7 +1,7 @@
 """The calibrations offered by the window, and the creation of each for a tile of a target."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,7 @@ from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING, Calib
 from underfoot.calibration.procedure import Procedure, ask
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import Rig
+from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, DeviceError
@@ -60,6 +61,9 @@ def _make(
     """Create the procedure of a calibration, and the rig that it needs."""
     has_load_cell = not by_hand(target) or bool(reference)
     setup = MeasurementSetup(tile, profile, rate_hz=target.rate, block=target.block, has_load_cell=has_load_cell)
+    known = _known_accelerometer(target, tile, reference) if declared.rig == SHAKING else None
+    if known is not None:
+        setup = replace(setup, full_scale_m_s2=known.m_s2_per_unit)
     return declared().procedure(setup), _RIGS[declared.rig](target, tile, reference)
 
 
@@ -77,7 +81,7 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
 
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     """Create a rig that shakes `tile`: the simulator, or the sound card with the accelerometer's input."""
-    from underfoot.devices.outputs import card_channels
+    from underfoot.devices.outputs import card_channels, outputs_of
     from underfoot.engine.loop import output_channels
     from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
 
@@ -89,7 +93,17 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     card = next((card for card in card_channels(target.sound, channel + 1) if channel in card), None)
     if card is None:
         raise DeviceError(f"no sound device has a channel {channel + 1} for tile {tile.id}; add a card under Audio")
-    return SoundCard(card.output.name, accelerometer, channel - card.first)
+    known = _known_accelerometer(target, tile, accelerometer)
+    if known is None:
+        return SoundCard(card.output.name, accelerometer, channel - card.first)
+    # As the engine does: it records on the first card.
+    return SoundCard(card.output.name, outputs_of(target.sound)[0].name, channel - card.first, known.channel)
+
+
+def _known_accelerometer(target: Target, tile: Tile, card: str) -> Accelerometer | None:
+    """Return the accelerometer of a tile on an input that is given under Audio; None if a `card` was entered."""
+    heard = [one for one in target.accelerometers if one.tile == tile.id and one.channel != LINK]
+    return heard[0] if heard and by_hand(target) and not card else None
 
 
 def _stepping_rig(target: Target, tile: Tile, plate: str) -> Rig:
@@ -140,7 +154,11 @@ _REFERENCES = {
     ),
     SHAKING: ask(
         "accelerometer",
-        Text("", doc="The sound card that hears it, by a part of its name. Nothing: the default input."),
+        Text(
+            "",
+            doc="The sound card that hears it, by a part of its name: its first input. Nothing: the tile's "
+            "accelerometer under Audio, else the default input.",
+        ),
     ),
     STEPPING: ask(
         "plate",

@@ -30,7 +30,8 @@ class MeasurementSetup:
     """Context of a procedure: a tile and its present profile.
 
     `seed` is that of random draws in the procedure; `rate_hz` the sample rate of the sounds that it plays, `block` the
-    frames in a block of the sound device; `has_load_cell` whether there is a load cell to compare the tile with.
+    frames in a block of the sound device; `full_scale_m_s2` that of the accelerometer's input, None if unknown;
+    `has_load_cell` whether there is a load cell to compare the tile with.
     """
 
     tile: "Tile"
@@ -38,6 +39,7 @@ class MeasurementSetup:
     seed: int = 1
     rate_hz: int = RATE_HZ
     block: int = 128
+    full_scale_m_s2: float | None = None
     has_load_cell: bool = True
 
 

@@ -82,7 +82,7 @@ class ResponseCalibration(Calibration):
             raise BadValue(f"--load is {self.load}; allowed: {', '.join(LOADS)}")
 
     def procedure(self, setup: MeasurementSetup) -> "ResponseProcedure":
-        return ResponseProcedure(setup.tile, setup.rate_hz)
+        return ResponseProcedure(setup.tile, setup.rate_hz, setup.full_scale_m_s2 or SENSITIVITY)
 
     def answers(self, has_load_cell: bool) -> Answers:
         given = {"order": self.order, "sensitivity": self.sensitivity, "level": self.level, "load": self.load}
@@ -121,14 +121,15 @@ class ResponseProcedure(SoundProcedure):
 
     The noise floor, sweeps with nothing on the tile, with a person standing on it and with a foot on a corner, tones at
     300 Hz of rising level, and a sweep through the equaliser designed from these, under the load that it is for.
-    Recordings of a rig are in full scale; the first page asks for the sensitivity in m/s^2, and for that load.
+    Recordings of a rig are in full scale; the first page asks for the sensitivity in m/s^2, of which it suggests the
+    given one, and for that load.
 
     >>> from underfoot.floor.layout import default_floor
     >>> ResponseProcedure(default_floor().tiles[0]).page.key
     'setup'
     """
 
-    def __init__(self, tile: Tile, rate_hz: int = RATE_HZ) -> None:
+    def __init__(self, tile: Tile, rate_hz: int = RATE_HZ, sensitivity: float = SENSITIVITY) -> None:
         self._tile, self._rate_hz = tile, rate_hz
         self._settings: Answers = {}
         self._noise: float | None = None
@@ -140,7 +141,7 @@ class ResponseProcedure(SoundProcedure):
             f"Tile {tile.id}: fix the accelerometer on the plate, halfway from its middle to an edge, and plug it "
             "into the input. Nobody stands on the tile."
         )
-        super().__init__(Page("setup", "Frequency response", instruction, questions=_setup_questions()))
+        super().__init__(Page("setup", "Frequency response", instruction, questions=_setup_questions(sensitivity)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the sounds, and for each load a page to get into place."""
@@ -294,7 +295,7 @@ class ResponseProcedure(SoundProcedure):
         return self._equalised_sweeps
 
 
-def _setup_questions() -> tuple[Parameter, ...]:
+def _setup_questions(sensitivity: float) -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     from underfoot.models.filtering.equaliser import MOST_ORDER
 
@@ -305,7 +306,7 @@ def _setup_questions() -> tuple[Parameter, ...]:
     return (
         ask(
             "sensitivity",
-            Number(SENSITIVITY, 1e-3, 1e6, unit="m/s^2", scale="log", label="Full scale of the input", doc=doc),
+            Number(sensitivity, 1e-3, 1e6, unit="m/s^2", scale="log", label="Full scale of the input", doc=doc),
         ),
         ask(
             "order",
