@@ -30,7 +30,7 @@ import numpy as np
 from underfoot.calibration.rig import Sound
 from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import BadMeasurement
-card = SoundCard(channel=1, input_channel=1)
+card = SoundCard(channel=0, input_channel=0)
 for _ in range(8):
     try:
         np.save("heard.npy", card.play(Sound(np.load("sweep.npy"), {RATE}, "none")))

@@ -46,9 +46,9 @@ class SoundCard:
         self._devices = (input, output)
         self._play_record: PlayRecord | None = None
         self._channel, self._input_channel = channel, input_channel
-        # Open pairs of channels: a server would spread a single one over all.
-        self._channels = self._require_channel(output, "output", channel)
-        self._require_channel(input, "input", input_channel)
+        # Open pairs of channels: a server would spread a single one over all outputs, and take the mean of all inputs.
+        self._outputs = _pairs(channel, self._require_channel(output, "output", channel))
+        self._inputs = _pairs(input_channel, self._require_channel(input, "input", input_channel))
 
     def press(self, press: PressRequest | None) -> None:
         """Do nothing: this rig cannot press."""
@@ -63,9 +63,9 @@ class SoundCard:
         Raises `DeviceError` if the device fails, `BadMeasurement` if samples were lost or `silence` was called.
         """
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
-        played = np.zeros((signal.size, min(self._channel + 2 - self._channel % 2, self._channels)), np.float32)
+        played = np.zeros((signal.size, self._outputs), np.float32)
         played[:, self._channel] = signal
-        play_record = PlayRecord(*self._devices, played, self._input_channel + 1, sound.rate_hz, sound.block)
+        play_record = PlayRecord(*self._devices, played, self._inputs, sound.rate_hz, sound.block)
         self._play_record = play_record
         try:
             play_record.run()
@@ -101,6 +101,15 @@ class SoundCard:
     def _failure(self, error: Exception, name: str = "") -> DeviceError:
         shown = name or next((name for name in self._devices if name), None) or "default"
         return DeviceError(f"sound device {shown!r} cannot play and record: {in_one_line(error)}")
+
+
+def _pairs(channel: int, there: int) -> int:
+    """Return how many channels make whole pairs up to `channel`, of those that are there.
+
+    >>> _pairs(0, 2), _pairs(1, 8), _pairs(2, 8), _pairs(0, 1)
+    (2, 2, 4, 1)
+    """
+    return min(channel + 2 - channel % 2, there)
 
 
 def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
