@@ -108,15 +108,37 @@ def require_card(name: str) -> None:
 
 def max_channels(name: str) -> int:
     """Return the channels of the device in one stream; `MAX_CHANNELS` also if there is no such device."""
+    return _channels(name, "output", MAX_CHANNELS)
+
+
+def inputs_to_open(name: str, channel: int) -> int:
+    """Return how many inputs of a device to open for `channel`, from 0: whole pairs, if it is known to have them.
+
+    For a single one a sound server would give the mean of all.
+    """
+    return max(channel + 1, pairs_up_to(channel, _channels(name, "input", 0)))
+
+
+def pairs_up_to(channel: int, there: int) -> int:
+    """Return how many channels make whole pairs up to `channel`, of those that are there.
+
+    >>> pairs_up_to(0, 2), pairs_up_to(1, 8), pairs_up_to(2, 8), pairs_up_to(0, 1)
+    (2, 2, 4, 1)
+    """
+    return min(channel + 2 - channel % 2, there)
+
+
+def _channels(name: str, kind: str, unknown: int) -> int:
+    """Return the "input" or "output" channels of the device in one stream; `unknown` if there is no such device."""
     try:
         sounddevice = portaudio()
     except DeviceError:
-        return MAX_CHANNELS
+        return unknown
     try:
-        device = sounddevice.query_devices(device_of(name), "output")
+        device = sounddevice.query_devices(device_of(name), kind)
     except (OSError, RuntimeError, ValueError, sounddevice.PortAudioError):
-        return MAX_CHANNELS
-    return min(int(device["max_output_channels"]), MAX_CHANNELS)
+        return unknown
+    return min(int(device[f"max_{kind}_channels"]), MAX_CHANNELS)
 
 
 class PlayRecord:

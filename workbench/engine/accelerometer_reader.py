@@ -7,7 +7,7 @@ from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.link_acceleration import LAG_S, LinkAcceleration
-from underfoot.devices.sound import Stream
+from underfoot.devices.sound import Stream, inputs_to_open
 from underfoot.engine.alignment import NEAR_S, delay_of, split
 from underfoot.engine.rings import Ring
 from underfoot.engine.session_memory import SessionMemory
@@ -35,9 +35,16 @@ class CardReader:
     """Whether it measures only while a sound card plays."""
 
     def __init__(
-        self, accelerometers: tuple[Accelerometer, ...], floor: Floor, rings: SessionMemory, rate_hz: float, block: int
+        self,
+        accelerometers: tuple[Accelerometer, ...],
+        floor: Floor,
+        rings: SessionMemory,
+        rate_hz: float,
+        block: int,
+        inputs: int = 0,
     ) -> None:
-        inputs = 1 + max(accelerometer.channel for accelerometer in accelerometers)
+        """Record that many `inputs`, or as many as the accelerometers need."""
+        inputs = max(inputs, 1 + max(accelerometer.channel for accelerometer in accelerometers))
         self.recorded = np.zeros((block, inputs), np.float32)
         self.delay_frames = 0
         self.jumps = 0
@@ -158,11 +165,19 @@ AccelerometerReader = CardReader | LinkReader
 
 
 def reader_of(
-    accelerometers: tuple[Accelerometer, ...], source: ForceSource, rings: SessionMemory, rate_hz: float, block: int
+    accelerometers: tuple[Accelerometer, ...],
+    source: ForceSource,
+    rings: SessionMemory,
+    rate_hz: float,
+    block: int,
+    card: str = "",
 ) -> AccelerometerReader | None:
-    """Return the reader of these accelerometers, or None if there are none or the source is not a device."""
+    """Return the reader of these accelerometers, which may be on inputs of a `card`; None if there are none or the
+    source is not a device.
+    """
     if any(accelerometer.channel != LINK for accelerometer in accelerometers):
-        return CardReader(accelerometers, source.floor, rings, rate_hz, block)
+        inputs = inputs_to_open(card, max(accelerometer.channel for accelerometer in accelerometers))
+        return CardReader(accelerometers, source.floor, rings, rate_hz, block, inputs)
     if accelerometers and isinstance(source, DeviceFloor):
         return LinkReader(source.accelerations_of(accelerometers), source.floor, rings.measured, rate_hz, block)
     return None

@@ -90,8 +90,9 @@ class Engine:
         self.memory.skip(frame)
         self.loop = Loop(patch, REGISTRY, source_of(target, frame), replace(options, frame=frame))
         self.runner = BlockRunner(self.loop, self.memory)
+        card = cards[0].output.name if cards else ""
         self.runner.accelerometers = reader_of(
-            target.accelerometers, self.loop.source, self.memory, target.rate, target.block
+            target.accelerometers, self.loop.source, self.memory, target.rate, target.block, card
         )
         width = self.loop.out.shape[1]
         used = [replace(card, count=min(card.count, width - card.first)) for card in cards if card.first < width]

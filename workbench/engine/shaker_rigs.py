@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
-from underfoot.devices.sound import PlayRecord, device_of, portaudio
+from underfoot.devices.sound import PlayRecord, device_of, pairs_up_to, portaudio
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -47,8 +47,8 @@ class SoundCard:
         self._play_record: PlayRecord | None = None
         self._channel, self._input_channel = channel, input_channel
         # Open pairs of channels: a server would spread a single one over all outputs, and take the mean of all inputs.
-        self._outputs = _pairs(channel, self._require_channel(output, "output", channel))
-        self._inputs = _pairs(input_channel, self._require_channel(input, "input", input_channel))
+        self._outputs = pairs_up_to(channel, self._require_channel(output, "output", channel))
+        self._inputs = pairs_up_to(input_channel, self._require_channel(input, "input", input_channel))
 
     def press(self, press: PressRequest | None) -> None:
         """Do nothing: this rig cannot press."""
@@ -101,15 +101,6 @@ class SoundCard:
     def _failure(self, error: Exception, name: str = "") -> DeviceError:
         shown = name or next((name for name in self._devices if name), None) or "default"
         return DeviceError(f"sound device {shown!r} cannot play and record: {in_one_line(error)}")
-
-
-def _pairs(channel: int, there: int) -> int:
-    """Return how many channels make whole pairs up to `channel`, of those that are there.
-
-    >>> _pairs(0, 2), _pairs(1, 8), _pairs(2, 8), _pairs(0, 1)
-    (2, 2, 4, 1)
-    """
-    return min(channel + 2 - channel % 2, there)
 
 
 def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
