@@ -259,6 +259,10 @@ def test_a_silent_sensor_is_refused_and_can_be_skipped():
     [
         (Hand(lambda corners: 2000.0 + 20.0 * corners[:, [1, 0, 2, 3]]), "sensor 2 responds when sensor 1 is pressed"),
         (Hand(lambda corners: np.minimum(2000.0 + 300.0 * corners, 65535.0)), "sensor 1 clips: it stays at 65535"),
+        (
+            Hand(lambda corners: np.minimum(200.0 + 3.0 * corners, 1023.0)),
+            "stays at 1023 .*; does its device send 10 bits",
+        ),
         (Hand(force=False), "there is no load cell among the readings"),
     ],
 )

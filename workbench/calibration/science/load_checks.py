@@ -6,6 +6,7 @@ import numpy as np
 
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.science.pair_plausibility import force_outliers
+from underfoot.devices.framing.wire_format import unshifted
 from underfoot.errors import BadMeasurement
 from underfoot.floor.curves import Curve
 from underfoot.kernels import Floats
@@ -20,6 +21,8 @@ _REVERSED = 0.1
 """Share of full scale below 0 that is no drift of a load cell."""
 _LOADED = 0.3
 """Share of full scale above which a sensor must respond."""
+_STAYS = 0.05
+"""Share of full scale by which the force changes while a reading that is not at an end of the range clips."""
 _LEAST_SAMPLES = 20
 _MOST_OVER = 1.5
 """Share of full scale above which a force is not a press that goes too far."""
@@ -52,11 +55,15 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
             )
     elif float(np.ptp(pressed)) > 6000.0 and float(force_n.max()) < 0.01 * full_scale_n:
         raise BadMeasurement(f"the load cell gives no force while sensor {sensor + 1} is pressed")
-    railed = np.isin(pressed, _RAILS) & (change[:, sensor] > _CLEAR_COUNTS)
-    if np.count_nonzero(railed) >= _LEAST_SAMPLES:
+    top = float(pressed.max())
+    question = unshifted(int(top))
+    railed = np.isin(pressed, (*_RAILS, top) if question else _RAILS) & (change[:, sensor] > _CLEAR_COUNTS)
+    # One of fewer bits is passed on the way up, too: it stays there while the force rises.
+    rises = np.ptp(force_n[railed]) > _STAYS * full_scale_n if question and railed.any() else True
+    if np.count_nonzero(railed) >= _LEAST_SAMPLES and rises:
         raise BadMeasurement(
             f"sensor {sensor + 1} clips: it stays at {pressed[railed][0]:.0f} above {force_n[railed].min():.0f} N; "
-            "choose a smaller full scale, or another divider"
+            f"choose a smaller full scale, or another divider{question}"
         )
 
 

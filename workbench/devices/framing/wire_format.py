@@ -91,6 +91,17 @@ def rows_of(samples: NDArray[np.void]) -> NDArray[np.int64]:
     return np.column_stack([samples["tile"], samples["sequence"], samples["microseconds"], samples["readings"]])
 
 
+def unshifted(reading: int) -> str:
+    """Return a question after a reading of all bits of a smaller converter, not shifted to the top of the word.
+
+    >>> unshifted(1023), unshifted(65535)
+    ('; does its device send 10 bits that belong at the top of 16?', '')
+    """
+    bits = reading.bit_length()
+    is_all = 8 <= bits < 16 and reading == 2**bits - 1
+    return f"; does its device send {bits} bits that belong at the top of 16?" if is_all else ""
+
+
 def _checked(rows: ArrayLike) -> NDArray[np.int64]:
     given = np.atleast_2d(np.asarray(rows))
     if not given.size:

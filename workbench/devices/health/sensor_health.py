@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.devices.framing.wire_format import unshifted
 from underfoot.devices.health.sensor_order import CONTACT_N, LOADED_N, SensorOrder
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel, part
@@ -187,16 +188,12 @@ class SensorHealth:
 
 
 def _stays_at(reading: int) -> str:
-    """Return at which reading a saturated sensor stays; one of all bits of a smaller converter was not shifted to the
-    top of the word.
+    """Return at which reading a saturated sensor stays.
 
     >>> _stays_at(1023)
     'stays at 1023 while the load on its tile changes; does its device send 10 bits that belong at the top of 16?'
     """
-    words, bits = f"stays at {reading} while the load on its tile changes", reading.bit_length()
-    if 8 <= bits < 16 and reading == 2**bits - 1:
-        return f"{words}; does its device send {bits} bits that belong at the top of 16?"
-    return words
+    return f"stays at {reading} while the load on its tile changes{unshifted(reading)}"
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
