@@ -291,12 +291,15 @@ def test_a_load_cell_that_is_silent_or_reversed_is_refused(gain, said):
         run(FsrProcedure(TILE), Wrong(), QUICK)
 
 
-def test_nobody_who_presses_is_given_up():
+@pytest.mark.parametrize(
+    ("share", "said"), [(0.0025, r"N\.$"), (1.0 / 9.81, r"N\. .* does not exceed 41 N: does it count kilograms\?$")]
+)
+def test_who_does_not_press_or_presses_a_cell_in_kilograms_is_given_up(share, said):
     class Absent(Hand):
         def press(self, press):
-            super().press(press if press.force_n == 0.0 else type(press)(press.at_m, 1.0, press.hold_s, press.sensor))
+            super().press(type(press)(press.at_m, share * press.force_n, press.hold_s, press.sensor))
 
-    with pytest.raises(BadMeasurement, match=r"not complete after 120 s\. Press harder"):
+    with pytest.raises(BadMeasurement, match=rf"not complete after 120 s\. Press harder, up to 400 {said}"):
         run(FsrProcedure(TILE), Absent(), QUICK)
 
 

@@ -33,6 +33,8 @@ _UNSTEADY_S = 20.0
 """Time after which a weight that has not come to rest is given up."""
 _NEAR = 0.96
 """Share of the requested load that is enough."""
+_STAYS_S, _OTHER_UNIT = 3.0, (0.03, 0.25)
+"""Time for which a force does not rise, and shares of the requested load then, that a load cell in kilograms gives."""
 _STEPS = 20
 _COVERED = 0.8
 """Share of equal steps of force that a loading must pass through."""
@@ -274,7 +276,11 @@ class FsrProcedure(PagedProcedure):
             return None
         if top >= _NEAR * full:
             return PageProgress("Too fast: let go, and raise the force more slowly.", covered, shown)
-        return PageProgress(f"Press harder, up to {full:.0f} N.", min(top / full, covered), shown)
+        hint = f"Press harder, up to {full:.0f} N."
+        stays_s = float(readings.time_s[-1] - readings.time_s[int(np.argmax(force))])
+        if stays_s > _STAYS_S and _OTHER_UNIT[0] <= top / full <= _OTHER_UNIT[1]:
+            hint += f" The load cell does not exceed {top:.0f} N: does it count kilograms?"
+        return PageProgress(hint, min(top / full, covered), shown)
 
     def _fall(self, readings: Readings) -> PageProgress | None:
         force, full = self._load_cell(readings), self._full_n
