@@ -204,7 +204,7 @@ def test_weights_out_of_order_are_refused():
     assert procedure.page.key == "setup"
     values = {"reference": "known weights", "weights_n": (20.0, 50.0, 100.0)}
     walked(procedure, Hand(force=False), values, "sensor1-weight2")
-    with pytest.raises(BadMeasurement, match="out of order: 15 N after 20 N on the way up"):
+    with pytest.raises(BadMeasurement, match=r"out of order: 15 N after 20 N on the way up; go back if 20 N was wrong"):
         procedure.answer({"weight_n": 15.0})
     assert procedure.page.questions
 

@@ -145,7 +145,9 @@ class FsrProcedure(PagedProcedure):
         given, last = answers["weight_n"], before[-1]
         if (given < last and step.rising) or (given > last and not step.rising):
             way = "up" if step.rising else "down"
-            raise BadMeasurement(f"weights out of order: {given:g} N after {last:g} N on the way {way}")
+            raise BadMeasurement(
+                f"weights out of order: {given:g} N after {last:g} N on the way {way}; go back if {last:g} N was wrong"
+            )
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
