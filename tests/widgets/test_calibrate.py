@@ -274,9 +274,9 @@ def test_nothing_waits_for_what_is_computed_and_it_can_be_left(qtbot, tmp_path):
         driver.begin()
         driver.go("bell")
         driver.click(driver.wizard.going)
-        driver.wait(lambda: driver.wizard.busy.isVisible())
-        assert "Playing" in driver.wizard.busy_words.text()
+        driver.wait(lambda: driver.wizard.busy.isVisible() and "Playing" in driver.wizard.busy_words.text())
         driver.click(driver.wizard.leaving)
+        assert driver.wizard.busy_words.text() == ""
         assert driver.workspace.overview.isVisible()
         assert not driver.workspace.overview.begin.isEnabled()
     finally:

@@ -74,7 +74,6 @@ class Wizard(QWidget):
         self._progress.setValue(0)
         self._share.setText("")
         self._show_refusal("")
-        self.busy.hide()
         measurement.changed.connect(self._show_snapshot)
         measurement.failed.connect(self._fail)
         self._show_buttons()
@@ -87,6 +86,7 @@ class Wizard(QWidget):
             self.measurement.changed.disconnect(self._show_snapshot)
             self.measurement.failed.disconnect(self._fail)
             self.measurement = None
+            self._show_busy()  # nothing is, and no timer will say so
 
     def mark_saved(self) -> None:
         """Note that the result is in the profile."""
