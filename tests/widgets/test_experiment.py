@@ -373,13 +373,15 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     workspace.study_list.open_protocol(path)
     assert findings.analyse_button.text() == "Analyse 1 session"
     (bench.folder / "t.csv").write_text(
-        "participant,method,trial,stimulus,rating\nQ7,rating,1,WC,40\nQ7,rating,2,X,20\n"
+        "participant,method,trial,stimulus,db,felt\nQ7,constant-stimuli,1,a,0,no\nQ7,constant-stimuli,2,b,6,yes\n"
     )
+    bench.choose_from(findings.results_button, "Lapses: give psychometric curves a lapse rate")
     bench.choose_from(findings.results_button, "Analyse files…")
     asked = dialog_of(bench.window, QFileDialog)
     asked.filesSelected.emit([str(bench.folder / "t.csv")])
     asked.close()
-    bench.wait(lambda: "Rating: main" in findings.table.toPlainText())
+    bench.wait(lambda: "Constant stimuli: main" in findings.table.toPlainText())
+    assert "Each curve has a lapse rate." in findings.table.toPlainText()
     bench.choose_from(findings.results_button, "Write BIDS…")
     asked = dialog_of(bench.window, QFileDialog)
     asked.fileSelected.emit(str(bench.folder / "bids"))

@@ -43,14 +43,18 @@ def answers_so_far(protocol: Protocol, participant: str, entries: Sequence[Entry
         return []
 
 
-def analysed_in_process(paths: Sequence[Path], protocol: Protocol | None, task: Task) -> list[Findings]:
+def analysed_in_process(
+    paths: Sequence[Path], protocol: Protocol | None, settings: Settings, task: Task
+) -> list[Findings]:
     """Return the findings of sessions and tables of trials (`results.analysed_files`), computed in a process."""
-    return _in_process(partial(analysed_files, tuple(paths)), protocol, task)
+    return _in_process(partial(analysed_files, tuple(paths), settings), protocol, task)
 
 
-def written_in_process(paths: Sequence[Path], protocol: Protocol, form: str, where: Path, task: Task) -> list[Findings]:
+def written_in_process(
+    paths: Sequence[Path], protocol: Protocol, form: str, where: Path, settings: Settings, task: Task
+) -> list[Findings]:
     """Write the trials of sessions (`results.written_files`)."""
-    return _in_process(partial(written_files, tuple(paths), form, where), protocol, task)
+    return _in_process(partial(written_files, tuple(paths), form, where, settings), protocol, task)
 
 
 def _in_process(work: Callable[[Job], list[Findings]], job: Job, task: Task) -> list[Findings]:

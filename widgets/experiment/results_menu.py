@@ -24,6 +24,8 @@ class ResultsButton(QPushButton):
         self.setToolTip("Analyse other files; write trials for other programs")
         menu = QMenu(self)
         menu.addAction("Analyse files…", self._ask_files)
+        self.lapses = menu.addAction("Lapses: give psychometric curves a lapse rate")
+        self.lapses.setCheckable(True)
         menu.addSeparator()
         self._writing = [self._writing_action(menu, form) for form in FORMS]
         self.setMenu(menu)

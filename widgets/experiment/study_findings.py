@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QPushButton, QSplitte
 from underfoot.drawing import Drawing
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.report import text_of
+from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
 from underfoot.quantities import counted
 from underfoot.widgets import theme
@@ -105,12 +106,17 @@ class StudyFindings(QObject):
 
     def _analyse_files(self, paths: Sequence[Path], protocol: Protocol | None = None) -> None:
         count = counted(len(paths), "file" if protocol is None else "session")
-        self._compute(f"Analysing {count}…", lambda task: analysed_in_process(paths, protocol, task))
+        settings = self._settings
+        self._compute(f"Analysing {count}…", lambda task: analysed_in_process(paths, protocol, settings, task))
 
     def _write(self, form: str, where: Path) -> None:
         """Write the trials of the study's sessions."""
-        study, paths = self._study, self._sessions.files(self._study)
-        self._compute(f"Writing {form}…", lambda task: written_in_process(paths, study.protocol, form, where, task))
+        protocol, paths, settings = self._study.protocol, self._sessions.files(self._study), self._settings
+        self._compute(f"Writing {form}…", lambda task: written_in_process(paths, protocol, form, where, settings, task))
+
+    @property
+    def _settings(self) -> Settings:
+        return Settings(with_lapses=self.results_button.lapses.isChecked())
 
     def _compute(self, text: str, make: Callable[[Task], list[Any]]) -> None:
         """Start a computation, or stop the running one."""

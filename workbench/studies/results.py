@@ -96,18 +96,20 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out))
 
 
-def analysed_files(paths: Sequence[Path], protocol: Protocol | None) -> list[Findings]:
+def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
     """Return the findings of sessions and tables of trials.
 
     Sessions of another version of `protocol` are left out, and listed in a remark.
     """
     results = results_of(paths, protocol)
-    findings = analysed(results.rows, results.protocol, Settings())
+    findings = analysed(results.rows, results.protocol, settings)
     findings[0].remarks += results.remarks
     return findings
 
 
-def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Protocol) -> list[Findings]:
+def written_files(
+    paths: Sequence[Path], form: str, where: Path, settings: Settings, protocol: Protocol
+) -> list[Findings]:
     """Write the trials of sessions as one of `FORMS` to a file or folder; return a remark that confirms it."""
     results = results_of(paths, protocol)
     match form:
@@ -116,7 +118,7 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
         case "BIDS":
             results.write_bids(where)
         case _:
-            results.write_report(where, analysed(results.rows, results.protocol, Settings()))
+            results.write_report(where, analysed(results.rows, results.protocol, settings))
     people = len({row["participant"] for row in results.rows})
     trials = counted(len(results.rows), "trial")
     text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"

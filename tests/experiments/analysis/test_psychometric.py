@@ -6,7 +6,8 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from underfoot.errors import BadMeasurement, BadValue
-from underfoot.experiments.analysis import psychometric, thesis
+from underfoot.experiments.analysis import constant, psychometric, thesis
+from underfoot.experiments.analysis.settings import Settings
 
 sm = pytest.importorskip("statsmodels.api")
 X = np.array(thesis.STIFFNESS_N_MM)
@@ -55,6 +56,26 @@ def test_the_likelihood_with_lapses_is_climbed_to_its_highest_top():
     ]
     found = psychometric.fit(X, yes, six, with_lapses=True)
     assert likelihood(found.pse, found.slope, found.lapse) > max(tops) - 0.01
+
+
+def test_the_analysis_says_where_answers_look_like_lapses():
+    """Of six people, each with a level far above at which two of twenty answers are no."""
+    levels = (-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0)
+
+    def rows(yes):
+        for person in "abcdef":
+            for level, count in zip(levels, yes, strict=True):
+                for k in range(20):
+                    answer = {"felt": "yes" if k < count else "no"}
+                    yield {"participant": person, "stimulus": str(level), "db": level, **answer}
+
+    for yes, is_said in (((0, 0, 3, 10, 17, 20, 20), False), ((2, 1, 3, 10, 17, 19, 18), True)):
+        for with_lapses in (False, True):
+            found = constant.findings(list(rows(yes)), Settings(bootstrap=0, with_lapses=with_lapses))
+            said = [remark for remark in found.remarks if "look like lapses" in remark]
+            assert len(said) == (is_said and not with_lapses)
+            assert ("a lapse rate" in found.tables[0].note) == with_lapses
+    assert psychometric.lapses_p([]) == 1.0  # nothing is known
 
 
 def test_lapses_are_found_where_there_are_some():

@@ -16,7 +16,7 @@ from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.preferences import preferences, share_estimates
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
-from underfoot.experiments.analysis.psychometric import fit
+from underfoot.experiments.analysis.psychometric import fit, lapses_p
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import GUESSED
 from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
@@ -187,6 +187,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     people = {
         person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
     }
+    if not settings.with_lapses:
+        found.remarks += _lapsing(rows, axis, condition, guessed)
     lines = [(str(person), one) for person, several in people.items() for one in several]
     shown = [(person, one) for person, each in lines for one in (each, *([] if guessed else _jnd(each)))]
     found.tables.append(
@@ -209,10 +211,28 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     return found
 
 
+def _lapsing(rows: Sequence[Row], axis: str, condition: str, guessed: float) -> list[str]:
+    """Return a remark where answers look like lapses, and nothing elsewhere."""
+    people = grouped(rows, "participant").values()
+    curves = [counts(part, axis) for person in people for _, part in _by_condition(person, condition)]
+    p = lapses_p(curves, guessed)
+    if p >= _UNLIKELY:
+        return []
+    return [
+        f"Answers far from the middle look like lapses (p = {p:.2g}): slopes are too shallow. "
+        "`underfoot analyse --lapses`, or Lapses under Results in the window, gives curves a lapse rate."
+    ]
+
+
+_UNLIKELY = 0.01
+
+
 def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, settings: Settings) -> str:
     """Return what is to be known of the curves of each person."""
     called = {"pse": "PSE"}.get(half, half)
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
+    if settings.with_lapses:
+        how += " Each curve has a lapse rate."
     if any(math.isinf(one.low) and math.isinf(one.high) for _, one in lines):
         how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
     if any(math.isnan(one.value) for _, one in lines):

@@ -18,6 +18,7 @@ Where at most one level has both answers, and all beyond it are alike, the likel
 
 import math
 import warnings
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -155,6 +156,32 @@ def estimates(
     return replace(bounded, value=pse), slope, intercept
 
 
+def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike]], guessed: float = 0.0) -> float:
+    """Return p of all these (levels, yes, of) having no lapses: how much likelier curves with a lapse rate are.
+
+    A rate is at least 0, so that half of curves without lapses are not likelier with one: chi-bar-squared (Self and
+    Liang, J. Am. Stat. Assoc. 82, 1987). Curves that cannot be fitted, or turn at once, say nothing.
+    """
+    from scipy.special import bdtr, chdtrc
+
+    gain, count = 0.0, 0
+    for x, yes, of in curves:
+        with suppress(BadMeasurement):
+            plain, lapsing = (fit(x, yes, of, with_lapses=lapses, guessed=guessed) for lapses in (False, True))
+            if _turn(plain, x, yes, of) is None:
+                gain += 2.0 * max(_loss(plain, x, yes, of) - _loss(lapsing, x, yes, of), 0.0)
+                count += 1
+    weights = [float(bdtr(k, count, 0.5) - (bdtr(k - 1, count, 0.5) if k else 0.0)) for k in range(count + 1)]
+    return sum(weight * float(chdtrc(k, gain) if k else gain <= 0.0) for k, weight in enumerate(weights))
+
+
+def _loss(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> float:
+    """Return the negative logarithm of the likelihood of answers."""
+    counts, totals = np.asarray(yes, np.float64), np.asarray(of, np.float64)
+    chance = np.clip(curve.at(x), 1e-12, 1.0 - 1e-12)
+    return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
+
+
 def _turn(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
     """Return the PSE of answers that turn between two levels, or at one; None if there is a slope.
 
@@ -279,8 +306,7 @@ def _climbed(start: Curve, levels: Floats, counts: Floats, totals: Floats, most_
 
     def loss(values: Floats) -> float:
         a, b, lapse = values
-        chance = np.clip(Curve(a, b / width, lapse, guessed=start.guessed).at(levels - middle), 1e-12, 1.0 - 1e-12)
-        return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
+        return _loss(Curve(a, b / width, lapse, guessed=start.guessed), levels - middle, counts, totals)
 
     middle, width = float(levels.mean()), float(levels.std()) or 1.0
     height, steepness = start.intercept + start.slope * middle, start.slope * width
