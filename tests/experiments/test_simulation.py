@@ -79,8 +79,13 @@ def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_thr
     assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found[half].truth))
     for one in found.values():
         assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
-    told = text_of(analysed(simulated_rows(made, 0, 1, {})[0], made, Settings(bootstrap=0)))
+    rows = simulated_rows(made, 0, 1, {})[0]
+    told = text_of(analysed(rows, made, Settings(bootstrap=0)))
     assert ("PSE" in told, "threshold" in told) == (standard == "L40", standard != "L40")
+    as_table = text_of(
+        analysed(rows, None, Settings(bootstrap=0))
+    )  # which does not know whether the standard is silent
+    assert ("as if the standard vibrates" in as_table, "as if the standard vibrates" in told) == (bool(standard), False)
 
 
 @pytest.mark.parametrize(

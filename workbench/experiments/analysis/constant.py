@@ -101,6 +101,20 @@ def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
     ]
 
 
+def compares_levels(rows: Sequence[Row]) -> bool:
+    """Return whether the curves are of levels beside a standard, which may be silence.
+
+    >>> rows = [{"stimulus": str(level), "level_m_s2": level, "comparison_at": "first"} for level in (0.5, 1.0)]
+    >>> compares_levels(rows), compares_levels([{**row, "comparison_at": ""} for row in rows])
+    (True, False)
+    """
+    try:
+        placed, axis, _ = prepared(rows)
+    except BadMeasurement:
+        return False
+    return is_level(placed, axis) and any(row.get("comparison_at") for row in placed)
+
+
 def further_factors(rows: Sequence[Row], axis: str, condition: str) -> list[str]:
     """Return the factors of which a point of a curve has several values.
 
