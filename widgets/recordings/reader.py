@@ -264,11 +264,7 @@ class RecordingReader(QObject):
             if self._base is not None:
                 finest = envelopes.read(self._base, source, envelopes.COARSE, columns)
             levels[source] = tuple(finest.coarser(factor) if factor > 1 else finest for factor in LEVELS)
-        lows = levels["force"][0].low
-        rest = (
-            np.percentile(lows, 10.0, axis=0).astype(np.float32) if len(lows) else np.zeros(lows.shape[1], np.float32)
-        )
-        rest = np.nan_to_num(rest)
+        rest = envelopes.resting_n(levels["force"][0])
         rest[-1] = rest[:-1].sum()  # a person may be on the floor all the time, but not on the same tile
         self.overview_read.emit(OverviewEnvelopes(levels, rest))
 

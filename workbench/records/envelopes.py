@@ -12,6 +12,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from underfoot.floor.tracking import TARE_N
+
 SOURCES = ("force", "commanded", "measured")
 """The tables of a recording that have envelopes. Those of force are loads of tiles, and behind them their sum."""
 FINE_FRAMES = 480
@@ -24,6 +26,8 @@ create table if not exists envelope (
   tiles text not null, low blob not null, high blob not null, primary key (source, level, first)
 ) without rowid;
 """
+_QUIET_SHARE, _LOWER_SHARE = 1.0, 10.0
+"""Percentiles: of the bins in which a load varies least, and of their loads, for some stand on a tile as quietly."""
 _PUT = "insert or replace into envelope values (?, ?, ?, ?, ?, ?, ?, ?)"
 
 
@@ -100,6 +104,22 @@ def loads(corners: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return each tile's load and then their sum, (n, tiles + 1), from corner forces (n, 4 tiles), not tared."""
     tiles = corners.reshape(len(corners), corners.shape[1] // 4, 4).sum(axis=2)
     return np.column_stack([tiles, np.nansum(tiles, axis=1)]).astype(np.float32)
+
+
+def resting_n(force: Envelope) -> NDArray[np.float32]:
+    """Return the unloaded reading of each column in N: what it reads while it varies least, and 0 if that is no tare.
+
+    Where people walk all the time, a tile is unloaded for a few hundredths of it.
+    """
+    rest = np.zeros(force.low.shape[1], np.float32)
+    for column in range(len(rest)):
+        low, high = force.low[:, column], force.high[:, column]
+        seen = np.isfinite(low) & np.isfinite(high)
+        if seen.any():
+            middle, spread = 0.5 * (low + high)[seen], (high - low)[seen]
+            quiet = spread <= 2.0 * np.percentile(spread, _QUIET_SHARE)
+            rest[column] = np.percentile(middle[quiet], _LOWER_SHARE)
+    return np.where(rest > TARE_N, np.float32(0.0), rest)
 
 
 def put(base: sqlite3.Connection, source: str, first: int, values: NDArray[np.float32], frames: float) -> None:
