@@ -32,7 +32,7 @@ from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.tracks import time_text
 
-LIST_PX = 33 * theme.GRID
+LIST_PX = 35 * theme.GRID
 PICTURE = QSize(72, 32)
 _PATH = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole + 1

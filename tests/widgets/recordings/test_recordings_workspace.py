@@ -6,6 +6,7 @@ import multiprocessing
 import shutil
 import sqlite3
 from contextlib import closing
+from datetime import datetime
 
 import numpy as np
 import pytest
@@ -14,16 +15,17 @@ from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QMessageBox
+from PySide6.QtWidgets import QApplication, QDialog, QMessageBox, QStyle, QStyleOptionViewItem
 from windows import quiet_window
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
+from underfoot.records.summary import Summary
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.export_dialog import ExportDialog as PatchDialog
 from underfoot.widgets.recordings.exporting import ExportDialog
 from underfoot.widgets.recordings.readout import contacts_at
-from underfoot.widgets.recordings.recording_list import Summaries
+from underfoot.widgets.recordings.recording_list import Summaries, summary_text
 from underfoot.widgets.recordings.steps import RecordedSteps
 
 
@@ -421,3 +423,23 @@ def test_the_title_of_the_plot_of_stances_is_on_the_line_of_the_steps(qtbot):
         return next(y for x, y in places if image.pixelColor(x, y).lightness() > 130)
 
     assert abs(top(2 * theme.GRID) - top(across + theme.GRID)) <= 1
+
+
+def test_the_list_has_room_for_when_an_hour_was_recorded(workspace, folder, walk, qtbot):
+    """Its length ended in dots."""
+    for number in range(20):  # with a scroll bar
+        shutil.copy(walk, folder / f"{number}.underfoot")
+    workspace.recordings.refresh()
+    shown = workspace.recordings.list
+    qtbot.waitUntil(shown.verticalScrollBar().isVisible)
+    hour = Summary(
+        folder / "0.underfoot", datetime(2026, 11, 29, 20, 48), 3600.0, default_floor(6, 6), 20_000, np.ones(9)
+    )
+    item = next(shown.item(row) for row in range(20) if shown.item(row).text().startswith("0"))
+    option = QStyleOptionViewItem()
+    shown.initViewItemOption(option)
+    shown.itemDelegate().initStyleOption(option, shown.indexFromItem(item))
+    option.rect = shown.visualItemRect(item)
+    margin = shown.style().pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, option, shown) + 1
+    room = shown.style().subElementRect(QStyle.SubElement.SE_ItemViewItemText, option, shown).width() - 2 * margin
+    assert all(shown.fontMetrics().horizontalAdvance(line) <= room for line in summary_text(hour).split("\n"))
