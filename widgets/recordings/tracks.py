@@ -23,10 +23,12 @@ FULL_SCALE_N = 1000.0
 """The load at which a tile's row shows the full amber."""
 _ROW_PX = (3.0, 14.0)
 """Heights between which a tile's row is."""
-_BAR_PX = 14
+_BAR_PX, _BARS_PAD_PX, _TRACKS_APART_PX = 14.0, 8.0, 6.0
 _THIN_PX = 3.0
-_BARS = 4
-"""Rows of contacts: as many overlap without one hiding another."""
+_BARS, _MOST_BARS = 4, 20
+"""Rows of contacts, usual and at most: as many overlap without one hiding another."""
+_BARS_SHARE, _LEAST_BAR_PX = 0.3, 7.0
+"""Share of the height for more rows than usual, which are lower if need be; without texts then."""
 _TICKS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600)
 
 
@@ -62,13 +64,16 @@ class RecordingContent:
         self.visible_steps: Sequence[int] = range(len(steps))
         """The numbers of the steps that are not filtered out."""
         self.spans_s = np.array([(contact.start_s, contact.end_s) for contact in contacts]).reshape(-1, 2)
-        free = [-math.inf] * _BARS
+        free: list[float] = []
         rows = []
         for contact in contacts:
-            row = next((k for k in range(_BARS) if free[k] <= contact.start_s), int(np.argmin(free)))
-            free[row] = contact.end_s
+            row = next((k for k, free_s in enumerate(free) if free_s <= contact.start_s), len(free))
+            if row == _MOST_BARS:
+                row = int(np.argmin(free))
+            free[row : row + 1] = [contact.end_s]
             rows.append(row)
-        self.bar_rows = np.array(rows, np.intp)
+        self.bar_rows, self.bars = np.array(rows, np.intp), max(len(free), _BARS)
+        """The row of each contact's bar, and how many rows there are."""
 
     def envelope(self, source: str, begin: float, end: float, frames: float, tile: int) -> tuple[Envelope, int]:
         """Return the envelope to draw of a source, and the tile's column in it; force has all tiles."""
@@ -89,21 +94,22 @@ class Track:
     bottom: float
 
 
-def tracks_of(height: float, tiles: int) -> dict[str, Track]:
+def tracks_of(height: float, tiles: int, bars: int) -> dict[str, Track]:
     """Return the tracks by name, for a picture of this height in pixels."""
     left = height - RULER_PX - 6.0
-    bars = _BARS * _BAR_PX + 8.0
+    bar_px = _BAR_PX if bars <= _BARS else min(max(_BARS_SHARE * left / bars, _LEAST_BAR_PX), _BAR_PX)
+    high = bars * bar_px + _BARS_PAD_PX
     rows = min(max(_ROW_PX[0] * tiles, min(_ROW_PX[1] * tiles, 0.25 * left)), 0.4 * left)
-    rest = max(left - bars - rows, 90.0)
+    rest = max(left - high - rows, 90.0)
     found, top = {}, float(RULER_PX)
     for name, share in (
         ("force", 0.4 * rest),
         ("tiles", rows),
-        ("contacts", bars),
+        ("contacts", high),
         ("commanded", 0.3 * rest),
         ("measured", 0.3 * rest),
     ):
-        found[name] = Track(name, top, top + share - 6.0)
+        found[name] = Track(name, top, top + share - _TRACKS_APART_PX)
         top += share
     return found
 
@@ -114,7 +120,9 @@ class TrackPainter:
     def __init__(self, content: RecordingContent, view: TimelineView, width: float, height: float) -> None:
         self.content, self.view = content, view
         self.left, self.right = float(GUTTER_PX), max(width - RIGHT_PX, GUTTER_PX + 10.0)
-        self.tracks = tracks_of(height, len(content.opened.floor.tiles))
+        self.tracks = tracks_of(height, len(content.opened.floor.tiles), content.bars)
+        contacts = self.tracks["contacts"]
+        self._bar_px = (contacts.bottom - contacts.top + _TRACKS_APART_PX - _BARS_PAD_PX) / content.bars
         opened = content.opened
         columns = max(1, round(self.right - self.left))
         at_s = np.linspace(view.begin_s, view.end_s, columns + 1)
@@ -331,7 +339,7 @@ class TrackPainter:
             painter.setPen(QPen(QColor(theme.TEXT if contact.id == chosen else theme.CONTACT), 1.0))
             painter.setBrush(QColor(colour))
             painter.drawRect(bar)
-            if step and bar.width() > 26.0:
+            if step and bar.width() > 26.0 and self._bar_px > _BAR_PX - 0.5:
                 painter.setPen(QColor(theme.text_on(colour)))
                 text = f"{step.step} {step.side[0].upper() if step.side != 'unknown' else ''}"
                 person = f"  person {step.person}" if step.person and bar.width() > 84.0 else ""
@@ -343,8 +351,8 @@ class TrackPainter:
         left, right, seen = self._spans_px()
         wide = (right - left >= _THIN_PX) | np.array([contact.id == chosen for contact in self.content.contacts], bool)
         for k in np.flatnonzero(seen & wide).tolist():
-            top = track.top + 3.0 + int(self.content.bar_rows[k]) * _BAR_PX
-            bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), _BAR_PX - 3.0)
+            top = track.top + 3.0 + int(self.content.bar_rows[k]) * self._bar_px
+            bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), self._bar_px - min(3.0, 0.25 * self._bar_px))
             found.append((self.content.contacts[k], bar))
         return found
 
@@ -363,13 +371,13 @@ class TrackPainter:
         if not thin.any():
             return
         width = max(round(self.right - self.left), 1)
-        pixels = np.zeros((_BARS, width), np.uint32)
+        pixels = np.zeros((self.content.bars, width), np.uint32)
         at = np.clip((left[thin] - self.left).astype(np.intp), 0, width - 1)
         pixels[self.content.bar_rows[thin], at] = QColor(theme.PALETTE["a foot"]).rgb()
-        for row in range(_BARS):
+        for row in range(self.content.bars):
             image = QImage(pixels[row].data, width, 1, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
-            top = self.tracks["contacts"].top + 3.0 + row * _BAR_PX
-            painter.drawImage(QRectF(self.left, top, width, _BAR_PX - 3.0), image)
+            top = self.tracks["contacts"].top + 3.0 + row * self._bar_px
+            painter.drawImage(QRectF(self.left, top, width, self._bar_px - min(3.0, 0.25 * self._bar_px)), image)
 
 
 def time_text(time_s: float, step_s: float = 0.001) -> str:

@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 from contextlib import closing
 from datetime import datetime
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from windows import quiet_window
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.records.summary import Summary
+from underfoot.records.survey import ContactSpan
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.export_dialog import ExportDialog as PatchDialog
 from underfoot.widgets.recordings.exporting import ExportDialog
@@ -176,6 +178,19 @@ def test_m_marks_the_cursor_in_the_file(workspace, folder, walk, qtbot):
         assert [mark.frame for mark in recording.marks()] == [72_000]
     qtbot.keyClick(workspace.axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
     qtbot.waitUntil(lambda: not workspace.axis.content.opened.marks)
+
+
+def test_no_contact_hides_another_where_many_are_on_the_floor(opened):
+    """There were four rows of them; the bars of more feet lay on each other."""
+    content = opened.axis.content
+    content.show_survey([ContactSpan(k, 1.0 + 0.01 * k, 2.0 + 0.01 * k, (0,), 700.0) for k in range(1, 17)], [])
+    painter = opened.axis.painter()
+    bars, track = [bar for _, bar in painter.bars()], painter.tracks["contacts"]
+    assert len(bars) == 16
+    assert not any(one.intersects(other) for one, other in combinations(bars, 2))
+    assert track.top <= min(bar.top() for bar in bars) < max(bar.bottom() for bar in bars) <= track.bottom
+    assert painter.tracks["measured"].bottom <= opened.axis.height()
+    assert not opened.axis.grab().isNull()
 
 
 def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
