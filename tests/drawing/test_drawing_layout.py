@@ -1,5 +1,7 @@
 """Where title, legend, axes and texts of a drawing stand, with words of a known width."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -65,6 +67,16 @@ def test_a_compact_plot_has_the_unit_behind_the_last_tick_and_no_title():
     assert {"1\u202f000 N", "800", "0 s"} <= words.keys()
     assert "force" not in words
     assert not any("N" in word or "s" in word for word in words.keys() - {"1\u202f000 N", "0 s"})
+
+
+def test_the_last_tick_of_a_compact_plot_has_room_for_its_unit():
+    levels = Drawing("", "level, dB", "y", (series("", [0, 1], [0, 1]),), x_range=(-118.0, -80.0))
+    margins = Margins(right=2.0)
+    for width in range(AXIS_PX + 90, 640, 7):
+        words = [shape for shape in framed(levels, width, margins=margins).shapes if getattr(shape, "y", 0.0) > 385.0]
+        ends = [(word.x - measure(word.text, 11) / 2.0, word.x + measure(word.text, 11) / 2.0) for word in words]
+        assert words[-1].text.endswith(" dB")
+        assert all(after[0] - before[1] >= 8.0 for before, after in pairwise(ends)), width
 
 
 def test_an_axis_without_room_has_no_texts_and_a_left_one_is_always_as_wide():

@@ -252,10 +252,16 @@ def _tick_texts(
     drawing: Drawing, width: float, area: Box, x: Axis, y: Axis, measure: Measure, margins: Margins | None
 ) -> Iterator[Shape]:
     if margins is None or margins.bottom >= _ROOM_PX:
-        for at, text in _with_unit(x, drawing.x if margins else ""):
-            half = measure(text, SMALL_PX) / 2.0 + 1.0
-            middle = min(max(float(x.place(at)), half), width - half)
-            yield Text(text, middle, area.bottom + 15.0, "muted", "middle")
+        *others, (last, with_unit) = _with_unit(x, drawing.x if margins else "")
+        half = measure(with_unit, SMALL_PX) / 2.0 + 1.0
+        middle = min(max(float(x.place(last)), half), width - half)
+        end = middle - half - _PAD
+        for at, text in others:
+            wide = measure(text, SMALL_PX) + 2.0
+            left = max(float(x.place(at)) - wide / 2.0, 0.0)
+            if left + wide <= end:  # the last is longer than they are, and moved to the left if it has no room
+                yield Text(text, left + wide / 2.0, area.bottom + 15.0, "muted", "middle")
+        yield Text(with_unit, middle, area.bottom + 15.0, "muted", "middle")
     if margins is None or margins.left >= _ROOM_PX:
         for at, text in _with_unit(y, drawing.y if margins else ""):
             yield Text(text, area.left - _TEXT_GAP_PX, float(y.place(at)) + 4.0, "muted", "end")
