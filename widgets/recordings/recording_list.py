@@ -288,7 +288,8 @@ class RecordingList(QWidget):
             if item.data(_PATH) == summary.path:
                 item.setText(f"{summary.path.stem}\n{summary_text(summary)}")
                 item.setIcon(_icon(summary.force_n))
-                item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title}")
+                typed = floor_text(summary.floor).replace(" × ", "x")  # no keyboard has the sign
+                item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title} {typed}")
 
     def _show_failure(self, path: Path, why: str) -> None:
         for item in self._items():

@@ -72,6 +72,8 @@ def test_the_list_says_when_how_long_on_which_floor_and_is_searched(workspace, f
     qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items))
     qtbot.keyClicks(workspace.recordings.search, "tues")
     assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
+    qtbot.keyClicks(workspace.recordings.search, " 1x2")
+    assert [item.isHidden() for item in items].count(False) == 1
 
 
 def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, folder, walk, qtbot):
