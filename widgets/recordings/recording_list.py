@@ -32,6 +32,8 @@ from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.tracks import time_text
 
+NOTHING = "Nothing was recorded yet. Ctrl+R records what is played."
+NOT_FOUND = "No recording has these words in its name, date or floor."
 LIST_PX = 35 * theme.GRID
 PICTURE = QSize(72, 32)
 _PATH = Qt.ItemDataRole.UserRole
@@ -117,7 +119,7 @@ class RecordingList(QWidget):
         self.list.setIconSize(PICTURE)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setTextElideMode(Qt.TextElideMode.ElideRight)
-        self.empty_text = theme.label("Nothing was recorded yet. Ctrl+R records what is played.", "muted")
+        self.empty_text = theme.label("", "muted")
         self.empty_text.setWordWrap(True)
         self.inline = InlineEdit(self.list.viewport())
         self.problem = theme.label("", "alarm")
@@ -302,7 +304,8 @@ class RecordingList(QWidget):
         for item in self._items():
             known = f"{item.text()} {item.data(_WORDS) or ''}".casefold()
             item.setHidden(not all(word in known for word in words))
-        self.empty_text.setVisible(self.list.count() == 0)
+        self.empty_text.setText(NOT_FOUND if self.list.count() else NOTHING)
+        self.empty_text.setVisible(all(item.isHidden() for item in self._items()))
         self.delete.setEnabled(self.chosen_path() is not None)
 
     def _choose(self) -> None:

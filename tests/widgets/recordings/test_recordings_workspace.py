@@ -74,6 +74,10 @@ def test_the_list_says_when_how_long_on_which_floor_and_is_searched(workspace, f
     assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
     qtbot.keyClicks(workspace.recordings.search, " 1x2")
     assert [item.isHidden() for item in items].count(False) == 1
+    assert not workspace.recordings.empty_text.isVisible()
+    qtbot.keyClicks(workspace.recordings.search, " 3x3")
+    assert workspace.recordings.empty_text.isVisible()
+    assert workspace.recordings.empty_text.text().startswith("No recording has these words")
 
 
 def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, folder, walk, qtbot):
