@@ -86,9 +86,17 @@ class NodePicture(HandlePad):
         painter.drawPolyline([self.place(a, b) for a, b in zip(x.tolist(), y.tolist(), strict=True)])
 
     def paint_axis(self, painter: QPainter, unit: str) -> None:
-        for share in (0.0, 0.5, 1.0):
-            x = share * self._ends[0]
-            self.draw_axis_line(painter, self.place(x, 0.0).x(), quantity(x, unit, 2))
+        for x, text in axis_texts(self._ends[0], unit):
+            self.draw_axis_line(painter, self.place(x, 0.0).x(), text)
+
+
+def axis_texts(end: float, unit: str) -> list[tuple[float, str]]:
+    """Return places on an axis from 0 to `end`, in SI `unit`, and their texts; 0 has no unit, for it has no prefix.
+
+    >>> axis_texts(0.25, "s")
+    [(0.0, '0'), (0.125, '125 ms'), (0.25, '250 ms')]
+    """
+    return [(0.0, "0"), *((x, quantity(x, unit, 2)) for x in (0.5 * end, end))]
 
 
 class EnvelopePicture(NodePicture):
