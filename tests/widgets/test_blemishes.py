@@ -5,13 +5,14 @@ from itertools import combinations
 import pytest
 from design_samples import REGISTRY, sample
 from on_screen import show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QComboBox,
+    QLabel,
     QMenu,
     QScrollArea,
     QStyle,
@@ -233,3 +234,20 @@ def test_the_key_of_the_menu_is_no_button_s(qtbot, tmp_path):
     window.workspaces.create_all()
     keys = [button.shortcut() for button in window.findChildren(QAbstractButton) if not button.shortcut().isEmpty()]
     assert keys.count(window.main_bar.menu.shortcut()) == 1
+
+
+def test_facts_of_the_inspector_end_where_the_numbers_above_them_do(qtbot, tmp_path):
+    inspector = quiet_window(qtbot, tmp_path).workspaces["Design"].inspector
+    image, scale = inspector.grab().toImage(), inspector.devicePixelRatioF()
+
+    def ends_at(widget):
+        """The column of the last pixel of its words."""
+        place, size = scale * widget.mapTo(inspector, QPoint()), scale * widget.size()
+        ground = image.pixelColor(place + QPoint(2, 2))
+        columns = range(place.x() + 3, place.x() + size.width() - 2)
+        rows = range(place.y() + 3, place.y() + size.height() - 2)
+        return max(x for x in columns if any(image.pixelColor(x, y) != ground for y in rows))
+
+    field = inspector.editors["seed"].field
+    nodes = next(label for label in inspector.findChildren(QLabel) if label.text().isdigit())
+    assert abs(ends_at(field) - ends_at(nodes)) <= 1

@@ -350,6 +350,7 @@ class Inspector(QScrollArea):
     def _add_facts(self, column: QVBoxLayout, facts: Mapping[str, QLabel]) -> None:
         grid = QGridLayout()
         grid.setVerticalSpacing(8)
+        grid.setContentsMargins(0, 0, theme.GRID, 0)  # as far from the edge as numbers in fields
         for row, (name, value) in enumerate(facts.items()):
             grid.addWidget(theme.label(name, "muted"), row, 0)
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
