@@ -41,7 +41,7 @@ class ForcePanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         head = self._head()
-        layout.addWidget(with_header(head, self.plot, ((self.following,), self.readouts[1:], (self._when,)), self))
+        layout.addWidget(with_header(head, self.plot, ((self.following,), self.readouts[1:], (self.when,)), self))
 
     def start_again(self, tiles: int) -> None:
         """Keep nothing: another session begins, on a floor of so many tiles."""
@@ -100,16 +100,18 @@ class ForcePanel(QWidget):
             if at < len(times):
                 values[1:] = forces[at]
                 values[0] = values[1:].sum()
-        when = f"{time.ago_s:.0f} s ago" if math.isfinite(time.ago_s) else "now"
+        when = "paused" if time.is_paused else "now"
+        if math.isfinite(time.ago_s):
+            when = f"{time.ago_s:.0f} s ago"
         if math.isfinite(hover_s):
             when = f"at {number(hover_s)} s"
-        self._when.setText(when)
+        self.when.setText(when)
         for label, value in zip(self.readouts, values, strict=True):
             label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
 
     def _head(self) -> list[QWidget | None]:
         self._tile_label = theme.label("", "muted")
-        self._when = theme.label("now", "small")
+        self.when = theme.label("now", "small")
         self.readouts: list[QLabel] = []
         legend: list[QWidget | None] = []
         for name, colour in zip(("sum", "1", "2", "3", "4"), ("force", *CORNERS), strict=True):
@@ -130,4 +132,4 @@ class ForcePanel(QWidget):
         QShortcut("P", self, self.pausing.click)
         title = theme.label("Force", "title")
         spans = self.span_buttons.values()
-        return [title, self._tile_label, None, self._when, *legend, self.following, *spans, self.pausing]
+        return [title, self._tile_label, None, self.when, *legend, self.following, *spans, self.pausing]

@@ -214,6 +214,7 @@ class MonitorWorkspace(Workspace):
         """Pause the display."""
         self.time.pause()
         self.force.set_paused(True)
+        self._show_readouts()
 
     def resume(self) -> None:
         """Show live data again."""

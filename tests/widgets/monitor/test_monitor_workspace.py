@@ -128,6 +128,7 @@ def test_following_chooses_the_tile_of_the_newest_foot(monitor, recorded, qtbot)
 def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     qtbot.mouseClick(monitor.force.pausing, Qt.MouseButton.LeftButton)
     assert monitor.time.is_paused
+    assert monitor.force.when.text() == "paused"
     monitor.resume()
     recorded_s = play_through(monitor, recorded)[2]
     x = sum_curve(monitor).x
@@ -144,6 +145,9 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     monitor.resume()
     monitor.draw()
     assert not np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
+    for _ in range(6):  # figures are readable: not every tick changes them
+        monitor.draw()
+    assert monitor.force.when.text() == "now"
 
 
 def test_what_is_not_on_the_screen_is_not_drawn(monitor, recorded):
