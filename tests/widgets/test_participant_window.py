@@ -85,6 +85,26 @@ def test_a_screen_reader_says_the_value_of_a_slider_that_has_a_unit(bench):
     assert slider.accessibleDescription() == "0.4 dB"
 
 
+def test_return_presses_the_button_that_has_the_focus_and_keeps_a_note(bench):
+    """It began the trial: beside Stop, and with a note that was kept."""
+    form = ask(bench, chosen("yes", "no"))
+    agreed = form.buttons[0]
+    agreed.setFocus()
+    bench.qtbot.keyClick(agreed, Qt.Key.Key_Return)
+    bench.until(Phase.READY)
+    assert bench.entries()[0].answers == {"which": "yes"}
+    desk = bench.workspace.experimenter
+    desk.note_field.setFocus()
+    bench.qtbot.keyClicks(desk.note_field, "shoes changed")
+    bench.qtbot.keyClick(desk.note_field, Qt.Key.Key_Return)
+    assert [note.text for note in bench.runner.file.notes()][-1] == "shoes changed"
+    assert bench.runner.phase is Phase.READY
+    assert desk.focusWidget() is desk  # so that the next Return goes on
+    desk.pause.setFocus()
+    bench.qtbot.keyClick(desk.pause, Qt.Key.Key_Return)
+    assert bench.runner.phase is Phase.STOPPED
+
+
 def test_a_free_number_is_typed_and_zero_is_refused(bench):
     """A slider would suggest a range."""
     use = {"kind": "magnitude-estimation", "parameters": {"blocks": 1}}
