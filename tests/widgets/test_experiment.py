@@ -248,27 +248,6 @@ def test_stop_note_and_present_again_by_the_experimenter(bench):
     assert bench.entries()[0].spoiled == "fire drill"
 
 
-def test_return_presses_the_button_that_has_the_focus_and_keeps_a_note(bench):
-    """It began the trial: beside Stop, and with a note that was kept."""
-    bench.choose(stages=[CONSENT, rated()], stimuli={"WC": CONSTANT, "X": {}})
-    bench.until(Phase.PAGE)
-    agreed = next(button for button in bench.person.form.buttons if "yes" in button.text())
-    agreed.setFocus()
-    bench.qtbot.keyClick(agreed, Qt.Key.Key_Return)
-    bench.until(Phase.READY)
-    assert bench.entries()[0].answers == {"agreed": "yes"}
-    desk = bench.workspace.experimenter
-    desk.note_field.setFocus()
-    bench.qtbot.keyClicks(desk.note_field, "shoes changed")
-    bench.qtbot.keyClick(desk.note_field, Qt.Key.Key_Return)
-    assert [note.text for note in bench.runner.file.notes()][-1] == "shoes changed"
-    assert bench.runner.phase is Phase.READY
-    assert desk.focusWidget() is desk  # so that the next Return goes on
-    desk.pause.setFocus()
-    bench.qtbot.keyClick(desk.pause, Qt.Key.Key_Return)
-    assert bench.runner.phase is Phase.STOPPED
-
-
 def test_a_note_that_the_disk_refuses_stays_to_be_kept_later(bench, monkeypatch):
     def refuse(file, text):
         raise BadFile(f"{file.path} cannot be written: database or disk is full")

@@ -7,9 +7,8 @@ import shutil
 import pytest
 from made_studies import TD, protocol_text
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QComboBox, QFileDialog, QMessageBox, QScrollArea, QTableWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QScrollArea, QTableWidget
 from study_hand import CTRL, UNSAVED, Hand
 from windows import choose_file, dialog_of, quiet_window
 
@@ -94,21 +93,6 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
     assert mine.title == f"{preset.title}, my own"
     assert (mine.stages, mine.stimuli, mine.participant, mine.sounds) == (
         preset.stages, preset.stimuli, preset.participant, preset.sounds)  # fmt: skip
-
-
-def test_a_screen_reader_says_what_each_box_of_the_form_chooses(made):
-    """On Linux the name of a box is its choice: a stage was called trials, and a patch after its file."""
-    made.click(made.workspace.study_list.new)
-    made.page(1)
-    made.click(made.protocol_editor.questions.add)
-    for place in (2, 3):
-        made.page(place)
-    said = {
-        box.accessibleName(): QAccessible.queryAccessibleInterface(box).text(QAccessible.Text.Description)
-        for box in made.protocol_editor.findChildren(QComboBox)
-    }
-    assert {"Kind", "Method", "Patch", "Scaled by"} <= set(said)
-    assert not [name for name, words in said.items() if not words.startswith(name)]
 
 
 def test_tab_goes_through_the_table_of_questions_and_out_of_it(made):
