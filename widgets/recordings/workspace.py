@@ -148,7 +148,7 @@ class RecordingsWorkspace(Workspace):
         self.follower.follow(opened.path)
         if self.follower.is_written(opened.path):
             self.progress.setText("recording…")
-            self.steps.show_wait("steps are found once the recording has ended")
+            self.steps.show_wait("after the recording")
         elif opened.survey is None or not opened.is_drawn:
             if opened.path == self._renaming:
                 self._survey_again = True

@@ -95,6 +95,7 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
         qtbot.keyClicks(workspace.recordings.inline, "named")
         qtbot.keyClick(workspace.recordings.inline, Qt.Key.Key_Return)
 
+    assert workspace.steps.plot.drawing.note == "after the recording"  # in the room of a small plot
     rename()
     assert "is being recorded; stop that with Ctrl+R" in workspace.recordings.problem.text()
     controller.record(False)
