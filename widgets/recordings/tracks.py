@@ -18,7 +18,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.reader import FINE_S, DetailEnvelopes, OpenedRecording, OverviewEnvelopes
 
-GUTTER_PX, RIGHT_PX, RULER_PX = 108, 12, 34
+GUTTER_PX, RIGHT_PX, RULER_PX = 120, 12, 34
 FULL_SCALE_N = 1000.0
 """The load at which a tile's row shows the full amber."""
 _ROW_PX = (3.0, 14.0)

@@ -14,7 +14,7 @@ import pytest
 from long_recording import write_recording
 from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
+from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDropEvent, QFontMetricsF, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QMessageBox, QStyle, QStyleOptionViewItem
 from windows import quiet_window
@@ -464,3 +464,11 @@ def test_the_list_has_room_for_when_an_hour_was_recorded(workspace, folder, walk
     margin = shown.style().pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, option, shown) + 1
     room = shown.style().subElementRect(QStyle.SubElement.SE_ItemViewItemText, option, shown).width() - 2 * margin
     assert all(shown.fontMetrics().horizontalAdvance(line) <= room for line in summary_text(hour).split("\n"))
+
+
+def test_the_names_of_tracks_keep_off_the_figures_of_their_axes(opened):
+    """Where nothing was played, 0.01 stood in "Commanded,"."""
+    metrics = QFontMetricsF(theme.font(theme.SMALL_PX))
+    name_px, figure_px = (metrics.horizontalAdvance(text) for text in ("Commanded,", "0.01"))
+    axis = opened.axis
+    assert 8.0 + name_px + 4.0 <= axis.position_of(0.0, "commanded").x() - 6.0 - figure_px
