@@ -145,6 +145,7 @@ def test_files_copied_in_a_file_manager_are_opened_by_paste(window, qtbot, tmp_p
     qtbot.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert window.status.message == "a.txt cannot be opened here"
     assert design(window).patch().title == "Pasted"
+    QApplication.clipboard().clear()  # data of Python's that outlives it crashes the process at its end
 
 
 def test_import_asks_about_unsaved_work_first(window, qtbot, tmp_path):
