@@ -1,6 +1,7 @@
 """The processes of a session, as the process that started them sees them."""
 
 import os
+import signal
 import sys
 from threading import Thread
 
@@ -25,3 +26,22 @@ def test_whoever_sends_to_a_busy_process_does_not_wait_for_it(until, tmp_path):
         child.kill()
         sender.join()
         child.end(0.0)
+
+
+def test_ctrl_c_does_not_reach_a_process_that_only_imports_yet(until, tmp_path):
+    """It wrote a traceback to the terminal in the first seconds of a session."""
+    gate = tmp_path / "gate"
+    gate.write_bytes(b"go on")
+    child = ChildProcess("busy", "busy_child", str(gate))
+
+    def answer():  # the first of these may reach it before it is Python
+        has_ended = not child.is_alive
+        if not has_ended:
+            os.kill(child.pid, signal.SIGINT)
+        return child.receive() or has_ended
+
+    try:
+        child.send(None)
+        assert until(answer) == [0]
+    finally:
+        child.end(60.0)

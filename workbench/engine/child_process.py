@@ -8,7 +8,8 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
@@ -39,7 +40,8 @@ class ChildProcess:
         self._process = context.Process(
             target=_run, args=(module, theirs, self._nodes, *given), name=f"underfoot {name}", daemon=daemon
         )
-        self._process.start()
+        with _held_back("SIGINT"):  # Ctrl-C goes to all processes, and this one may only be importing yet
+            self._process.start()
         theirs.close()
 
     @property
@@ -113,8 +115,20 @@ def run_tracker() -> None:
     another, which knows nothing of the memory.
     """
     if hasattr(signal, "SIGHUP"):
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
-        resource_tracker.ensure_running()
+        with _held_back("SIGHUP"):
+            resource_tracker.ensure_running()
+
+
+@contextmanager
+def _held_back(name: str) -> Iterator[None]:
+    """Block a signal, where the system can: in this thread in this block, and in what it starts for good."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {getattr(signal, name)})
+    try:
+        yield
+    finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
