@@ -123,6 +123,7 @@ def test_patches_of_one_name_in_two_folders_have_a_line_each(tmp_path):
         Patch().add("tile-output", REGISTRY).save(path)
     said = CliRunner().invoke(cli, ["levels", "--json", *paths])
     assert list(json.loads(said.stdout)) == paths
+    assert said.stderr.splitlines() == [f"underfoot: {k} of 2: {path}" for k, path in enumerate(paths, 1)]
 
 
 @pytest.mark.parametrize(("names", "place"), [(("material-leaves", "stimulus-td", "tacton-it1"), 0), (("gravel",), 1)])

@@ -38,8 +38,12 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
     files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in patches}
     files = files or preset_files.patches()
     read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
+    found: dict[str, PatchLevels] = {}
     with interrupted_by_signals(), report_compiling():
-        found = {name: levels_of(patch, files[name].parent, of_tile, made_of) for name, patch in read.items()}
+        for name, patch in read.items():
+            found[name] = levels_of(patch, files[name].parent, of_tile, made_of)
+            if len(read) > 1:
+                print(f"underfoot: {len(found)} of {len(read)}: {name}", file=sys.stderr, flush=True)
     if as_json:
         print(json.dumps({name: one.data() for name, one in found.items()}))
     else:
