@@ -88,6 +88,7 @@ def test_slips_are_those_of_the_ground_model():
     assert done.strikes[0].at_s == pytest.approx(0.01 * on + slips.time_s[0], abs=1e-9)
     spent = sum(MOST_J * strike.strength**2 for strike in done.strikes)
     assert spent == pytest.approx(slips.energy_j.sum(), rel=0.2)
+    assert ", 1 seed, " in pond.state
 
 
 def test_another_seed_cracks_otherwise():

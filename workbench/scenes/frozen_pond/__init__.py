@@ -14,6 +14,7 @@ from underfoot.models.elasto_plastic import Ground
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 from underfoot.parameters import Count, Number
+from underfoot.quantities import counted
 from underfoot.scenes.cues import Cue, Strike
 from underfoot.scenes.frozen_pond.cracks import Cracks
 from underfoot.scenes.moments import MOMENT_S, Moment
@@ -100,7 +101,8 @@ class FrozenPond(Scene):
 
     @property
     def state(self) -> str:
-        return f"{self.slips} slips, {len(self.cracks.seeds)} seeds, {self.cracks.count} lines"
+        seeds, lines = counted(len(self.cracks.seeds), "seed"), counted(self.cracks.count, "line")
+        return f"{counted(self.slips, 'slip')}, {seeds}, {lines}"
 
     def _slip(self, contact: OngoingContact, first: int) -> Iterable[tuple[float, float]]:
         """Return time and energy of the slips under a contact in one moment; its force is linear over the moment."""
