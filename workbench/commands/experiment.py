@@ -122,10 +122,12 @@ def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
     from underfoot.studies.levels import measured_peak_m_s2
 
     found = {}
-    for name, stimulus in protocol.stimuli.items():
-        if stimulus.patch:
-            measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
-            found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
+    played = {name: stimulus for name, stimulus in protocol.stimuli.items() if stimulus.patch}
+    for name, stimulus in played.items():
+        measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
+        found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
+        if len(played) > 1:
+            print(f"underfoot: {len(found)} of {len(played)}: {name}", file=sys.stderr, flush=True)
     if as_json:
         print(json.dumps(found))
         return
