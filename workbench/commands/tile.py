@@ -47,7 +47,7 @@ class TileDesignOptions:
 @click.option("--most-mass", type=float, help="Maximum mass of the plate, kg; by default 0.6.")
 @click.option("--most-sag", type=float, help="Maximum deflection of the middle under the load, mm; by default 0.2.")
 @click.option("--least-mode", type=float, help="Minimum first mode, edges held, Hz; by default 1000.")
-@click.option("--load", type=float, help="N; 1000 by default.")
+@click.option("--load", type=float, help="Load on the middle, N; 1000 by default.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 @takes_options(TileDesignOptions)
 def tile(options: TileDesignOptions) -> None:
