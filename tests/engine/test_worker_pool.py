@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from underfoot.engine.worker_pool import cores, in_parallel
+from underfoot.engine.worker_pool import cores, in_parallel, run
 from underfoot.errors import BadValue, UnderfootError
 
 
@@ -92,3 +93,19 @@ def test_there_is_a_core():
 @pytest.mark.parametrize("processes", [1, 5])
 def test_nothing_to_do_is_done_at_once(processes):
     assert list(in_parallel(worked, [], processes)) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no signals to hold back")
+def test_a_process_that_is_stopped_twice_while_it_begins_ends_without_a_word():
+    """Ctrl-C, and what follows where nobody waits any longer: let through, the second one left a traceback."""
+    ends = {signal.SIGINT, signal.SIGTERM}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ends)
+    ours, theirs = multiprocessing.Pipe()
+    try:
+        for end in ends:
+            signal.pthread_kill(threading.get_ident(), end)
+        with closing(ours), closing(theirs):
+            run(theirs, worked)
+        assert {signal.sigwait(ends), signal.sigwait(ends)} == ends
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

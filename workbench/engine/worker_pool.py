@@ -81,6 +81,8 @@ def in_parallel(
 def run(connection: Connection, work: Callable[[Job], object]) -> None:
     """Run jobs until the connection ends, which ends a job, too, or Ctrl-C, which goes to all processes; the process's
     main function."""
+    if signal.sigpending() & {*_ENDS}:
+        return  # it was stopped while it began; where both have come, each would raise
     with suppress(EOFError, OSError, KeyboardInterrupt):
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
