@@ -34,7 +34,7 @@ def simulated_recording(memory, played, arrives, told=DELAY):
 
     And how often it was aligned anew.
     """
-    reader = CardReader((Accelerometer("t2", 0, FULL_SCALE),), FLOOR, memory, RATE, BLOCK)
+    reader = CardReader((Accelerometer("t2", 0, FULL_SCALE),), FLOOR, memory, RATE, BLOCK, inputs=1)
     reader.delay_frames = told
     measured, found = Reader(memory.measured, 0), np.full(len(played), np.nan)
     rows = np.zeros((BLOCK, 2), np.float32)

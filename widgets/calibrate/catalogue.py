@@ -1,7 +1,7 @@
 """The calibrations offered by the window, and the creation of each for a tile of a target."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -59,11 +59,15 @@ def _make(
     declared: type[Calibration], target: Target, tile: Tile, profile: Profile, reference: str
 ) -> tuple[Procedure, Rig]:
     """Create the procedure of a calibration, and the rig that it needs."""
-    has_load_cell = not by_hand(target) or bool(reference)
-    setup = MeasurementSetup(tile, profile, rate_hz=target.rate, block=target.block, has_load_cell=has_load_cell)
-    known = _known_accelerometer(target, tile, reference) if declared.rig == SHAKING else None
-    if known is not None:
-        setup = replace(setup, full_scale_m_s2=known.m_s2_per_unit)
+    known = _known_accelerometer(target, tile, reference)
+    setup = MeasurementSetup(
+        tile,
+        profile,
+        rate_hz=target.rate,
+        block=target.block,
+        full_scale_m_s2=known.m_s2_per_unit if known is not None else None,
+        has_load_cell=not by_hand(target) or bool(reference),
+    )
     return declared().procedure(setup), _RIGS[declared.rig](target, tile, reference)
 
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.choice_box import name_control
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.undo_actions import left_to_document
 from underfoot.widgets.escape import is_escape_override
@@ -102,9 +103,9 @@ class ParameterEditor(QWidget):
         self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.initial))
 
     def _place_control(self, widget: QWidget) -> None:
-        """Place the control under the label, and set its accessible name."""
-        widget.setAccessibleName(self.parameter.label)
+        """Place the control under the label, and say what it is."""
         widget.setToolTip(help_text(self.parameter))
+        name_control(widget, self.parameter.label)
         self.grid.addWidget(widget, 1, 0, 1, 3)
 
 

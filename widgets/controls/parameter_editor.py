@@ -32,8 +32,6 @@ class ChoiceEditor(ParameterEditor):
         self.box = ChoiceBox(self)
         self.box.addItems(list(parameter.options))
         self._place_control(self.box)
-        # On Linux a screen reader has the choice as the name of the box, and of what it is only this.
-        self.box.setAccessibleDescription(f"{parameter.label}: {help_text(parameter)}")
         self.box.activated.connect(self._picked)
         self.set_value(parameter.default)
 

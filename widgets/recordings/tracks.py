@@ -347,12 +347,11 @@ class TrackPainter:
 
     def bars(self, chosen: int = 0) -> list[tuple[ContactSpan, QRectF]]:
         """Return the visible contacts with their bars; those too thin for a bar only if `chosen`."""
-        track, found = self.tracks["contacts"], []
+        found = []
         left, right, seen = self._spans_px()
         wide = (right - left >= _THIN_PX) | np.array([contact.id == chosen for contact in self.content.contacts], bool)
         for k in np.flatnonzero(seen & wide).tolist():
-            top = track.top + 3.0 + int(self.content.bar_rows[k]) * self._bar_px
-            bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), self._bar_px - min(3.0, 0.25 * self._bar_px))
+            bar = self._bar(int(self.content.bar_rows[k]), left[k], max(right[k] - left[k], 1.0))
             found.append((self.content.contacts[k], bar))
         return found
 
@@ -376,8 +375,12 @@ class TrackPainter:
         pixels[self.content.bar_rows[thin], at] = QColor(theme.PALETTE["a foot"]).rgb()
         for row in range(self.content.bars):
             image = QImage(pixels[row].data, width, 1, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
-            top = self.tracks["contacts"].top + 3.0 + row * self._bar_px
-            painter.drawImage(QRectF(self.left, top, width, self._bar_px - min(3.0, 0.25 * self._bar_px)), image)
+            painter.drawImage(self._bar(row, self.left, width), image)
+
+    def _bar(self, row: int, left: float, width: float) -> QRectF:
+        """Return the place of a bar in a row of contacts."""
+        top = self.tracks["contacts"].top + 3.0 + row * self._bar_px
+        return QRectF(left, top, width, self._bar_px - min(3.0, 0.25 * self._bar_px))
 
 
 def time_text(time_s: float, step_s: float = 0.001) -> str:

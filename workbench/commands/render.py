@@ -172,7 +172,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
                 continue
             found[at] = job
             if manifest is not None:
-                manifest.add_errors([at], job)
+                manifest.add_error(at, job)
             if str(job) not in said:  # what many combinations share is said once
                 said.add(str(job))
                 _tell_failure(_shown(path), path, job)
@@ -183,7 +183,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             found[at] = answer
             if manifest is not None:
                 if isinstance(answer, UnderfootError):
-                    manifest.add_errors([at], answer)
+                    manifest.add_error(at, answer)
                 else:
                     manifest.add(at, items[at], answer)
             if isinstance(answer, UnderfootError):

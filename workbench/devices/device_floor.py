@@ -19,7 +19,7 @@ from underfoot.devices.framing.parser import FrameCounts
 from underfoot.devices.framing.wire_format import FORCES, SAMPLE
 from underfoot.devices.health.sensor_health import SensorHealth
 from underfoot.devices.link_acceleration import LinkAcceleration
-from underfoot.devices.recurrence import Recurrence
+from underfoot.devices.recurrence import LAST, Recurrence
 from underfoot.devices.row_assembly import QUEUE, assembly, enqueue, hand_over
 from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import TransportReader
@@ -177,7 +177,7 @@ class DeviceFloor:
         ids, lines = np.array(self.floor.ids), list[str]()
         if fallen:
             often = ", ".join(self.floor.ids[row] for row in fallen if self._silences[row].is_last)
-            last = f"; {often} so often that it is said no more for an hour" if often else ""
+            last = f"; {often} {LAST}" if often else ""
             lines.append(f"nothing comes from {', '.join(ids[fallen])}, while others send{last}")
         return lines + ([f"frames come from {', '.join(ids[risen])} now"] if risen.any() else [])
 

@@ -4,6 +4,8 @@ from collections import deque
 
 OFTEN, WITHIN_S = 5, 3600.0
 """As often something is said within this time."""
+LAST = "so often that it is said no more for an hour"
+"""What is added where it is said for the last time."""
 
 
 class Recurrence:

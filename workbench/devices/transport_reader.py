@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.unread import why_unread
-from underfoot.devices.recurrence import Recurrence
+from underfoot.devices.recurrence import LAST, Recurrence
 from underfoot.devices.transport import Transport, asked
 from underfoot.errors import DeviceError
 
@@ -123,5 +123,5 @@ class TransportReader:
         self.trouble = f"{self.transport.name}: nothing comes"
         if not self._silence.says(now_s):
             return False
-        self.notices.append(self.trouble + ("; so often that it is said no more for an hour" * self._silence.is_last))
+        self.notices.append(self.trouble + (f"; {LAST}" if self._silence.is_last else ""))
         return True

@@ -41,10 +41,9 @@ class CardReader:
         rings: SessionMemory,
         rate_hz: float,
         block: int,
-        inputs: int = 0,
+        inputs: int,
     ) -> None:
-        """Record that many `inputs`, or as many as the accelerometers need."""
-        inputs = max(inputs, 1 + max(accelerometer.channel for accelerometer in accelerometers))
+        """Record that many `inputs`; the accelerometers may need fewer."""
         self.recorded = np.zeros((block, inputs), np.float32)
         self.delay_frames = 0
         self.jumps = 0

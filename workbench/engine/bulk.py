@@ -10,7 +10,7 @@ import io
 import re
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -131,16 +131,15 @@ class Manifest:
         found = {name: summary[name] for name in ("seconds", "rate_hz", "peak", "rms", "sha256")}
         if isinstance(item.job, RenderJob):
             found["seed"] = item.job.patch.seed if item.job.seed is None else item.job.seed
-        self._add([number], found | {"file": item.output.name if item.output else ""})
+        self._add(number, found | {"file": item.output.name if item.output else ""})
 
-    def add_errors(self, numbers: Iterable[int], error: UnderfootError) -> None:
-        """Add why files could not be made."""
-        self._add(numbers, {"error": str(error)})
+    def add_error(self, number: int, error: UnderfootError) -> None:
+        """Add why a file could not be made."""
+        self._add(number, {"error": str(error)})
 
-    def _add(self, numbers: Iterable[int], found: Mapping[str, object]) -> None:
-        for number in numbers:
-            patch, values = self._files[number]
-            self._rows[number] = {"patch": patch, **{name: _text(value) for name, value in values.items()}, **found}
+    def _add(self, number: int, found: Mapping[str, object]) -> None:
+        patch, values = self._files[number]
+        self._rows[number] = {"patch": patch, **{name: _text(value) for name, value in values.items()}, **found}
         if time.monotonic() - self._written > _EVERY_S:
             self.write()
 

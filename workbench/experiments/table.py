@@ -1,6 +1,6 @@
 """The table of trials: one row per presented trial, with all variables of the analysis."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from underfoot.errors import BadValue
@@ -85,6 +85,17 @@ def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Ro
     for row in rows:
         found.setdefault(tuple(row.get(column, "") for column in columns), []).append(row)
     return found
+
+
+def shares_by_person(rows: Iterable[Row], is_counted: Callable[[Row], bool]) -> dict[str, tuple[int, int]]:
+    """Return how many rows of each person are counted, and of how many.
+
+    >>> rows = [{"participant": "P1", "selected": "yes"}, {"participant": "P1", "selected": "no"}]
+    >>> shares_by_person(rows, lambda row: row["selected"] == "yes")
+    {'P1': (1, 2)}
+    """
+    people = grouped(rows, "participant").items()
+    return {str(who): (sum(map(is_counted, part)), len(part)) for (who,), part in people}
 
 
 def _row(

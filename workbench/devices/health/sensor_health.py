@@ -175,25 +175,17 @@ class SensorHealth:
         for sensor in range(4):
             known = self._state.sensors[row, sensor]
             new = found[sensor] & ~self._named[row, sensor]
-            others_n = load_n.sum() - load_n[sensor]
+            others_n, reading = load_n.sum() - load_n[sensor], int(known["reading"])
+            stays = f"stays at {reading} while the load on its tile changes{unshifted(reading)}"
             for fault, what in (
-                (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
+                (_DEAD, f"dead (reads {reading} while its neighbours carry {others_n:.0f} N)"),
                 (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
-                (_SATURATED, f"saturated ({_stays_at(int(known['reading']))})"),
+                (_SATURATED, f"saturated ({stays})"),
                 (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
                     self._notices.append(f"tile {tile}: sensor {sensor + 1} is {what}")
             self._named[row, sensor] |= found[sensor]
-
-
-def _stays_at(reading: int) -> str:
-    """Return at which reading a saturated sensor stays.
-
-    >>> _stays_at(1023)
-    'stays at 1023 while the load on its tile changes; does its device send 10 bits that belong at the top of 16?'
-    """
-    return f"stays at {reading} while the load on its tile changes{unshifted(reading)}"
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, peopl
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import chance_p
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.table import Row, grouped, shares_by_person
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
@@ -24,8 +24,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         lines.append((str(person), f"{a or 'A'} or {b or 'B'}", *_figures(part, _rate(part))))
     note = "Intervals are Wilson's; p is of so many right answers or more by guessing: exact binomial."
     if len(lines) > 1:
-        counts = [(_right(part), len(part)) for part in grouped(rows, "participant").values()]
-        lines.append(("all", "", *_figures(rows, people_share_interval("rate", counts))))
+        rate = people_share_interval("rate", shares_by_person(rows, _is_right).values())
+        lines.append(("all", "", *_figures(rows, rate)))
         note += f" {PEOPLE_NOTE}"
     columns = ("participant", "which", "right", "of", "rate", "95 % from", "to", "p")
     found.tables.append(Table("Is X A or B?", columns, tuple(lines), note))
@@ -37,8 +37,12 @@ def _figures(rows: Sequence[Row], rate: Estimate) -> tuple[int, int, float, floa
     return right, len(rows), rate.value, rate.low, rate.high, chance_p(right, len(rows))
 
 
+def _is_right(row: Row) -> bool:
+    return bool(row["answered"] == row["correct"])
+
+
 def _right(rows: Sequence[Row]) -> int:
-    return sum(row["answered"] == row["correct"] for row in rows)
+    return sum(map(_is_right, rows))
 
 
 def _rate(rows: Sequence[Row]) -> Estimate:

@@ -110,11 +110,6 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 "These trials come without their protocol: analysed with the method's usual parameters. "
                 "`underfoot analyse --protocol` takes those of the study."
             )
-        if protocol is None and method == "constant-stimuli" and constant.compares_levels(part):
-            findings.remarks.append(
-                "These trials come without their protocol: analysed as if the standard vibrates. Beside silence curves "
-                "begin at a half: `underfoot analyse --protocol` knows."
-            )
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:

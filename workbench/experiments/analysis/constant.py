@@ -101,20 +101,6 @@ def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
     ]
 
 
-def compares_levels(rows: Sequence[Row]) -> bool:
-    """Return whether the curves are of levels beside a standard, which may be silence.
-
-    >>> rows = [{"stimulus": str(level), "level_m_s2": level, "comparison_at": "first"} for level in (0.5, 1.0)]
-    >>> compares_levels(rows), compares_levels([{**row, "comparison_at": ""} for row in rows])
-    (True, False)
-    """
-    try:
-        placed, axis, _ = prepared(rows)
-    except BadMeasurement:
-        return False
-    return is_level(placed, axis) and any(row.get("comparison_at") for row in placed)
-
-
 def further_factors(rows: Sequence[Row], axis: str, condition: str) -> list[str]:
     """Return the factors of which a point of a curve has several values.
 
@@ -192,6 +178,11 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         return plain
     guessed = _guessed(rows, axis, settings)
     found, half = Findings("Constant stimuli"), _half_name(rows, guessed)
+    if settings.is_beside_silence is None and is_level(rows, axis) and any(row.get("comparison_at") for row in rows):
+        found.remarks.append(
+            "These trials come without their protocol: analysed as if the standard vibrates. Beside silence curves "
+            "begin at a half: `underfoot analyse --protocol` knows."
+        )
     if beside := len(all_rows) - len(rows):
         needed = " and ".join(filter(None, (axis, condition)))
         they, their = ("trials are", "their stimuli have") if beside > 1 else ("trial is", "its stimulus has")

@@ -1,7 +1,7 @@
 """Estimates with intervals, of means and shares."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
@@ -84,7 +84,7 @@ def share_interval(name: str, count: int, of: int) -> Estimate:
 PEOPLE_NOTE = "Over people: means of their shares, with Wilson's interval of as many answers as vary like these people."
 
 
-def people_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estimate:
+def people_share_interval(name: str, shares: Iterable[tuple[int, int]]) -> Estimate:
     """Return the mean of people's shares, each (count, of), with a 95 % interval for all people; of one, Wilson's.
 
     People differ, so all answers together say less than as many independent ones. It is Wilson's interval of so many

@@ -13,7 +13,7 @@ from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, peopl
 from underfoot.experiments.analysis.findings import Cell, Findings, Table, estimates_table
 from underfoot.experiments.analysis.information import information
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.table import Row, grouped, shares_by_person
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
@@ -79,15 +79,15 @@ def confusion(rows: Sequence[Row], settings: Settings) -> tuple[list[str], list[
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
-    return share_interval(name, _right(rows), len(rows))
+    return share_interval(name, sum(map(_is_right, rows)), len(rows))
 
 
 def _over_people(rows: Sequence[Row]) -> Estimate:
-    return people_share_interval("rate", [(_right(p), len(p)) for p in grouped(rows, "participant").values()])
+    return people_share_interval("rate", shares_by_person(rows, _is_right).values())
 
 
-def _right(rows: Sequence[Row]) -> int:
-    return sum(str(row.get("answer", row.get("number"))) == str(row["correct"]) for row in rows)
+def _is_right(row: Row) -> bool:
+    return str(row.get("answer", row.get("number"))) == str(row["correct"])
 
 
 def _set_of(rows: Sequence[Row]) -> str:

@@ -9,7 +9,7 @@ from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, peopl
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.free_labels import NOT_SORTED
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.table import Row, grouped, shares_by_person
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
@@ -18,8 +18,8 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     found = []
     for (name,), part in sorted(grouped(rows, "set").items()):
         if sorts:
-            counts = [shares for _, shares in _sorted_by_person(part, sorts)]
-            found.append(people_share_interval(f"{sorts[0]} {name}".rstrip(), counts))
+            shares = _sorted_by_person(part, sorts)
+            found.append(people_share_interval(f"{sorts[0]} {name}".rstrip(), shares.values()))
     return found
 
 
@@ -41,7 +41,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         estimates_table("Sorts", "of", [("all people", estimate) for estimate in estimates(rows, settings)], note)
     )
     if len(sets) == 2 and len(sorts) == 2:
-        shares = {str(name): dict(_sorted_by_person(part, sorts)) for (name,), part in sets}
+        shares = {str(name): _sorted_by_person(part, sorts) for (name,), part in sets}
         found.add_tests("Do the sets differ?", lambda: shares_compared("set by sort", shares))
     return found
 
@@ -51,10 +51,9 @@ _THESIS = (
 )
 
 
-def _sorted_by_person(rows: Sequence[Row], sorts: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
+def _sorted_by_person(rows: Sequence[Row], sorts: Sequence[str]) -> dict[str, tuple[int, int]]:
     """Return how many labels of each person are of the first sort, and how many were sorted."""
-    people = grouped((row for row in rows if row.get("sort") in sorts), "participant")
-    return [(str(who), (sum(row["sort"] == sorts[0] for row in one), len(one))) for (who,), one in people.items()]
+    return shares_by_person((row for row in rows if row.get("sort") in sorts), lambda row: row["sort"] == sorts[0])
 
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:

@@ -335,11 +335,12 @@ def _guessing(levels: Floats, counts: Floats, totals: Floats, guessed: float, mo
     with np.errstate(all="ignore"):
         weights = np.nan_to_num(totals * rise**2 / (chance * (1.0 - chance)), posinf=0.0)  # far out nothing is known
     try:
-        (vii, vis), (_, vss) = np.linalg.inv(design.T @ (weights[:, None] * design)).tolist()
+        around_middle = np.linalg.inv(design.T @ (weights[:, None] * design))
     except np.linalg.LinAlgError:
         return curve
-    return replace(curve, covariance=((vii - 2.0 * middle * vis + middle**2 * vss, vis - middle * vss),
-                                      (vis - middle * vss, vss)))  # fmt: skip
+    shift = np.array([[1.0, -middle], [0.0, 1.0]])
+    (vii, vis), (_, vss) = (shift @ around_middle @ shift.T).tolist()
+    return replace(curve, covariance=((vii, vis), (vis, vss)))
 
 
 def _turn_of_guesses(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:

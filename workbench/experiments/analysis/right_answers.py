@@ -5,7 +5,7 @@ from typing import Any
 
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, people_share_interval
 from underfoot.experiments.analysis.findings import Cell, Table
-from underfoot.experiments.table import Row, factors_of, grouped
+from underfoot.experiments.table import Row, factors_of, grouped, shares_by_person
 
 
 def right_answers(rows: Sequence[Row]) -> list[Table]:
@@ -34,7 +34,7 @@ def _in_order(parts: Mapping[tuple[Any, ...], list[Row]]) -> list[tuple[tuple[An
 
 
 def _line(name: str, rows: Sequence[Row]) -> tuple[Cell, ...]:
-    people = list(grouped(rows, "participant").values())
-    right = [sum(row["right"] for row in part) for part in people]
-    share = people_share_interval(name, [(k, len(part)) for k, part in zip(right, people, strict=True)])
-    return (name, len(people), sum(right), len(rows), share.value, share.low, share.high)
+    people = shares_by_person(rows, lambda row: bool(row["right"]))
+    share = people_share_interval(name, people.values())
+    right = sum(count for count, _ in people.values())
+    return (name, len(people), right, len(rows), share.value, share.low, share.high)

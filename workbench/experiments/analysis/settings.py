@@ -9,10 +9,10 @@ from typing import Any
 class Settings:
     """`given` are the method's checked parameters. `bootstrap` is the number of draws for intervals of curves, 0 for
     the regression's covariance; `with_lapses` gives curves a lapse rate. `is_beside_silence`: nothing vibrates in the
-    standard.
+    standard; None without the protocol.
     """
 
     given: Mapping[str, Any] = field(default_factory=dict)
     bootstrap: int = 399
     with_lapses: bool = False
-    is_beside_silence: bool = False
+    is_beside_silence: bool | None = None

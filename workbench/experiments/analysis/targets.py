@@ -17,7 +17,7 @@ from underfoot.experiments.analysis.estimate import (
 )
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, by_value, grouped
+from underfoot.experiments.table import Row, by_value, grouped, shares_by_person
 
 FACTORS = {
     "width": ("width_m", 100.0, "cm"),
@@ -33,7 +33,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     found = [_rate("rate", rows)]
     for width, part in by_value(rows, "width_m"):
         found.append(_rate(f"rate at {100.0 * float(width):g} cm", part))
-    times = [float(row["time_s"]) for row in rows if row["selected"] == "yes"]
+    times = [float(row["time_s"]) for row in filter(_is_selected, rows)]
     return [*found, mean_interval("time", times, "s")]
 
 
@@ -56,7 +56,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.tables.append(estimates_table(f"By {name}", name, lines + times, f"{PEOPLE_NOTE} {beside}".rstrip()))
         found.drawings.append(_drawn(name, rows, beside=name == "width" and is_thesis))
     columns = {f"{n}, {u}": [f * float(row[c]) for row in rows] for n, (c, f, u) in FACTORS.items()}
-    success = [row["selected"] == "yes" for row in rows]
+    success = [_is_selected(row) for row in rows]
     note = f"Printed: {thesis.SELECTION_LOGIT}." if is_thesis else ""
     who = [row["participant"] for row in rows]
     found.add_tests("Logistic regression", lambda: logistic_regression(success, columns, who), note)
@@ -76,9 +76,7 @@ _BY_FISHER = "Fisher's test of all trials is the thesis's: its p is too small wh
 
 def _distances_compared(near: Sequence[Row], far: Sequence[Row], *, is_thesis: bool) -> list[Test]:
     """Test the rates at two distances; beside the thesis's study also by its test, of all trials."""
-    near_of, far_of = (
-        {str(who): _selected(part) for (who,), part in grouped(rows, "participant").items()} for rows in (near, far)
-    )
+    near_of, far_of = (shares_by_person(rows, _is_selected) for rows in (near, far))
     tests = shares_compared("distance by success", {"15 cm": near_of, "25 cm": far_of})
     if is_thesis and tests[0].statistic == "t":
         table = [(count, of - count) for count, of in (_selected(near), _selected(far))]
@@ -88,7 +86,11 @@ def _distances_compared(near: Sequence[Row], far: Sequence[Row], *, is_thesis: b
 
 def _selected(rows: Sequence[Row]) -> tuple[int, int]:
     """Return how many buttons were selected, and of how many."""
-    return sum(row["selected"] == "yes" for row in rows), len(rows)
+    return sum(map(_is_selected, rows)), len(rows)
+
+
+def _is_selected(row: Row) -> bool:
+    return bool(row["selected"] == "yes")
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
@@ -99,15 +101,13 @@ def _rate(name: str, rows: Sequence[Row]) -> Estimate:
 
 def _over_people(rows: Sequence[Row]) -> Estimate:
     """Return the rate of selection of all people; of one, `_rate`."""
-    people = list(grouped(rows, "participant").values())
-    if len(people) == 1:
-        return _rate("rate", rows)
-    return people_share_interval("rate", [_selected(part) for part in people])
+    people = shares_by_person(rows, _is_selected)
+    return _rate("rate", rows) if len(people) == 1 else people_share_interval("rate", people.values())
 
 
 def _time_over_people(rows: Sequence[Row]) -> Estimate:
     """Return the mean of people's mean times; of one, of the trials."""
-    selected = [row for row in rows if row["selected"] == "yes"]
+    selected = filter(_is_selected, rows)
     people = [[float(row["time_s"]) for row in part] for part in grouped(selected, "participant").values()]
     return mean_interval("time", people[0] if len(people) == 1 else [float(np.mean(one)) for one in people], "s")
 
