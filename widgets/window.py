@@ -312,7 +312,10 @@ class MainWindow(QMainWindow):
             "import": self._add_action("Import…", "Ctrl+Shift+I", self._exchange.ask),
             "export": self._add_action("Export…", "Ctrl+Shift+E", self._export),
             "play": self._add_action("Play or stop", "Ctrl+Space", controller.play_or_stop),
-            "panic": self._add_action("Panic: silence at once", PANIC_KEYS, self.panic),
+            # Also in the window of a participant, or of a projector, which has the keys.
+            "panic": self._add_action(
+                "Panic: silence at once", PANIC_KEYS, self.panic, Qt.ShortcutContext.ApplicationShortcut
+            ),
             "record": self._add_action(
                 "Record", "Ctrl+R", lambda: controller.record(not self.main_bar.record.isChecked())
             ),
@@ -333,15 +336,18 @@ class MainWindow(QMainWindow):
         }
 
     def _add_action(
-        self, text: str, keys: QKeySequence.StandardKey | str | tuple[str, ...], do: Callable[[], object]
+        self,
+        text: str,
+        keys: QKeySequence.StandardKey | str | tuple[str, ...],
+        do: Callable[[], object],
+        where: Qt.ShortcutContext = Qt.ShortcutContext.WindowShortcut,
     ) -> QAction:
         action = QAction(text, self)
         if isinstance(keys, tuple):
             action.setShortcuts([QKeySequence(key) for key in keys])
         else:
             action.setShortcut(keys)
-        if keys == PANIC_KEYS:  # also in the window of a participant, or of a projector, which has the keys
-            action.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
+        action.setShortcutContext(where)
         action.triggered.connect(lambda _=False: do())
         self.addAction(action)
         return action

@@ -298,8 +298,13 @@ class NodeItem(QGraphicsItem):
         painter.setFont(theme.font())
         painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
         rect = QRectF(PAD + 4, placed.at.y() - 10, self.geometry.width - 2 * PAD - 8, 20)
-        text = painter.fontMetrics().elidedText(placed.row.text, Qt.TextElideMode.ElideRight, int(WIDEST_PORT) + 1)
-        painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, text)
+        painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, _port_text(placed.row.text))
+
+
+@lru_cache(maxsize=256)
+def _port_text(text: str) -> str:
+    """Return the name of a port, cut short where it is too long."""
+    return QFontMetricsF(theme.font()).elidedText(text, Qt.TextElideMode.ElideRight, WIDEST_PORT + 1.0)
 
 
 @lru_cache(maxsize=256)

@@ -26,7 +26,7 @@ class Stepping:
         if ids:
             here = self._at if self._at in now else now[-1] if now else ""
             at = ids[(ids.index(here) + by if here else (0 if by > 0 else -1)) % len(ids)]
-            kept = self._kept
+            kept = self._kept  # which are forgotten with each new selection
             scene.select({*kept, at})
             self._at, self._kept = at, kept
             self._view.setAccessibleDescription(spoken_selection(scene, at))
