@@ -28,13 +28,14 @@ def test_whoever_sends_to_a_busy_process_does_not_wait_for_it(until, tmp_path):
         child.end(0.0)
 
 
-def test_ctrl_c_does_not_reach_a_process_that_only_imports_yet(until, tmp_path):
+def test_ctrl_c_does_not_reach_a_process_that_only_imports_yet(until, tmp_path, monkeypatch):
     """It wrote a traceback to the terminal in the first seconds of a session."""
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))  # so that it is spawned, as everywhere but in tests
     gate = tmp_path / "gate"
     gate.write_bytes(b"go on")
     child = ChildProcess("busy", "busy_child", str(gate))
 
-    def answer():  # the first of these may reach it before it is Python
+    def answer():  # the first of these reaches it before it is Python
         has_ended = not child.is_alive
         if not has_ended:
             os.kill(child.pid, signal.SIGINT)
