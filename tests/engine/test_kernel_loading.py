@@ -1,5 +1,7 @@
 """Loading of what a session needs: what is made for the first time is counted, part by part."""
 
+import gc
+
 from underfoot.array_cache import ArrayCache
 from underfoot.engine.kernel_loading import KernelParts
 from underfoot.engine.loop import LoopOptions
@@ -26,3 +28,13 @@ def test_from_the_end_plates_come_first_so_that_two_processes_share_them(monkeyp
     options, told = LoopOptions(block=128, plates=("accelerometer",)), []
     KernelParts(Patch(), Target(default_floor(1, 2)), options, from_end=True).load(told.append)
     assert [report.ready for report in told][:2] == [1, 2]
+
+
+def test_programs_of_a_floor_of_hardware_leave_nothing_to_the_collector():
+    """Each cue of a floor of hardware left a megabyte or two, up to gigabytes: the collector counts objects."""
+    floor = Target(default_floor(1, 1), "udp", "127.0.0.1:9000")
+    there = []
+    for _ in range(4):
+        KernelParts(Patch(), floor, LoopOptions(block=128)).load(lambda _: None)
+        there.append(len(gc.get_objects()))
+    assert there[3] - there[1] < 5

@@ -3,7 +3,6 @@
 Compiling holds the interpreter for long stretches; here nobody minds. The engine then only loads what is in the cache.
 """
 
-import gc
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -38,7 +37,6 @@ def run(connection: Connection) -> None:
             if is_idle and program is not None:
                 connection.send(_compiled(program, connection.send))
                 program = None
-                gc.collect(0)  # a source of hardware refers to itself: megabytes, but few objects to the collector
             elif is_idle and picture is not None:
                 if isinstance(picture, PreviewRequest):
                     connection.send(_preview(picture))

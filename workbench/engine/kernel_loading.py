@@ -5,9 +5,9 @@ opposite ends of the list share the work: each waits for a kernel that the other
 """
 
 import gc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import partial
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import lru_cache, partial
 
 import numpy as np
 from msgspec.structs import replace
@@ -28,7 +28,7 @@ from underfoot.engine.target import Target, source_of
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor import contacts
 from underfoot.floor.layout import default_floor
-from underfoot.floor.simulated_plates import SimulatedPlates, load_plate
+from underfoot.floor.simulated_plates import PlateOutput, SimulatedPlates, load_plate
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -48,7 +48,8 @@ class KernelParts:
         types = sorted({node.type for node in patch.nodes})
         # A part returns True if it made something that is not reported to listeners of the compiler.
         self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        self._parts += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
+        self._parts += [load_kernels, _output, _walker, partial(_hardware, target), partial(_plates, options.plates)]
+        self._parts += [partial(_intake, target.rate, options.block), contacts.load_kernels]
         self._parts += [
             partial(load_plate, tile, options.simulation, float(options.rate_hz), heard)
             for heard in options.plates
@@ -59,30 +60,16 @@ class KernelParts:
 
     def load(self, progress: Callable[[Compiling], None]) -> None:
         """Load all parts; report how many are ready as soon as one has to be made."""
-        with _reporting(progress, len(self._parts) + 1) as ready:
-            for part in self._parts:
-                ready(part() is True)
-            self._play()
-            ready(False)
-
-    def _source(self) -> None:
-        """Load the force sources: the simulator's walker, which loops run for loading use, and the target's."""
-        SimulatedFloor(default_floor(1, 2)).pull(_MOMENT)
-        if self.target.kind in TRANSPORTS or self.target.simulation:
-            source_of(self.target).pull(round(self.target.rate))
-
-    def _plates(self) -> None:
-        """Load the simulated plates."""
-        for heard in self.options.plates:
-            SimulatedPlates(default_floor(1, 2), None, [0, 1], float(RATE_HZ), SPAN, heard)
-
-    def _intake(self) -> None:
-        """Load the conversion of force samples to signals."""
-        target = self.target
-        intake = Intake(SimulatedFloor(default_floor(1, 2)), target.rate, self.options.block)
-        for end in (_MOMENT, 3 * _MOMENT):  # while the tiles are tared, and after
-            intake.take(end)
-        intake.fill(0, self.options.block)
+        told, collects = _Progress(progress, len(self._parts) + 1), gc.isenabled()
+        try:
+            with event.install_listener("numba:compile", told):
+                for part in self._parts:
+                    told.ready(part() is True)
+                self._play()
+                told.ready(False)
+        finally:
+            if collects:
+                gc.enable()
 
     def _play(self) -> None:
         """Load the rest by running a loop without output: the program, a swap of it, and the output stages."""
@@ -123,35 +110,54 @@ def _output() -> None:
     TileEqualiser("").coefficients(rate_hz)
 
 
-@contextmanager
-def _reporting(progress: Callable[[Compiling], None], total: int) -> Iterator[Callable[[bool], None]]:
-    """Report how many parts are ready once something is made: a kernel is compiled, or the yielded function, which
-    counts a part, is given True."""
-    state = Compiling(0, total)
-    makes = False
-    collects = gc.isenabled()
+def _walker() -> None:
+    """Load the simulator's walker, which loops run for loading use."""
+    SimulatedFloor(default_floor(1, 2)).pull(_MOMENT)
 
-    class FirstCompile(event.Listener):
-        def on_start(self, event: event.Event) -> None:
-            nonlocal makes
-            if not makes:
-                makes = True
-                gc.disable()  # saves a fifth of the compile time
-                progress(state)
 
-        def on_end(self, event: event.Event) -> None:
-            pass
+@lru_cache(maxsize=1)
+def _hardware(target: Target) -> None:
+    """Load the target's own source of force, once: it does not depend on the patch, and one of hardware refers to
+    itself, so that each program that is compiled would leave megabytes to the collector, which counts objects.
+    """
+    if target.kind in TRANSPORTS or target.simulation:
+        source_of(target).pull(round(target.rate))
 
-    def ready(was_made: bool) -> None:
-        nonlocal state, makes
-        state = replace(state, ready=state.ready + 1)
-        makes = makes or was_made
-        if makes:
-            progress(state)
 
-    try:
-        with event.install_listener("numba:compile", FirstCompile()):
-            yield ready
-    finally:
-        if collects:
-            gc.enable()
+def _plates(places: Iterable[PlateOutput]) -> None:
+    """Load the simulated plates."""
+    for heard in places:
+        SimulatedPlates(default_floor(1, 2), None, [0, 1], float(RATE_HZ), SPAN, heard)
+
+
+def _intake(rate: int, block: int) -> None:
+    """Load the conversion of force samples to signals."""
+    intake = Intake(SimulatedFloor(default_floor(1, 2)), rate, block)
+    for end in (_MOMENT, 3 * _MOMENT):  # while the tiles are tared, and after
+        intake.take(end)
+    intake.fill(0, block)
+
+
+class _Progress(event.Listener):
+    """Reports how many parts are ready once something is made: a kernel is compiled, or a part made what it loads."""
+
+    def __init__(self, report: Callable[[Compiling], None], total: int) -> None:
+        self._report, self._state = report, Compiling(0, total)
+        self._makes = False
+
+    def on_start(self, event: event.Event) -> None:
+        """A kernel is being compiled."""
+        if not self._makes:
+            self._makes = True
+            gc.disable()  # saves a fifth of the compile time
+            self._report(self._state)
+
+    def on_end(self, event: event.Event) -> None:
+        """It was compiled."""
+
+    def ready(self, was_made: bool) -> None:
+        """Count a part."""
+        self._state = replace(self._state, ready=self._state.ready + 1)
+        self._makes = self._makes or was_made
+        if self._makes:
+            self._report(self._state)
