@@ -120,6 +120,17 @@ def test_a_loose_sensor():
     assert line == "tile t2: sensor 1 is loose (fell to nothing 3 times while its tile was loaded)"
 
 
+@pytest.mark.parametrize(("well_s", "times"), [(61, 2), (30, 1)])
+def test_a_fault_is_named_again_where_its_sensor_was_well_for_a_while(well_s, times):
+    """What failed again a week after its repair was not said in a session that went on."""
+    stands = [(2, False), (3, True), (2, False), (well_s, False), (2, False), (3, True), (2, False)]
+    forces = np.concatenate([np.full((100 * s, 1, 4), 150.0 * (k % 2)) for k, (s, _) in enumerate(stands)])
+    is_dead = np.concatenate([np.full(100 * s, dead) for s, dead in stands])
+    forces[is_dead, 0, 2] = 0.0
+    said = found(default_floor(1, 1), forces, rate_hz=100.0)
+    assert [line.partition(" (")[0] for line in said] == ["tile t1: sensor 3 is dead"] * times
+
+
 @pytest.mark.parametrize("hum_n", [8.0, 40.0])
 def test_a_noisy_tile(hum_n):
     """Its steps were gone, in silence: each wave of the hum of the mains was a contact."""

@@ -10,7 +10,8 @@ from the other three.
 - *Loose*: it repeatedly falls to rest from one sample to the next while the others do not, and recovers.
 - *Noisy*: with nobody on its tile it swings to and fro so far that four such sensors reach the load of a contact.
 
-A sensor is reported only when nothing else explains the readings; a walk with too little evidence reports none.
+A sensor is reported only when nothing else explains the readings; a walk with too little evidence reports none. It is
+reported again where it was well for a while in between.
 """
 
 import math
@@ -36,6 +37,8 @@ meanwhile.
 """
 FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
 """A loose sensor loses at least `FALL_N` at once and recovers within `BACK_S`, `FALLS` times within `WITHIN_S`."""
+WELL_S = 60.0
+"""Time for which a sensor must carry loads without a sign of its fault to be well again."""
 NOISY_N, SWINGS, NOISY_S, MEAN_S = CONTACT_N / 4.0, 10, 1.0, 0.1
 """A noisy sensor swings by `NOISY_N` or more about its mean of `MEAN_S`, `SWINGS` times within `NOISY_S`."""
 
@@ -56,6 +59,7 @@ _SENSOR = np.dtype(
         ("fell_from_n", np.float64),
         ("falls", np.int64),
         ("first_fall_s", np.float64),
+        ("well_s", np.float64),
         ("mean_n", np.float64),
         ("side", np.float64),
         ("swings", np.float64),
@@ -65,8 +69,8 @@ _SENSOR = np.dtype(
 )
 """State of a sensor: its force at rest, its newest force and reading; the time and samples of a constant reading, and
 the others' load when it began; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has
-recovered), from which load, how often, and when first; its mean, the side of it on which it swung last, and in these
-`NOISY_S` how often and how far.
+recovered), from which load, how often, and when first; for how long it has been well; its mean, the side of it on which
+it swung last, and in these `NOISY_S` how often and how far.
 """
 _TILE = np.dtype(
     [
@@ -185,7 +189,7 @@ class SensorHealth:
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
                     self._notices.append(f"tile {tile}: sensor {sensor + 1} is {what}")
-            self._named[row, sensor] |= found[sensor]
+            self._named[row, sensor] = found[sensor] | (self._named[row, sensor] & _NOISY)  # shakers come and go
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
@@ -215,6 +219,10 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
                 found[j] |= _SATURATED
             if step_s > 0.0 and not found[j] & _NOISY and _is_loose(sensors, force_n, now_s, j):
                 found[j] |= _LOOSE
+            if load_n[j] > CONTACT_N:
+                sensors[j].well_s += step_s
+                if sensors[j].well_s >= WELL_S:
+                    found[j] &= _NOISY
         _find_noise(tile, sensors, force_n, total_n, step_s, found)
         tile.time_s, tile.is_known = now_s, True
         for j in range(4):
@@ -271,12 +279,14 @@ def _find_dead_or_reversed(
             sensors[j].reversed_s = 0.0
         elif load_n[j] < -CONTACT_N and expected_n > CONTACT_N and others_n >= LOADED_N:
             sensors[j].reversed_s += step_s
+            sensors[j].well_s = 0.0
             if sensors[j].reversed_s >= DEAD_S:
                 found[j] |= _REVERSED
         if abs(load_n[j]) > ALIVE_N:
             sensors[j].dead_s = 0.0
         elif abs(load_n[j]) < DEAD_N and total_n >= LOADED_N and expected_n > max(0.05 * others_n, CONTACT_N):
             sensors[j].dead_s += step_s
+            sensors[j].well_s = 0.0
             if sensors[j].dead_s >= DEAD_S:
                 found[j] |= _DEAD
 
@@ -334,7 +344,10 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
     flat_samples, flat_s, began_n = sensor.flat_samples + 1, sensor.flat_s + step_s, sensor.flat_others_n
     sensor.flat_samples, sensor.flat_s = flat_samples, flat_s
     has_changed = abs(others_n - began_n) > max(FLAT_SHARE * max(others_n, began_n), CONTACT_N)
-    return flat_samples >= FLAT_SAMPLES and flat_s >= FLAT_S and has_changed
+    if flat_samples < FLAT_SAMPLES or flat_s < FLAT_S or not has_changed:
+        return False
+    sensor.well_s = 0.0
+    return True
 
 
 @part
@@ -355,5 +368,6 @@ def _is_loose(sensors: NDArray[np.void], force_n: NDArray[np.float64], now_s: fl
         if now_s - own.first_fall_s > WITHIN_S:
             own.falls, own.first_fall_s = 0, now_s
         own.falls += 1
+        own.well_s = 0.0
         return own.falls >= FALLS
     return False
