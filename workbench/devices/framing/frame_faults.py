@@ -1,7 +1,8 @@
 """Faults of tiles that show in their frames: wrong numbers, times or rates, and frames that are lost or damaged.
 
-Shares are those of the last minute. Over all frames since the start, a fault that begins after a day would take hours
-to show, or days.
+Shares are found over the last minute. Over all frames since the start, a fault that begins after a day would take hours
+to show, or days. What is said is the share of the newest frames, where that is larger: of a fault that begins late, the
+minute has seen the first seconds only.
 """
 
 from collections.abc import Iterator
@@ -18,21 +19,24 @@ FRAMES = 1000
 """Fewest frames of which shares are told."""
 LATELY_S, RESTARTS_S = 60.0, 3600.0
 """Time of which shares are told, and the restarts of a tile; half of it at least."""
+_NEWEST_S = 5.0  # of which the share is said, half of it at least
 _WRONG_RATE = 0.1
 _STRANGE = 10  # times as many frames of strangers as of its own: it has no address of its own
 _MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts, from which it is named
 
 
 class _Fault(NamedTuple):
-    """A fault that is there: its name, what is said of it, and the share of frames that have it, if it is one."""
+    """A fault that is there: its name, what is said of it; if it is one of a share of frames, that share, and the one
+    that is said."""
 
     name: str
     line: str
     share: float = 0.0
+    said: float = 0.0
 
 
 class _Named(NamedTuple):
-    """What was said of a fault of a tile: the largest share of frames; and when it was there last."""
+    """What was said of a fault of a tile: the share of frames; and when it was there last."""
 
     share: float
     seen_s: float
@@ -44,14 +48,15 @@ class FrameFaults:
     def __init__(self, parser: Parser, floor: Floor, rate_hz: float, line: str) -> None:
         self._parser, self._floor, self._rate_hz, self._line = parser, floor, rate_hz, line
         self._frames, self._restarts, self._all = _Lately(LATELY_S), _Lately(RESTARTS_S), _Lately(LATELY_S)
+        self._newest, self._newest_of_all = _Lately(_NEWEST_S), _Lately(_NEWEST_S)
         self._named = dict[tuple[str, int], _Named]()
         self._named_s = dict[str, float]()
 
     def take_notices(self, now_s: float) -> list[str]:
         """Return a line for each fault that is new on some tile at `now_s`; other tiles with it are named in the line.
 
-        A fault of a tile is named again if its share has doubled, as that of one that begins late does while its minute
-        fills, or after an hour without it. The next tiles with it are named a minute later at the soonest.
+        A fault of a tile is named again if its share has doubled, or after an hour without it. The next tiles with it
+        are named a minute later at the soonest.
         """
         self._named = {key: one for key, one in self._named.items() if now_s - one.seen_s < RESTARTS_S}
         found = dict[str, list[tuple[int, _Fault]]]()
@@ -64,7 +69,7 @@ class FrameFaults:
                 found.setdefault(fault.name, []).append((row, fault))
         for name, tiles in found.items():
             self._named_s[name] = now_s
-            self._named.update(((name, row), _Named(fault.share, now_s)) for row, fault in tiles)
+            self._named.update(((name, row), _Named(fault.said, now_s)) for row, fault in tiles)
         return [tiles[0][1].line + self._others([row for row, _ in tiles[1:]]) for tiles in found.values()]
 
     def _others(self, rows: list[int]) -> str:
@@ -73,18 +78,20 @@ class FrameFaults:
     def _found(self, now_s: float) -> Iterator[tuple[int, _Fault]]:
         """Yield each fault that is there, with the tile's row, 0 for the whole line's."""
         counts = self._parser.counts
-        accepted, corrupted = self._all.since(np.array([counts.accepted, counts.corrupted]), now_s)
+        both = np.array([counts.accepted, counts.corrupted])
+        (accepted, corrupted), newest = self._all.since(both, now_s), self._newest_of_all.since(both, now_s)
         if accepted + corrupted >= FRAMES and corrupted > _MUCH * (accepted + corrupted):
-            share = corrupted / (accepted + corrupted)
-            words = f"{self._line}: {share:.0%} of the frames are corrupted; is the baud rate right?"
-            yield 0, _Fault("corrupted", words, share)
+            share, said = _shares(corrupted, accepted, newest[1], newest[0])
+            words = f"{self._line}: {said:.0%} of the frames are corrupted; is the baud rate right?"
+            yield 0, _Fault("corrupted", words, share, said)
         totals = self._parser.tile_counts(len(self._floor.tiles))
         restarts = self._restarts.since(totals[:, -1], now_s)
-        for row, lately in enumerate(self._frames.since(totals, now_s)):
-            yield from ((row, one) for one in self._of_tile(row, lately.tolist(), int(restarts[row])))
+        tiles = zip(self._frames.since(totals, now_s), self._newest.since(totals, now_s), strict=True)
+        for row, (lately, newest) in enumerate(tiles):
+            yield from ((row, one) for one in self._of_tile(row, lately.tolist(), newest.tolist(), int(restarts[row])))
 
-    def _of_tile(self, row: int, lately: list[int], restarts: int) -> Iterator[_Fault]:
-        """Yield the faults of a tile, from its counts in `LATELY_S`, and its `restarts` in `RESTARTS_S`."""
+    def _of_tile(self, row: int, lately: list[int], newest: list[int], restarts: int) -> Iterator[_Fault]:
+        """Yield the faults of a tile, from its counts in `LATELY_S`, the newest, and its `restarts` in `RESTARTS_S`."""
         accepted, missed, refused, foreign, began = lately
         parser, tile = self._parser, f"tile {self._floor.ids[row]}"
         period_us = parser.period_us(row)
@@ -113,12 +120,22 @@ class FrameFaults:
             return
         elif missed > _MUCH * (missed + accepted):
             rise = "which must rise by 1 with each of its samples"
-            share = missed / (missed + accepted)
-            yield _Fault("lost", f"{tile}: {share:.0%} of its frames are lost, by their numbers, {rise}", share)
+            share, said = _shares(missed, accepted, newest[1], newest[0])
+            yield _Fault("lost", f"{tile}: {said:.0%} of its frames are lost, by their numbers, {rise}", share, said)
         elif refused > _MUCH * (accepted + refused) and not is_out_of_order:
             why = f"their numbers are not new; do others send as tile {row}?"
-            share = refused / (accepted + refused)
-            yield _Fault("refused", f"{tile}: {share:.0%} of its frames are left out: {why}", share)
+            share, said = _shares(refused, accepted, newest[2], newest[0])
+            yield _Fault("refused", f"{tile}: {said:.0%} of its frames are left out: {why}", share, said)
+
+
+def _shares(bad: int, good: int, newest_bad: int, newest_good: int) -> tuple[float, float]:
+    """Return the share of bad frames lately, and the one to say.
+
+    >>> _shares(7, 93, 3, 6), _shares(7, 93, 0, 0)
+    ((0.07, 0.3333333333333333), (0.07, 0.07))
+    """
+    share = bad / (bad + good)
+    return share, max(share, newest_bad / max(newest_bad + newest_good, 1))
 
 
 class _Lately:
