@@ -10,7 +10,7 @@ from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.result import Inconclusive
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
-from underfoot.errors import BadMeasurement, BadValue
+from underfoot.errors import BadMeasurement, BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -195,6 +195,25 @@ def test_a_page_begins_again_after_a_line_that_was_gone(page, again, after):
     measured = {data.step.page.key[8:]: data.readings for data in procedure.step_data()}
     assert measured[again].time_s[0] > before_s
     assert page not in measured or measured[page].time_s[0] > before_s
+
+
+def test_a_line_that_is_silent_is_said_once_and_its_page_begins_again():
+    """It was said a second time, as a gap, once the line was back."""
+    procedure, hand = FsrProcedure(TILE), Hand()
+    walked(procedure, hand, QUICK, "sensor1-fall2")
+    assert step(procedure, hand)
+    read = hand.read
+
+    def silent():
+        raise DeviceError("nothing comes of tile number 0")
+
+    hand.read = silent
+    with pytest.raises(DeviceError):
+        step(procedure, hand)
+    assert procedure.page.key == "sensor1-rise2"
+    hand.read = read
+    hand.time += 12.0
+    assert step(procedure, hand)
 
 
 def test_weights_out_of_order_are_refused():

@@ -119,6 +119,9 @@ class Weighing:
             self._kept = self._taken
             self._go(self._at + 1)
 
+    def begin_again(self):
+        self._go(self._at)
+
     def take_recording(self, recorded):
         if self._gate is not None:
             self._gate.wait(300.0)

@@ -15,7 +15,7 @@ from windows import LONG_MS, choose_file, dialog_of
 from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Inconclusive, Result
 from underfoot.engine.target import Target
-from underfoot.errors import BadMeasurement
+from underfoot.errors import BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Latency, PlateStiffness, Profile, Response
 from underfoot.widgets.calibrate.profiles import Profiles
@@ -216,6 +216,21 @@ def test_a_last_page_by_hand_that_led_to_no_result_waits_for_a_click(qtbot, tmp_
     assert (len(concluded), driver.wizard.going.text()) == (1, "Read")
     driver.click(driver.wizard.going)
     driver.wait(lambda: driver.wizard.refusal.text() == "refused 2")
+
+
+def test_a_line_that_is_back_is_not_called_silent_while_its_page_is_read(qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr(Weighing, "feed", lambda *_: None)  # the page goes on
+    driver = CalibrateDriver(qtbot, tmp_path, kind="serial")
+    driver.click(driver.workspace.overview.begin)
+    driver.workspace.begin_released()
+    driver.wait(lambda: driver.page == "setup")
+    driver.go("tare")
+    scale = driver.made[0][1]
+    scale.failure = DeviceError("nothing comes of tile 0")
+    driver.wait(lambda: driver.wizard.refusal.text() == "nothing comes of tile 0")
+    scale.failure = None
+    driver.wait(lambda: driver.wizard.refusal.text() == "")
+    assert driver.page == "tare"
 
 
 def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(driver, tmp_path):

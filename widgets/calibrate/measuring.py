@@ -15,7 +15,7 @@ from underfoot.calibration.procedure import Page, PageProgress, Procedure, step
 from underfoot.calibration.result import Inconclusive, Result
 from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
-from underfoot.errors import BadMeasurement, UnderfootError
+from underfoot.errors import BadMeasurement, DeviceError, UnderfootError
 
 MakeProcedure = Callable[[], tuple[Procedure, Rig]]
 
@@ -286,6 +286,8 @@ class _Worker:
     def _step(self) -> None:
         if not step(self.procedure, self.rig, self._values):
             self._pause_until_s = time.monotonic() + _NO_READINGS_S
+        elif self._silence and self._silence == self._rejection:
+            self._silence = self._rejection = ""
 
     def _run_checked(self, action: Callable[[], None]) -> None:
         """Do something that may be refused, and send the result."""
@@ -294,6 +296,7 @@ class _Worker:
             action()
         except UnderfootError as error:
             rejection, self._is_requested, self._is_automatic = str(error), False, False
+            self._silence = rejection if isinstance(error, DeviceError) else ""
             self.rig.press(None)  # the page begins again, and a load that stays on would not rise
             # Measured again without end, the last page would lead to the same: it waits for Continue.
             self._is_inconclusive = isinstance(error, Inconclusive)

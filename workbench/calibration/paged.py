@@ -132,12 +132,16 @@ class PagedProcedure:
         except Inconclusive:
             raise
         except BadMeasurement:
-            again = self._with_load(self._at)
-            for k in range(again, self._at + 1):
-                self._step_data.pop(k, None)
-                self._answers.pop(k, None)
-            self._open(again)
+            self.begin_again()
             raise
+
+    def begin_again(self) -> None:
+        """Discard what was read on this page, and begin with the load again that it lets go of."""
+        again = self._with_load(self._at)
+        for k in range(again, self._at + 1):
+            self._step_data.pop(k, None)
+            self._answers.pop(k, None)
+        self._open(again)
 
     def take_recording(self, recorded: NDArray[np.float64]) -> None:
         """Take the recording of the page's sound; `BadValue` unless a subclass plays sounds."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
+from underfoot.errors import DeviceError
 from underfoot.parameters import Parameter
 
 Answers = Mapping[str, Any]
@@ -95,6 +96,10 @@ class Procedure(Protocol):
         """Take readings as they arrive; goes on when the page has enough. May raise `BadMeasurement`."""
         ...
 
+    def begin_again(self) -> None:
+        """Discard what was read on this page."""
+        ...
+
     def take_recording(self, recorded: NDArray[np.float64]) -> None:
         """Take the recording of the page's sound, from its first frame, and go on. May raise `BadMeasurement`."""
         ...
@@ -122,12 +127,17 @@ def ask(name: str, parameter: Parameter) -> Parameter:
 def step(procedure: Procedure, rig: Rig, values: Answers | None = None) -> bool:
     """Do one step of the page: answer it with `values` or defaults, feed it new readings, or play its sound.
 
-    Returns False if no readings have arrived since the last step.
+    Returns False if no readings have arrived since the last step. Where none come any more (`DeviceError`), the page
+    begins again: they would have a gap.
     """
     page = procedure.page
     if page.press is not None and not page.questions:
         rig.press(page.press)
-        readings = rig.read()
+        try:
+            readings = rig.read()
+        except DeviceError:
+            procedure.begin_again()
+            raise
         procedure.feed(readings)
         return readings.time_s.size > 0
     if page.sound is not None:
