@@ -116,10 +116,10 @@ def test_without_the_card_the_error_is_one_line():
     assert "\n" not in str(error.value)
 
 
-def test_without_portaudio_the_error_is_one_line():
+def test_without_portaudio_the_error_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "sounddevice.py").write_text('raise OSError("PortAudio library not found")')
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     script = """
-import sys
-sys.modules["sounddevice"] = None
 from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import DeviceError
 try:

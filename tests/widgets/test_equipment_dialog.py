@@ -1,11 +1,13 @@
 """The equipment of studies, chosen in a dialog by clicks and keys; the plate and the trigger are pseudo-terminals."""
 
 import os
+import signal
 import tty
 
 import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDialogButtonBox
 
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import PlateCalibration
@@ -100,6 +102,23 @@ def test_a_simulated_plate_needs_no_calibration(hand):
     assert dialog.note.text() == "Opened: plate."
     hand.click(dialog.use_button)
     assert hand.used == [EquipmentChoice(plate="simulated")]
+
+
+def test_the_cards_come_while_the_dialog_is_open_and_a_server_that_hangs_holds_nothing_up(hand, null_sink, until):
+    """The window stood still for as long as a sound server did."""
+    server = min(null_sink.threads())
+    os.kill(server, signal.SIGSTOP)
+    try:
+        dialog = hand.opened(EquipmentChoice(masking="headphones"))
+        assert dialog.masking.currentText() == "headphones"
+        hand.click(dialog.buttons.button(QDialogButtonBox.StandardButton.Cancel))
+        assert not dialog.isVisible()
+    finally:
+        os.kill(server, signal.SIGCONT)
+    dialog = hand.opened(EquipmentChoice(masking="headphones"))
+    hand.qtbot.waitUntil(lambda: dialog.masking.findText("uf") > 0)
+    assert dialog.masking.currentText() == "headphones"
+    hand.click(dialog.buttons.button(QDialogButtonBox.StandardButton.Cancel))
 
 
 def test_the_window_remembers_and_forgives(tmp_path):

@@ -85,7 +85,7 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
 
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     """Create a rig that shakes `tile`: the simulator, or the sound card with the accelerometer's input."""
-    from underfoot.devices.outputs import card_channels, outputs_of
+    from underfoot.devices.outputs import outputs_of
     from underfoot.engine.loop import output_channels
     from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
 
@@ -94,14 +94,11 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     if target.sound is None:
         raise DeviceError("no sound device is chosen; choose the one that drives the shakers under Audio")
     channel = output_channels(target.floor)[target.floor.index(tile.id)]
-    card = next((card for card in card_channels(target.sound, channel + 1) if channel in card), None)
-    if card is None:
-        raise DeviceError(f"no sound device has a channel {channel + 1} for tile {tile.id}; add a card under Audio")
     known = _known_accelerometer(target, tile, accelerometer)
     if known is None:
-        return SoundCard(card.output.name, accelerometer, channel - card.first)
+        return SoundCard(target.sound, accelerometer, channel, of_floor=True)
     # As the engine does: it records on the first card.
-    return SoundCard(card.output.name, outputs_of(target.sound)[0].name, channel - card.first, known.channel)
+    return SoundCard(target.sound, outputs_of(target.sound)[0].name, channel, known.channel, of_floor=True)
 
 
 def _known_accelerometer(target: Target, tile: Tile, card: str) -> Accelerometer | None:

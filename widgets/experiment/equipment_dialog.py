@@ -1,11 +1,13 @@
 """The equipment of studies in this window: plate, masking sound, trigger, LSL streams."""
 
+import threading
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
 import msgspec
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -20,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.devices.plate import SIMULATED, split_plate
-from underfoot.devices.sound import devices
+from underfoot.engine.card_search import CardSearch
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import default_floor
@@ -37,6 +39,9 @@ class EquipmentDialog(QDialog):
 
     `calibrated` is the suggestion for an empty plate field: `PORT:FILE` of the plate that was calibrated last.
     """
+
+    devices_found = Signal(list)
+    """Names of the sound devices that there are."""
 
     def __init__(
         self,
@@ -61,7 +66,7 @@ class EquipmentDialog(QDialog):
         self.calibration.setAccessibleName("Calibration of the plate")
         self.look = QPushButton("Look…")
         self.look.clicked.connect(self._look)
-        self.masking.addItems([DEFAULT_DEVICE, *dict.fromkeys(card.name for card in devices())])
+        self.masking.addItem(DEFAULT_DEVICE)
         self.note = theme.label("", "alarm")
         self.note.setWordWrap(True)
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -76,6 +81,16 @@ class EquipmentDialog(QDialog):
         self.use_button.clicked.connect(self._accept_choice)
         self.try_out.clicked.connect(self._try_out)
         self.buttons.rejected.connect(self.reject)
+        self.devices_found.connect(self._show_devices)
+        self._end_search: Callable[[], None] = lambda: None
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._find_devices()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        self._end_search()
+        super().hideEvent(event)
 
     def choice(self) -> EquipmentChoice:
         """Return the selected equipment; raise `BadValue` if something is missing."""
@@ -110,6 +125,28 @@ class EquipmentDialog(QDialog):
             self._show_note(str(error), "alarm")
             return
         self._show_note(f"Opened: {chosen.text}." if chosen.text else "Nothing is chosen.", "good")
+
+    def _find_devices(self) -> None:
+        """Look for devices in a thread, since a sound server that hangs is waited for."""
+        self._end_search()
+        search = CardSearch()
+        thread = threading.Thread(
+            target=lambda: self.devices_found.emit([card.name for card in search.find()]),
+            name="look for sound devices",
+            daemon=True,
+        )
+
+        def end() -> None:
+            search.give_up()
+            thread.join()
+
+        self._end_search = end
+        thread.start()
+
+    def _show_devices(self, names: list[str]) -> None:
+        for name in dict.fromkeys(names):
+            if self.masking.findText(name) < 0:
+                self.masking.addItem(name)
 
     def _show_note(self, text: str, role: str) -> None:
         theme.set_role(self.note, role)

@@ -70,6 +70,7 @@ def go_on_as_begun(options: "ExperimentOptions") -> None:
 
 def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", beside: Path | None = None) -> None:
     """Run or go on with a session; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
+    from underfoot.engine.card_process import CardProcess
     from underfoot.engine.session import Session
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
@@ -79,7 +80,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
         options.target, options.floor, options.profiles, options.sound, options.sensor_rate, walker=False
     )
     if target.sound is not None:
-        require_card(target.sound)  # a session would go on without what is to be felt
+        CardProcess(require_card, target.sound).close()  # a session would go on without what is to be felt
     with ExitStack() as opened:
         file = open_file()
         opened.callback(file.close)

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _SAFE_S = 0.1
 """Latency in seconds at which a busy machine loses nothing."""
+STILL_S = 3.0
+"""Time in seconds after which a card that asks for nothing stands still."""
 _STAMPS = 200
 """Blocks over which the median of the output time is taken: single stamps have milliseconds of jitter."""
 MAX_CHANNELS = 32
@@ -150,9 +152,10 @@ class PlayRecord:
     def __init__(
         self, input: str, output: str, played: NDArray[np.float32], input_channels: int, rate_hz: int, block: int = 0
     ) -> None:
-        """`input_channels` are recorded. With `block`, blocks have that many frames, and latency is low."""
-        self._sounddevice = portaudio()
-        self._devices, self._rate_hz, self._block = (input, output), rate_hz, block
+        """Open the devices. `input_channels` are recorded. With `block`, blocks have that many frames, and latency is
+        low."""
+        self._sounddevice = device = portaudio()
+        self._devices = (input, output)
         self._played = played
         self.recorded = np.zeros((len(played), input_channels), np.float32)
         """The recording, float32 [frame, channel], from the first frame played on."""
@@ -167,30 +170,43 @@ class PlayRecord:
         """Number of frames of `played` that were output."""
         self._faded = 0
         self._over = threading.Event()
-
-    def run(self, patience_s: float = 5.0) -> None:
-        """Play and record; raise `DeviceError` if a device fails."""
-        device = self._sounddevice
-        self._faded = FADE if self.silenced else 0
         try:
-            stream = device.Stream(
-                samplerate=self._rate_hz,
-                channels=(self.recorded.shape[1], self._played.shape[1]),
+            self._stream = device.Stream(
+                samplerate=rate_hz,
+                channels=(input_channels, played.shape[1]),
                 dtype="float32",
                 device=tuple(map(device_of, self._devices)),
                 extra_settings=tuple(map(settings_of, self._devices)),
-                latency="low" if self._block else _SAFE_S,
-                blocksize=self._block,
+                latency="low" if block else _SAFE_S,
+                blocksize=block,
                 callback=self._exchange,
                 finished_callback=self._over.set,
             )
-            with stream:
-                self._over.wait(len(self._played) / self._rate_hz + patience_s)
         except (device.PortAudioError, ValueError) as error:
-            name = next((name for name in self._devices if name), "default")
-            why = f"{in_one_line(error)}; is it plugged in, and free?"
-            raise DeviceError(f"sound device {name!r} cannot play and record: {why}") from None
+            raise self._failure(error) from None
+
+    def run(self) -> None:
+        """Play and record; raise `DeviceError` if a device fails, or asks for nothing any more.
+
+        In that case the stream stays open, in a process that ends then: to close it would wait, too.
+        """
+        self._faded = FADE if self.silenced else 0
+        try:
+            self._stream.start()
+        except self._sounddevice.PortAudioError as error:
+            raise self._failure(error) from None
+        before = -1
+        while not self._over.wait(STILL_S):
+            if self.played_frames == before:
+                raise DeviceError("the sound card stands still; does its server answer? Take it again")
+            before = self.played_frames
+        self._stream.close()
         self.lost |= self.played_frames < len(self._played) and not self.silenced
+
+    def _failure(self, error: Exception) -> DeviceError:
+        name = next((name for name in self._devices if name), "default")
+        why = f"{in_one_line(error)}; is it plugged in, and free?"
+        return DeviceError(f"sound device {name!r} cannot play and record: {why}")
 
     def silence(self) -> None:
         """Ramp down, in `FADE` frames, what is not yet in the device's buffer, and end; before `run`, play nothing."""

@@ -10,13 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
-from underfoot.devices.sound import PlayRecord, device_of, pairs_up_to, portaudio
+from underfoot.devices.outputs import card_channels
+from underfoot.devices.sound import STILL_S, PlayRecord, device_of, pairs_up_to, portaudio
+from underfoot.engine.card_process import CardProcess
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
 from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.quantities import counted
 
 _TAIL_S = 0.5
+_STOPPED = "the sound was stopped; take it again"
 
 
 def require_channel(device: Mapping[str, Any], kind: str, wanted: int) -> int:
@@ -35,20 +38,16 @@ def require_channel(device: Mapping[str, Any], kind: str, wanted: int) -> int:
 class SoundCard:
     """A shaker on one channel of an output device, an accelerometer on one of an input device; channels from 0.
 
-    Names are parts of PortAudio's device names, "" for the default device. Raises `DeviceError` if PortAudio, the card
-    or the channel is missing.
+    Names are parts of PortAudio's device names, "" for the default device. With `of_floor`, `output` names the floor's
+    cards, as `outputs_of` takes them, and `channel` is the floor's. Raises `DeviceError` if PortAudio, the card or the
+    channel is missing, or does not answer: the card is used in a process of its own.
     """
 
-    def __init__(self, output: str = "", input: str = "", channel: int = 0, input_channel: int = 0) -> None:
-        require(0 <= channel <= 31, "channel", channel, "0 to 31")
-        require(0 <= input_channel <= 31, "input_channel", input_channel, "0 to 31")
-        self._sounddevice = portaudio()
-        self._devices = (input, output)
-        self._play_record: PlayRecord | None = None
-        self._channel, self._input_channel = channel, input_channel
-        # Open pairs of channels: a server would spread a single one over all outputs, and take the mean of all inputs.
-        self._outputs = pairs_up_to(channel, self._require_channel(output, "output", channel))
-        self._inputs = pairs_up_to(input_channel, self._require_channel(input, "input", input_channel))
+    def __init__(
+        self, output: str = "", input: str = "", channel: int = 0, input_channel: int = 0, *, of_floor: bool = False
+    ) -> None:
+        self._card = CardProcess(_on_floor if of_floor else _OpenCard, output, input, channel, input_channel)
+        self._is_silenced = False
 
     def press(self, press: PressRequest | None) -> None:
         """Do nothing: this rig cannot press."""
@@ -62,25 +61,61 @@ class SoundCard:
 
         Raises `DeviceError` if the device fails, `BadMeasurement` if samples were lost or `silence` was called.
         """
+        self._is_silenced = False
+        self._card.call("open", sound)
+        if self._is_silenced:
+            raise BadMeasurement(_STOPPED)
+        lasts_s = sound.signal.size / sound.rate_hz + _TAIL_S
+        recorded: NDArray[np.float64] = self._card.call("play", within_s=lasts_s + STILL_S)
+        return recorded
+
+    def silence(self) -> None:
+        """Ramp down and end what is playing, from any thread. `play` then raises `BadMeasurement`."""
+        self._is_silenced = True
+        self._card.tell("silence")
+
+    def close(self) -> None:
+        """End the card's process, and in a ramp what plays, as at Ctrl-C."""
+        self._card.tell("silence")
+        self._card.close()
+
+
+class _OpenCard:
+    """A card in its process."""
+
+    def __init__(self, output: str, input: str, channel: int, input_channel: int) -> None:
+        require(0 <= channel <= 31, "channel", channel, "0 to 31")
+        require(0 <= input_channel <= 31, "input_channel", input_channel, "0 to 31")
+        self._sounddevice = portaudio()
+        self._devices = (input, output)
+        self._play_record: PlayRecord | None = None
+        self._channel, self._input_channel = channel, input_channel
+        # Open pairs of channels: a server would spread a single one over all outputs, and take the mean of all inputs.
+        self._outputs = pairs_up_to(channel, self._require_channel(output, "output", channel))
+        self._inputs = pairs_up_to(input_channel, self._require_channel(input, "input", input_channel))
+
+    def open(self, sound: Sound) -> None:
+        """Open both devices for the sound."""
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
         played = np.zeros((signal.size, self._outputs), np.float32)
         played[:, self._channel] = signal
-        play_record = PlayRecord(*self._devices, played, self._inputs, sound.rate_hz, sound.block)
-        self._play_record = play_record
-        try:
-            play_record.run()
-        finally:
-            self._play_record = None
+        self._play_record = PlayRecord(*self._devices, played, self._inputs, sound.rate_hz, sound.block)
+
+    def play(self) -> NDArray[np.float64]:
+        """Play what was opened last, once."""
+        play_record = self._play_record
+        assert play_record is not None
+        play_record.run()
         if play_record.silenced:
-            raise BadMeasurement("the sound was stopped; take it again")
-        if play_record.played_frames < len(played):
+            raise BadMeasurement(_STOPPED)
+        if play_record.played_frames < len(play_record.recorded):
             raise BadMeasurement("the sound card lost samples and stopped; is it plugged in? Take it again")
         if play_record.lost:
             raise BadMeasurement("the sound card lost samples while it played; take it again")
         return play_record.recorded[:, self._input_channel].astype(np.float64)
 
     def silence(self) -> None:
-        """Ramp down and end what is playing, from any thread. `play` then raises `BadMeasurement`."""
+        """Silence what is open, played or not; one that was played stays as it is."""
         play_record = self._play_record
         if play_record is not None:
             play_record.silence()
@@ -95,12 +130,17 @@ class SoundCard:
         except (self._sounddevice.PortAudioError, ValueError) as error:
             if not name:
                 raise DeviceError(f"there is no sound device for {kind}; connect one, and try again") from None
-            raise self._failure(error, name) from None
+            why = f"cannot play and record: {in_one_line(error)}"
+            raise DeviceError(f"sound device {name!r} {why}") from None
         return require_channel(found, kind, wanted)
 
-    def _failure(self, error: Exception, name: str = "") -> DeviceError:
-        shown = name or next((name for name in self._devices if name), None) or "default"
-        return DeviceError(f"sound device {shown!r} cannot play and record: {in_one_line(error)}")
+
+def _on_floor(cards: str, input: str, channel: int, input_channel: int) -> _OpenCard:
+    """Open that of a floor's `cards` which has the floor's `channel`."""
+    card = next((card for card in card_channels(cards, channel + 1) if channel in card), None)
+    if card is None:
+        raise DeviceError(f"no sound device has a channel {channel + 1}; add a card under Audio")
+    return _OpenCard(card.output.name, input, channel - card.first, input_channel)
 
 
 def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:

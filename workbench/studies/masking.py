@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.sound import device_of, portaudio, settings_of
+from underfoot.engine.card_process import CardProcess
 from underfoot.errors import DeviceError, in_one_line, require
 from underfoot.experiments.protocol import Sounds
 
@@ -55,10 +56,31 @@ def sound_loop(sounds: Sounds) -> NDArray[np.float32]:
 
 
 class Masking:
-    """Plays a study's sounds on a device, "" for the default, from `start` to `stop`, with fades."""
+    """Plays a study's sounds on a device, "" for the default, from `start` to `stop`, with fades.
+
+    The device is used in a process of its own. `DeviceError` if it is missing, lacks the channel, or does not answer.
+    """
 
     def __init__(self, sounds: Sounds, device: str = "") -> None:
-        """Open the device; raise `DeviceError` if it is missing, or lacks the channel."""
+        self._card = CardProcess(_Player, sounds, device)
+
+    def start(self) -> None:
+        """Fade in."""
+        self._card.tell("start")
+
+    def stop(self) -> None:
+        """Fade out."""
+        self._card.tell("stop")
+
+    def close(self) -> None:
+        """Close the device."""
+        self._card.close()
+
+
+class _Player:
+    """The sounds and their device, in its process."""
+
+    def __init__(self, sounds: Sounds, device: str = "") -> None:
         library = portaudio()
         self._loop, self._channel = sound_loop(sounds), sounds.channel
         self._at, self._gain, self._target = 0, 0.0, 0.0
