@@ -1,5 +1,6 @@
 """The interface of transports, which carry the bytes of tiles, and of the emulator's end of them."""
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import ClassVar, Self, TypeVar
@@ -122,16 +123,19 @@ def asked(end: Transport | Sender, call: Callable[[], T]) -> T:
         raise DeviceError(f"{end.name}: {type(error).__name__}: {error}") from error
 
 
-def host_and_port(text: str) -> tuple[str, int]:
+def host_and_port(text: str, least_port: int = 1) -> tuple[str, int]:
     """Parse `HOST:PORT`, `:PORT` or `PORT` into host and port; an IPv6 host is in brackets.
 
     >>> host_and_port("127.0.0.1:9000"), host_and_port(":9000"), host_and_port("9000"), host_and_port("[::1]:9000")
     (('127.0.0.1', 9000), ('', 9000), ('', 9000), ('::1', 9000))
     """
-    host, _, port = text.rpartition(":")
-    if not port.isdecimal() or not 0 < int(port) < 65536:
-        raise BadValue(f"address is {text!r}; allowed: HOST:PORT with a port of 1 to 65535")
-    return host.strip("[]"), int(port)
+    found = _HOST_AND_PORT.fullmatch(text)
+    if found is None or not least_port <= int(found["port"]) < 65536:
+        raise BadValue(f"address is {text!r}; allowed: HOST:PORT with a port of {least_port} to 65535")
+    return found["ipv6"] or found["host"] or "", int(found["port"])
+
+
+_HOST_AND_PORT = re.compile(r"((\[(?P<ipv6>[^\[\]]+)\]|(?P<host>[^\[\]:]*)):)?(?P<port>[0-9]+)")
 
 
 def reason(error: OSError | ValueError | OverflowError) -> str:

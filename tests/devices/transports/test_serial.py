@@ -101,3 +101,10 @@ def test_what_lay_in_the_buffer_is_dropped():
 def test_ports_that_cannot_be_are_refused(address, message):
     with pytest.raises(BadValue, match=message):
         transport_of("serial", address)
+
+
+def test_what_is_no_port_is_said_to_be_none(tmp_path):
+    (tmp_path / "walk.csv").touch()
+    for address, why in ((tmp_path, "it is a folder"), (tmp_path / "walk.csv", "it is no serial port")):
+        with pytest.raises(DeviceError, match=f"cannot be opened: {why}$"):
+            transport_of("serial", str(address)).open()

@@ -164,7 +164,7 @@ def test_by_default_the_emulator_is_for_this_machine_alone(sender):
         TcpSender.of(sender.name)
 
 
-@pytest.mark.parametrize("address", [HOST, f"{HOST}:99999", f"{HOST}:0", ":port"])
+@pytest.mark.parametrize("address", [HOST, f"{HOST}:99999", f"{HOST}:0", ":port", "::1:9000", "[::1:9000", ":٣"])
 def test_addresses_that_cannot_be_are_refused(address):
     with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1 to 65535"):
         transport_of("tcp", address)

@@ -53,10 +53,19 @@ def test_a_name_that_no_host_can_have_is_refused():
         UdpTransport("a..b", 9000).open()
 
 
-@pytest.mark.parametrize("address", ["127.0.0.1", "127.0.0.1:99999", "127.0.0.1:0", ":port"])
+@pytest.mark.parametrize(
+    "address", ["127.0.0.1", "127.0.0.1:99999", "127.0.0.1:0", ":port", "1", "a:b:9000", "[]:9000"]
+)
 def test_addresses_that_cannot_be_are_refused(address):
-    with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1 to 65535"):
+    """A `1` alone, as of an address that was not typed to its end, was listened at."""
+    with pytest.raises(BadValue, match="allowed: HOST:PORT with a port of 1024 to 65535"):
         transport_of("udp", address)
+
+
+def test_the_address_of_a_group_is_refused():
+    """Nothing would come: a group has to be joined."""
+    with pytest.raises(BadValue, match=r"of a group; allowed: an address of this computer, as 0\.0\.0\.0:9000"):
+        transport_of("udp", "239.1.2.3:9000")
 
 
 def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():

@@ -192,8 +192,11 @@ def port_reason(error: Exception) -> str:
         + ("; is the user in the group dialout?" if sys.platform == "linux" else ""),
         errno.EBUSY: "another program has it",
         errno.EAGAIN: "another program has it",  # and has locked it
+        errno.EISDIR: "it is a folder",
+        errno.ENOTTY: "it is no serial port",
     }
     if "returned no data" in text:  # pyserial's message for a port that is always ready but returns nothing
         return known[errno.EIO]
-    told = re.search(r"\[Errno (\d+)\]", text)  # where pyserial passes a system's error on, in words only
-    return known.get(getattr(error, "errno", None) or (int(told[1]) if told else 0), text)
+    # Where pyserial passes a system's error on, in words only.
+    told = re.search(r"\[Errno (\d+)\]|configure port: \((\d+),", text)
+    return known.get(getattr(error, "errno", None) or (int(told[1] or told[2]) if told else 0), text)

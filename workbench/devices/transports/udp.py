@@ -1,15 +1,18 @@
 """A UDP port that receives tiles' datagrams. Each holds whole frames or lines, one or more, of any tiles."""
 
+import ipaddress
 import socket
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
 from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
-from underfoot.errors import DeviceError
+from underfoot.errors import BadValue, DeviceError
 
 DATAGRAM_BYTES = 1400
 """Largest datagram of the emulator in bytes: what an Ethernet frame carries."""
+LEAST_PORT = 1024
+"""Least port to listen at: those below are for the system's own services."""
 _BUFFER_BYTES = 1 << 18
 _LARGEST_BYTES = 1 << 16
 _SYSTEM_BUFFER_BYTES = 1 << 22
@@ -87,7 +90,10 @@ class UdpTransport(Transport):
     @classmethod
     def of(cls, address: str) -> Self:
         """Create the transport that receives at `HOST:PORT`, `:PORT` or `PORT`."""
-        return cls(*host_and_port(address))
+        host, port = host_and_port(address, LEAST_PORT)
+        if _is_group(host):
+            raise BadValue(f"address is {address!r}, of a group; allowed: an address of this computer, as 0.0.0.0:9000")
+        return cls(host, port)
 
     @classmethod
     def suggestions(cls) -> list[str]:
@@ -143,3 +149,15 @@ class UdpTransport(Transport):
         if self._socket is not None:
             self._socket.close()
             self._socket = None
+
+
+def _is_group(host: str) -> bool:
+    """Return whether a host is the address of a multicast group, which would have to be joined.
+
+    >>> _is_group("239.1.2.3"), _is_group("127.0.0.1"), _is_group("floor.local")
+    (True, False, False)
+    """
+    try:
+        return ipaddress.ip_address(host).is_multicast
+    except ValueError:
+        return False
