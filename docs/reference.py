@@ -65,7 +65,7 @@ def _modules() -> dict[str, list[str]]:
     pages: dict[str, list[str]] = {}
     for path in sorted(SOURCES.rglob("*.py")):
         place = path.relative_to(SOURCES).with_suffix("").parts
-        if place[0] in NOT_FOR_SCRIPTS or place[-1] == "__main__":
+        if place[0] in NOT_FOR_SCRIPTS or place[-1] in ("__main__", "start"):
             continue
         package = ("underfoot", *place[:-1])
         module = package if place[-1] == "__init__" else (*package, place[-1])

@@ -55,6 +55,7 @@ LEVELS = (
     {"commands", "monitoring"},
     {"widgets"},
     {"__main__"},
+    {"start"},
 )
 WORKSPACES = {
     path.parent.name for path in (ROOT / "widgets").glob("*/__init__.py") if "WorkspaceDeclaration(" in path.read_text()

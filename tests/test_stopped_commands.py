@@ -34,6 +34,24 @@ def test_what_stops_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, f
     until(lambda: not members(process.pid))
 
 
+def test_a_command_is_stopped_without_a_word_while_it_is_imported():
+    """It wrote a traceback of imports, for a tenth of a second after its start."""
+    script = """
+import os, signal, sys
+class AtImport:
+    def find_spec(name, *_):
+        if name == "click":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, AtImport)
+sys.argv = ["underfoot", "--version"]
+from underfoot.start import main
+main()
+"""
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    run = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, preexec_fn=heard)
+    assert (run.returncode, run.stdout, run.stderr) == (-signal.SIGINT, b"", b"")
+
+
 ENDLESS = """
 import ctypes, threading
 from underfoot.commands.ending import interrupted_by_signals
