@@ -122,7 +122,9 @@ def test_a_simulated_tile_whose_file_is_gone_is_an_ideal_one(tmp_path):
 
 
 def test_hardware_is_chosen_in_a_dialog(window, qtbot):
-    """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
+    """A real pseudo-terminal, with an emulated floor behind it on which a walker walks; chosen again, it begins anew,
+    where another program was said to have it.
+    """
     sender = PtySender()
     emulator = Emulator(sender, SimulatedFloor(default_floor()))
     window.main_bar.target_chosen.emit("transport serial")
@@ -142,6 +144,13 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
         heard = []
         window.bridge.forces_tracked.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
         qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)
+        qtbot.waitUntil(lambda: not window.findChildren(TransportDialog))
+        window.main_bar.target_chosen.emit("transport serial")
+        dialog = window.findChild(TransportDialog)
+        dialog.address.setEditText(sender.name)
+        with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
+            qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+            assert not dialog.isVisible(), dialog.refusal.text()
     finally:
         emulator.close()
     assert window.settings.kind == "simulator"

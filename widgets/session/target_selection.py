@@ -57,8 +57,10 @@ class TargetSelection:
 
         It is not kept in the settings: at the next start it may be absent.
         """
-        target = make_target(self._settings, scheme, address, self._controller.target.floor)
-        require_source(target)
+        present = self._controller.target
+        target = make_target(self._settings, scheme, address, present.floor)
+        if (scheme, address) != (present.kind, present.source):  # which the session has, and nobody else can open
+            require_source(target)
         self._controller.set_target(target)
 
     def set_sound(self, sound: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
