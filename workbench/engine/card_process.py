@@ -52,6 +52,11 @@ class CardProcess:
             self._until_s = min(self._until_s, time.monotonic() + ANSWER_S)
             self._send(process, _Call(name))
 
+    @property
+    def is_there(self) -> bool:
+        """Whether the process, and what it made, is there."""
+        return self._process is not None and self._process.is_alive
+
     def close(self) -> None:
         """End the process, which closes what it made."""
         self._end(_END_S)

@@ -30,8 +30,9 @@ class Equipment:
 
     @property
     def problem(self) -> str:
-        """Why markers do not reach a recorder now; "" if all is well."""
-        return "; ".join(filter(None, (marker.problem for marker in self.markers)))
+        """Why the masking sound has stopped, or markers do not reach a recorder now; "" if all is well."""
+        unheard = self.masking.problem if self.masking is not None else ""
+        return "; ".join(filter(None, (unheard, *(marker.problem for marker in self.markers))))
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Send new force samples in N, [sample, tile], to all recorders."""

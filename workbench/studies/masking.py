@@ -4,6 +4,7 @@ It uses its own stream, because headphones are often on another card than the ti
 """
 
 import math
+import os
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ LOOP_S = 20.0
 LOWEST_HZ, HIGHEST_HZ = 30.0, 16_000.0
 CLICK_S, CLICK_HZ = 0.02, 1000.0
 FADE_S = 0.5
+_GONE = "the masking sound has stopped; is its sound card there? Leave the session, and continue it to hear it again"
 
 
 def is_audible(sounds: Sounds) -> bool:
@@ -72,6 +74,11 @@ class Masking:
         """Fade out."""
         self._card.tell("stop")
 
+    @property
+    def problem(self) -> str:
+        """Why it does not sound any more; "" while it can."""
+        return "" if self._card.is_there else _GONE
+
     def close(self) -> None:
         """Close the device."""
         self._card.close()
@@ -85,6 +92,7 @@ class _Player:
         self._loop, self._channel = sound_loop(sounds), sounds.channel
         self._at, self._gain, self._target = 0, 0.0, 0.0
         self._step = 1.0 / (FADE_S * RATE_HZ)
+        self._is_closing = False
         try:
             most = int(library.query_devices(device_of(device), "output")["max_output_channels"])
             require(sounds.channel < most, "sounds.channel", sounds.channel, f"0 to {most - 1} on this device")
@@ -95,6 +103,7 @@ class _Player:
                 channels=sounds.channel + 1,
                 dtype="float32",
                 callback=self._fill,
+                finished_callback=self._finish,
             )
             self._stream.start()
         except (library.PortAudioError, ValueError) as error:
@@ -111,7 +120,13 @@ class _Player:
 
     def close(self) -> None:
         """Close the device."""
+        self._is_closing = True
         self._stream.close()
+
+    def _finish(self) -> None:
+        """End the process with the stream, which nobody would miss: its device has gone."""
+        if not self._is_closing:
+            os._exit(1)
 
     def _fill(self, out: NDArray[np.float32], frames: int, time: object, status: object) -> None:
         out[:] = 0.0
