@@ -23,7 +23,7 @@ from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import Box, layered_places, shift_to_free_place
+from underfoot.widgets.design.placing import Box, framed_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
 
@@ -260,20 +260,26 @@ class EditableView(PatchView):
         self.document.edit(self.document.patch.move(places), text, f"nudge {sorted(chosen)} {self._nudges}")
 
     def tidy(self) -> None:
-        """Arrange the selected items, or all, in layers along the signal flow. Their top left corner stays."""
-        scene = self.patch_scene
-        chosen = scene.selected() if len(scene.selected()) > 1 else [*scene.nodes, *scene.group_nodes]
-        items = {id: item for id, item in scene.movable().items() if id in set(chosen) and id not in scene.notes}
-        if len(items) < 2:
+        """Arrange the selected items, or all, in layers along the signal flow. Their top left corner stays, and what is
+        in a frame stays together, with its notes; other notes stay where they are.
+        """
+        scene, movable = self.patch_scene, self.patch_scene.movable()
+        chosen = scene.selected() if len(scene.selected()) > 1 else movable
+        nodes = [id for id in movable if id in set(chosen) and id not in scene.notes]
+        if len(nodes) < 2:
             return
+        frames = scene.frames_of(nodes)
+        wanted = {*nodes}.union(*frames.values())
+        items = {id: item for id, item in movable.items() if id in wanted}
         wires = map(scene.group_view.ends, self.document.patch.wires)
-        places = layered_places({id: item.size for id, item in items.items()}, wires)
-        left = min(item.pos().x() for item in items.values())
-        top = min(item.pos().y() for item in items.values())
+        sizes = {id: item.size for id, item in items.items()}
+        places = framed_places(sizes, wires, frames, (FRAME_PAD, FRAME_PAD + TITLE))
+        left = min(item.pos().x() for item in items.values()) - min(x for x, _ in places.values())
+        top = min(item.pos().y() for item in items.values()) - min(y for _, y in places.values())
         boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
         dx, dy = shift_to_free_place(boxes, scene.boxes(without=items))
         moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
-        self.document.edit(self.document.patch.move(moved), f"Tidy up {counted(len(items), 'node')}")
+        self.document.edit(self.document.patch.move(moved), f"Tidy up {counted(len(nodes), 'node')}")
 
     # --- names and groups ---
 

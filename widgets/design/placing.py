@@ -1,9 +1,11 @@
 """Free positions for new nodes, and automatic layout of a patch, in canvas pixels. Without Qt."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from underfoot.patch.wiring import reached
 from underfoot.widgets.theme import GRID
 
 Box = tuple[float, float, float, float]
@@ -43,6 +45,41 @@ def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float
     return 0.0, float(np.ceil(below / GRID) * GRID)
 
 
+def framed_places(
+    sizes: Mapping[str, tuple[float, float]],
+    wires: Iterable[tuple[str, str]],
+    frames: dict[str, list[str]],
+    pads: tuple[float, float],
+) -> dict[str, tuple[float, float]]:
+    """Return positions as `layered_places` does, with all that is in a frame together, and nothing else there.
+
+    `frames` are nested or disjoint, the outer ones first; `pads` is the room of a frame around its content, and above.
+
+    >>> sizes = dict.fromkeys("abc", (96.0, 80.0))
+    >>> framed_places(sizes, [("a", "b"), ("b", "c")], {"frame": ["b", "c"]}, (16.0, 40.0))
+    {'a': (0.0, 32.0), 'b': (176.0, 40.0), 'c': (336.0, 40.0)}
+    """
+    wires, units, unit_of = list(wires), dict(sizes), {id: id for id in sizes}
+    contents: dict[str, dict[str, tuple[float, float]]] = {}
+
+    def arranged(ids: Iterable[str]) -> dict[str, tuple[float, float]]:
+        ends = [(unit_of[a], unit_of[b]) for a, b in wires if a in unit_of and b in unit_of]
+        return layered_places({id: units[id] for id in ids}, ends)
+
+    around, above = pads
+    for frame, members in reversed(frames.items()):
+        contents[frame] = content = arranged(dict.fromkeys(unit_of[id] for id in members))
+        right, bottom = (max(at[i] + units[id][i] for id, at in content.items()) for i in (0, 1))
+        units = {id: size for id, size in units.items() if id not in content}
+        units[frame] = right + 2 * around, bottom + around + above
+        unit_of |= dict.fromkeys(members, frame)
+    places = arranged(units)
+    for frame in frames:
+        x, y = places.pop(frame)
+        places |= {id: (x + around + dx, y + above + dy) for id, (dx, dy) in contents[frame].items()}
+    return places
+
+
 def layered_places(
     sizes: Mapping[str, tuple[float, float]], wires: Iterable[tuple[str, str]]
 ) -> dict[str, tuple[float, float]]:
@@ -54,7 +91,8 @@ def layered_places(
     >>> layered_places({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
     {'a': (0.0, 0.0), 'b': (160.0, 0.0)}
     """
-    real, edges = list(sizes), sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b})
+    real = list(sizes)
+    edges = _without_cycles(sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b}))
     columns = _columns(real, edges)
     sizes, edges = _with_virtual_nodes(sizes, edges, columns)
     beside: dict[str, list[str]] = {id: [] for id in sizes}
@@ -76,6 +114,16 @@ def layered_places(
             places[id] = (x, float(round((middle[id] - sizes[id][1] / 2 - top) / GRID) * GRID))
         x += max(sizes[id][0] for id in column) + COLUMN_GAP
     return {id: places[id] for id in real}
+
+
+def _without_cycles(edges: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the edges but those that close a cycle, as between frames or sub-patches, though no nodes have one."""
+    kept, following = list[tuple[str, str]](), defaultdict[str, set[str]](set)
+    for a, b in edges:
+        if a not in reached([b], following):
+            kept.append((a, b))
+            following[a].add(b)
+    return kept
 
 
 def _with_virtual_nodes(

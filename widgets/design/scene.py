@@ -240,6 +240,17 @@ class PatchScene(QGraphicsScene):
         wanted = set(ids)
         return [id for id, shown in self.group_view.shown_as.items() if shown in wanted]
 
+    def frames_of(self, nodes: Collection[str]) -> dict[str, list[str]]:
+        """Return the open groups whose nodes and sub-patches are all among these, with what is in them, also notes; the
+        outer ones first.
+        """
+        found = {}
+        for group in self.group_view.opened:
+            inside = dict.fromkeys(self.group_view.shown_as[id] for id in group.members)
+            if (drawn := inside.keys() - self.notes.keys()) and drawn <= {*nodes}:
+                found[group.id] = list(inside)
+        return found
+
     def select(self, ids: Iterable[str]) -> None:
         """Select exactly these nodes, groups and notes."""
         wanted = set(ids)

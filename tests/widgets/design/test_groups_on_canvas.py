@@ -1,5 +1,7 @@
 """Names, notes and groups on the canvas, by mouse and keys."""
 
+from itertools import combinations
+
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, send
 from groups_by_hand import in_view, menu_texts, write
@@ -304,3 +306,23 @@ def test_a_node_that_is_added_in_a_frame_is_in_the_group(chain):
     chain.canvas.add("beat", frame.bottomLeft() + QPointF(40.0, -4.0))
     chain.canvas.add("beat", frame.bottomLeft() + QPointF(0.0, 200.0))
     assert members_of(chain) == [{"through", "through1", "beat"}]
+
+
+def test_tidying_up_keeps_in_each_frame_what_is_in_its_group(row):
+    """A wire leaves the outer frame and comes back into it, which no order of columns can follow."""
+    canvas, scene = row.canvas, row.canvas.patch_scene
+    canvas.add_note(QPointF(300.0, 300.0))
+    write(row, "Rough", Qt.Key.Key_Return, CONTROL)
+    for ids in (("hum", "through1", "note"), ("hum", "note")):
+        scene.select(ids)
+        QTest.keyClick(canvas, Qt.Key.Key_G, CONTROL)
+        write(row, ids[1])
+    scene.select(())
+    QTest.keyClick(canvas, Qt.Key.Key_L, CONTROL)
+    assert row.document.stack.undoText() == "Tidy up 4 nodes"
+    for frame in scene.group_frames.values():
+        inside = {id for id, item in scene.movable().items() if frame.frame_rect().intersects(item_rect(item))}
+        assert inside == set(frame.shown_group.members)
+    rects = list(map(item_rect, scene.movable().values()))
+    assert not [pair for pair in combinations(rects, 2) if pair[0].intersects(pair[1])]
+    assert scene.group_frames["group"].frame_rect().right() < scene.extent(["shaker"]).left()
