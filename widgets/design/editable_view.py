@@ -23,7 +23,7 @@ from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import Box, framed_places, shift_to_free_place
+from underfoot.widgets.design.placing import framed_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
 
@@ -122,9 +122,9 @@ class EditableView(PatchView):
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
-        x, y, *size = self._box(patch, id)
-        dx, dy = shift_to_free_place([(x, y, size[0], size[1])], self.patch_scene.boxes(without=[id]))
-        patch = patch.move({id: (x + dx, y + dy)})
+        (box,) = self.patch_scene.boxes_in(patch, [id])
+        dx, dy = shift_to_free_place([box], self.patch_scene.boxes(without=[id]))
+        patch = patch.move({id: (box[0] + dx, box[1] + dy)})
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
 
     def replace(self, type: str) -> None:
@@ -209,26 +209,23 @@ class EditableView(PatchView):
     def _paste(self, text: str, at: tuple[float, float] | None, what: str, group: str) -> None:
         patch = self.document.patch
         try:
-            after, ids = pasted(patch, text, self.registry, at, self.folder)
+            after, ids = pasted(patch, text, self.registry, self.folder)
         except BadFile as error:
             self.show_message(str(error))
             return
         if group:
             after = put_into(after, ids, group)
-        new = set(ids)
-        boxes = [self._box(after, node.id) for node in after.nodes if node.id in new]
-        dx, dy = shift_to_free_place(boxes, self.patch_scene.boxes())
-        stands = {one.id: one.at for one in after.canvas_items() if one.id in new}
-        stands |= {group.id: group.at for group in after.groups[len(patch.groups) :]}
-        after = after.move({id: (x + dx, y + dy) for id, (x, y) in stands.items()})
+        boxes, x, y = self.patch_scene.boxes_in(after, ids), 0.0, 0.0
+        if at is not None:
+            x, y = snapped(at[0] - min(box[0] for box in boxes), at[1] - min(box[1] for box in boxes))
+        there = [(left + x, top + y, width, height) for left, top, width, height in boxes]
+        dx, dy = shift_to_free_place(there, self.patch_scene.boxes())
+        new = {*ids, *(group.id for group in after.groups[len(patch.groups) :])}
+        moved = [one for one in (*after.canvas_items(), *after.groups) if one.id in new]
+        after = after.move({one.id: (one.at[0] + x + dx, one.at[1] + y + dy) for one in moved})
         self.document.edit(after, f"{what} {self._count_text(ids, after)}")
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in ids})
         self.ensure_visible(self.patch_scene.selected())
-
-    def _box(self, patch: Patch, id: str) -> Box:
-        node = patch.node(id)
-        shape = node_geometry(description_of(self.registry[node.type], node.label))
-        return (*node.at, shape.width, shape.height)
 
     # --- wires and places ---
 

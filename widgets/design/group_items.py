@@ -148,11 +148,7 @@ class NoteItem(QGraphicsItem):
         """Update the note."""
         self.prepareGeometryChange()
         self.note = note
-        metrics = QFontMetricsF(theme.font())
-        wrap = Qt.TextFlag.TextWordWrap
-        room = QRectF(0.0, 0.0, note.width - 2 * PAD, 1e5)
-        height = metrics.boundingRect(room, int(wrap), note.text or " ").height() + 2 * PAD
-        self._rect = QRectF(0.0, 0.0, note.width, float(theme.GRID * -(-height // theme.GRID)))
+        self._rect = QRectF(0.0, 0.0, *note_size(note))
         self.setPos(*note.at)
         self.update()
 
@@ -204,6 +200,14 @@ class StubItem(WireItem):
         align = Qt.AlignmentFlag.AlignLeft if out else Qt.AlignmentFlag.AlignRight
         room = QRectF(self._away.x() + 6 if out else self._away.x() - 406, self._away.y() - 10, 400, 20)
         painter.drawText(room, align | Qt.AlignmentFlag.AlignVCenter, self._text)
+
+
+def note_size(note: Note) -> tuple[float, float]:
+    """Return the width and height of a drawn note."""
+    room = QRectF(0.0, 0.0, note.width - 2 * PAD, 1e5)
+    wrap = int(Qt.TextFlag.TextWordWrap)
+    height = QFontMetricsF(theme.font()).boundingRect(room, wrap, note.text or " ").height() + 2 * PAD
+    return note.width, float(theme.GRID * -(-height // theme.GRID))
 
 
 def item_rect(item: QGraphicsItem) -> QRectF:

@@ -29,13 +29,11 @@ def snapped(x: float, y: float) -> Place:
     return float(round(x / GRID) * GRID), float(round(y / GRID) * GRID)
 
 
-def pasted(
-    patch: Patch, text: str, registry: Registry, at: Place | None = None, folder: Path | None = None
-) -> tuple[Patch, list[str]]:
-    """Return the patch with the nodes and notes in `text` added, and the new ids; raise `BadFile` if the text is not a
-    patch.
+def pasted(patch: Patch, text: str, registry: Registry, folder: Path | None = None) -> tuple[Patch, list[str]]:
+    """Return the patch with the nodes and notes in `text` added, slightly beside the original, and the new ids; raise
+    `BadFile` if the text is not a patch.
 
-    Their top left corner is at `at`, or slightly beside the original. Paths of files in `folder` become relative to it.
+    Paths of files in `folder` become relative to it.
     """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
@@ -50,11 +48,7 @@ def pasted(
     other = with_files_kept(Patch.loads(text, registry, "the clipboard"), registry, None, folder)
     if not other.nodes and not other.notes:
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")
-    by = (4.0 * GRID, 4.0 * GRID)
-    if at is not None:
-        there = [one.at for one in other.canvas_items()]
-        by = snapped(at[0] - min(x for x, _ in there), at[1] - min(y for _, y in there))
-    after = patch.paste(other, registry, by)
+    after = patch.paste(other, registry, (4.0 * GRID, 4.0 * GRID))
     before = {one.id for one in patch.canvas_items()}
     return after, [one.id for one in after.canvas_items() if one.id not in before]
 

@@ -13,10 +13,10 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets import theme
-from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem
+from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem, note_size
 from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
-from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of
+from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import driven_parameters, drivers, port_of
 from underfoot.widgets.design.placing import Box
 from underfoot.widgets.design.rewiring import insertion_ports
@@ -339,6 +339,19 @@ class PatchScene(QGraphicsScene):
         return [
             (item.pos().x(), item.pos().y(), *item.size) for id, item in self.movable().items() if id not in left_out
         ]
+
+    def boxes_in(self, patch: Patch, ids: Iterable[str]) -> list[Box]:
+        """Return the rectangles with which these nodes and notes of another patch would be drawn at this level; those
+        in a sub-patch have one.
+        """
+        view = group_view_of(patch, self.inside)
+        shown = {view.shown_as[id] for id in ids}
+        boxes = [(*note.at, *note_size(note)) for note in patch.notes if note.id in shown]
+        drawn = [(node.at, self._description(node)) for node in patch.nodes if node.id in shown]
+        blocks = [group for group in view.collapsed if group.id in shown]
+        drawn += [(group.at, description_of_group(patch, self.registry, group)) for group in blocks]
+        shapes = [(at, node_geometry(description)) for at, description in drawn]
+        return boxes + [(*at, shape.width, shape.height) for at, shape in shapes]
 
     def places(self) -> dict[str, tuple[float, float]]:
         """Return the new positions of dragged items, by id."""

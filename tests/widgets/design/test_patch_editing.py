@@ -36,14 +36,11 @@ def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
     assert document.stack.count() == 2
 
 
-def test_pasting_beside_and_at_a_place():
+def test_pasting_beside():
     text = sample().part(["push", "step"]).dumps().decode()
     after, ids = pasted(sample(), text, REGISTRY)
     assert ids == ["push1", "step1"]
     assert after.node("push1").at == (32.0, 32.0)
-    after, _ = pasted(sample(), text, REGISTRY, (101.0, 50.0))
-    assert after.node("push1").at == (104.0, 48.0)
-    assert after.node("step1").at == (344.0, 48.0)
     for nonsense in ("", "[]", Patch().dumps().decode()):
         with pytest.raises(BadFile, match="clipboard"):
             pasted(sample(), nonsense, REGISTRY)

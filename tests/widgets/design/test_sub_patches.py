@@ -1,5 +1,7 @@
 """Sub-patches on the canvas, by mouse and keys."""
 
+from itertools import combinations
+
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port
 from groups_by_hand import collapse, in_view, menu_texts, write
@@ -10,6 +12,8 @@ from PySide6.QtWidgets import QApplication
 
 from underfoot.patch.grouping import published
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.group_items import item_rect
+from underfoot.widgets.design.patch_editing import snapped
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -208,6 +212,29 @@ def test_a_sub_patch_is_moved_copied_and_deleted_as_one(row):
     QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
     assert row.patch().wires == (("hum.out", "shaker.acceleration"),)
     assert row.patch().groups == ()
+
+
+def test_a_copy_lies_on_nothing_and_under_the_mouse_as_it_is_drawn(row, qtbot):
+    """What is in a sub-patch is far from it: where that would lie says nothing of it. A note has room, too."""
+    canvas, scene = row.canvas, row.canvas.patch_scene
+    collapse(row, "hum", "shaker")
+    canvas.add_note(QPointF(0.0, 320.0))
+    write(row, "Rough", Qt.Key.Key_Return, CONTROL)
+    row.document.edit(row.patch().move({"through": (32.0, 352.0)}), "Move")
+    scene.select(["group", "note"])
+    QTest.keyClick(canvas, Qt.Key.Key_D, CONTROL)
+    assert scene.selected() == ["group1", "note1"]
+    rects = map(item_rect, scene.movable().values())
+    assert not [pair for pair in combinations(rects, 2) if pair[0].intersects(pair[1])]
+    scene.select(["group"])
+    QTest.keyClick(canvas, Qt.Key.Key_X, CONTROL)
+    canvas.pan(0, -400)
+    place = QPoint(200, 60)
+    canvas.cursor().setPos(canvas.viewport().mapToGlobal(place))
+    qtbot.waitUntil(canvas.viewport().underMouse)
+    there = canvas.mapToScene(place)
+    QTest.keyClick(canvas, Qt.Key.Key_V, CONTROL)
+    assert row.patch().group("group").at == snapped(there.x(), there.y())
 
 
 def test_escape_puts_back_what_is_dragged(row):
