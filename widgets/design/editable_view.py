@@ -23,7 +23,7 @@ from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import framed_places, shift_to_free_place
+from underfoot.widgets.design.placing import Box, framed_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
 
@@ -84,12 +84,11 @@ class EditableView(PatchView):
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
         feeds = from_port is not None and from_port[1] == "in"
-        at = self._free_place(type, place, ends_there=feeds)
+        around = self._group_of(into) if into else self._group_at(place)
+        at = self._free_place(type, place, around, ends_there=feeds)
         after = patch.add(type, self.registry, at, **self.registry[type].initial)
         id = after.nodes[-1].id
-        around = self._group_of(into) if into else self._group_at(place)
-        if around:
-            after = put_into(after, [id], around)
+        after = put_into(after, [id], around) if around else after
         if from_port is not None:
             after = connected(after, self.registry, id, *from_port)
         if into is not None:
@@ -99,12 +98,17 @@ class EditableView(PatchView):
         self.patch_scene.select([id])
         self.ensure_visible([id])
 
-    def _free_place(self, type: str, place: QPointF, *, ends_there: bool) -> tuple[float, float]:
+    def _free_place(self, type: str, place: QPointF, group: str, *, ends_there: bool) -> Place:
         shape = node_geometry(description_of(self.registry[type]))
         left = 16.0 if not ends_there else shape.width
         x, y = snapped(place.x() - left, place.y() - TITLE / 2)
-        dx, dy = shift_to_free_place([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
+        dx, dy = self._shift_clear([(x, y, shape.width, shape.height)], group)
         return x + dx, y + dy
+
+    def _shift_clear(self, boxes: Sequence[Box], group: str) -> Place:
+        """Return the shift to where neither items nor frames are, but those of this group and around it."""
+        around = chain(self.document.patch.groups, group)
+        return shift_to_free_place(boxes, self.patch_scene.boxes() + self.patch_scene.frame_boxes(without=around))
 
     def _group_at(self, place: QPointF) -> str:
         """Return the group whose frame is around a place, or else the open one."""
@@ -122,7 +126,7 @@ class EditableView(PatchView):
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
-        (box,) = self.patch_scene.boxes_in(patch, [id])
+        box, *_ = self.patch_scene.boxes_in(patch, [id])
         dx, dy = shift_to_free_place([box], self.patch_scene.boxes(without=[id]))
         patch = patch.move({id: (box[0] + dx, box[1] + dy)})
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
@@ -142,10 +146,10 @@ class EditableView(PatchView):
         """Add an empty note, and ask for its text."""
         patch = self.document.patch
         x, y = snapped(place.x(), place.y())
-        dx, dy = shift_to_free_place([(x, y, 200.0, 96.0)], self.patch_scene.boxes())
+        around = self._group_at(place)
+        dx, dy = self._shift_clear([(x, y, 200.0, 96.0)], around)
         note = Note(patch.free_id("note"), "", (x + dx, y + dy))
         after = msgspec.structs.replace(patch, notes=(*patch.notes, note))
-        around = self._group_at(place)
         self.document.edit(put_into(after, [note.id], around) if around else after, "Add a note")
         self.patch_scene.select([note.id])
         self.edit_note(note.id)
@@ -213,13 +217,12 @@ class EditableView(PatchView):
         except BadFile as error:
             self.show_message(str(error))
             return
-        if group:
-            after = put_into(after, ids, group)
+        after = put_into(after, ids, group) if group else after
         boxes, x, y = self.patch_scene.boxes_in(after, ids), 0.0, 0.0
         if at is not None:
             x, y = snapped(at[0] - min(box[0] for box in boxes), at[1] - min(box[1] for box in boxes))
         there = [(left + x, top + y, width, height) for left, top, width, height in boxes]
-        dx, dy = shift_to_free_place(there, self.patch_scene.boxes())
+        dx, dy = self._shift_clear(there, group)
         new = {*ids, *(group.id for group in after.groups[len(patch.groups) :])}
         moved = [one for one in (*after.canvas_items(), *after.groups) if one.id in new]
         after = after.move({one.id: (one.at[0] + x + dx, one.at[1] + y + dy) for one in moved})

@@ -1,6 +1,6 @@
 """Drawing of groups and notes on the canvas."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
@@ -81,13 +81,9 @@ class GroupFrameItem(QGraphicsItem):
 
     def rect_without(self, leaving: Collection[QGraphicsItem]) -> QRectF:
         """Return the frame around all that is in it but these, in scene coordinates; null if nothing is left."""
-        rect = QRectF()
-        for item in self._items:
-            if isinstance(item, GroupFrameItem):
-                rect = rect.united(item.rect_without(leaving))
-            elif item not in leaving:
-                rect = rect.united(item_rect(item))
-        return rect if rect.isNull() else rect.adjusted(-FRAME_PAD, -FRAME_PAD - TITLE, FRAME_PAD, FRAME_PAD)
+        frames = [item for item in self._items if isinstance(item, GroupFrameItem)]
+        rects = [item_rect(item) for item in self._items if item not in leaving and item not in frames]
+        return framed([*rects, *(frame.rect_without(leaving) for frame in frames)])
 
     def frame_rect(self) -> QRectF:
         """Return the frame, in scene coordinates."""
@@ -200,6 +196,14 @@ class StubItem(WireItem):
         align = Qt.AlignmentFlag.AlignLeft if out else Qt.AlignmentFlag.AlignRight
         room = QRectF(self._away.x() + 6 if out else self._away.x() - 406, self._away.y() - 10, 400, 20)
         painter.drawText(room, align | Qt.AlignmentFlag.AlignVCenter, self._text)
+
+
+def framed(rects: Iterable[QRectF]) -> QRectF:
+    """Return the frame around these rectangles; null if there are none."""
+    rect = QRectF()
+    for one in rects:
+        rect = rect.united(one)
+    return rect if rect.isNull() else rect.adjusted(-FRAME_PAD, -FRAME_PAD - TITLE, FRAME_PAD, FRAME_PAD)
 
 
 def note_size(note: Note) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets import theme
-from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem, note_size
+from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem, framed, note_size
 from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of, node_geometry
@@ -340,18 +340,28 @@ class PatchScene(QGraphicsScene):
             (item.pos().x(), item.pos().y(), *item.size) for id, item in self.movable().items() if id not in left_out
         ]
 
+    def frame_boxes(self, without: Collection[str] = ()) -> list[Box]:
+        """Return the rectangles of the frames of all groups but these."""
+        rects = [frame.frame_rect() for id, frame in self.group_frames.items() if id not in without]
+        return [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in rects]
+
     def boxes_in(self, patch: Patch, ids: Iterable[str]) -> list[Box]:
         """Return the rectangles with which these nodes and notes of another patch would be drawn at this level; those
-        in a sub-patch have one.
+        in a sub-patch have one, and so has a frame of which they are all.
         """
         view = group_view_of(patch, self.inside)
         shown = {view.shown_as[id] for id in ids}
-        boxes = [(*note.at, *note_size(note)) for note in patch.notes if note.id in shown]
-        drawn = [(node.at, self._description(node)) for node in patch.nodes if node.id in shown]
+        drawn = [(node.id, node.at, self._description(node)) for node in patch.nodes if node.id in shown]
         blocks = [group for group in view.collapsed if group.id in shown]
-        drawn += [(group.at, description_of_group(patch, self.registry, group)) for group in blocks]
-        shapes = [(at, node_geometry(description)) for at, description in drawn]
-        return boxes + [(*at, shape.width, shape.height) for at, shape in shapes]
+        drawn += [(group.id, group.at, description_of_group(patch, self.registry, group)) for group in blocks]
+        rects = {id: node_geometry(description).rect.translated(*at) for id, at, description in drawn}
+        rects |= {note.id: QRectF(*note.at, *note_size(note)) for note in patch.notes if note.id in shown}
+        for group in reversed(view.opened):  # the inner ones first
+            inside = {view.shown_as[id] for id in group.members}
+            if inside <= shown:
+                inside |= {one.id for one in view.opened if one.id in rects and {*one.members} <= {*group.members}}
+                rects[group.id] = framed([rects[id] for id in inside])
+        return [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in rects.values()]
 
     def places(self) -> dict[str, tuple[float, float]]:
         """Return the new positions of dragged items, by id."""

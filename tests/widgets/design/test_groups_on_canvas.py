@@ -273,6 +273,11 @@ def test_what_is_duplicated_in_a_frame_is_in_its_group_and_a_whole_frame_is_besi
     chain.canvas.patch_scene.select(["through", "through1", "through2"])
     QTest.keyClick(chain.canvas, Qt.Key.Key_D, CONTROL)
     assert members_of(chain) == [{"through", "through1", "through2"}, {"through3", "through4", "through5"}]
+    frames = [frame.frame_rect() for frame in chain.canvas.patch_scene.group_frames.values()]
+    assert not frames[0].intersects(frames[1])
+    chain.canvas.add("beat", QPointF(frames[0].right() - 100.0, frames[0].top() - 40.0))
+    beat = item_rect(chain.canvas.patch_scene.nodes["beat"])
+    assert not any(map(beat.intersects, frames))
 
 
 def test_what_is_pasted_or_written_under_the_mouse_in_a_frame_is_in_its_group(chain, qtbot):
