@@ -112,15 +112,21 @@ class Selection(NamedTuple):
 def context_menu(
     canvas: QWidget,
     actions: Mapping[str, QAction],
-    add: Callable[[], object],
+    here: Mapping[str, Callable[[], object]],
     join: Callable[[Group], object],
     chosen: Selection,
 ) -> QMenu:
-    """Return the menu for the selection, deleted on closing. `add` asks for a new node; `join` puts it into a group."""
+    """Return the menu for the selection, deleted on closing. `here` is what "add", "note" and "paste" do where it was
+    asked for, not where the mouse is then; `join` puts the selection into a group.
+    """
     menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    menu.addAction("Add a node…", add).setShortcut("/")
-    menu.addAction(actions["note"])
+
+    def act_here(name: str) -> None:
+        menu.addAction(actions[name].text(), here[name]).setShortcut(actions[name].shortcut())
+
+    act_here("add")
+    act_here("note")
     menu.addSeparator()
     if chosen.is_node:
         menu.addActions([actions[name] for name in ("connect", "replace")])
@@ -148,7 +154,8 @@ def context_menu(
     if chosen.selected:
         heard = menu.addMenu("Hear")
         heard.addActions([actions[name] for name in MARK_ACTIONS if name in actions])
-    menu.addActions([actions[name] for name in ("paste", "select all", "tidy")])
+    act_here("paste")
+    menu.addActions([actions[name] for name in ("select all", "tidy")])
     if chosen.selected > 1:
         align = menu.addMenu("Align")
         align.addActions([actions[alignment.name] for alignment in ALIGNMENTS])

@@ -180,7 +180,12 @@ class Canvas(EditableView):
         is_sub_patch = len(chosen) == 1 and chosen[0] in scene.group_nodes
         kinds = is_node, is_group, is_framed, is_sub_patch, self.joinable_groups()
         what = Selection(len(chosen), *kinds, bool(scene.chosen_wires()), bool(self.inside))
-        menu = context_menu(self, self.actions_by_name, partial(self.open_search, at), self.join, what)
+        here = {
+            "add": partial(self.open_search, at),
+            "note": partial(self.add_note, place),
+            "paste": partial(self.paste, place),
+        }
+        menu = context_menu(self, self.actions_by_name, here, self.join, what)
         if is_node:
             self.driver_menus.add_menu(menu, scene.nodes[chosen[0]], place)
         menu.popup(self.viewport().mapToGlobal(at))

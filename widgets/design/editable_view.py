@@ -179,17 +179,17 @@ class EditableView(PatchView):
         text = f"{word} {self._count_text(gone)}" if gone else otherwise
         self.document.edit(removed_and_bridged(patch, self.registry, gone), text)
 
-    def paste(self) -> None:
-        """Add the items on the clipboard, under the mouse if it is over the canvas; open copied files."""
+    def paste(self, place: QPointF | None = None) -> None:
+        """Add the items on the clipboard at a place, or else under a mouse over the canvas; open copied files."""
         files = local_files(QApplication.clipboard().mimeData())
         if files:
             self.files_pasted.emit(files)
             return
         mouse = self.viewport().mapFromGlobal(self.cursor().pos())
-        over = self.viewport().rect().contains(mouse) and self.viewport().underMouse()
-        place = self.mapToScene(mouse)
-        at, group = ((place.x(), place.y()), self._group_at(place)) if over else (None, self.inside)
-        self._paste(QApplication.clipboard().text(), at, "Paste", group)
+        if place is None and self.viewport().rect().contains(mouse) and self.viewport().underMouse():
+            place = self.mapToScene(mouse)
+        group = self._group_at(place) if place is not None else self.inside
+        self._paste(QApplication.clipboard().text(), place, "Paste", group)
 
     def duplicate(self) -> None:
         """Add a copy of the selected items beside them, in the group of which they are a part."""
@@ -210,7 +210,7 @@ class EditableView(PatchView):
         """Add all of another patch, called `title`, in a free place."""
         self._paste(patch.dumps().decode(), None, f"Insert {title}:", self.inside)
 
-    def _paste(self, text: str, at: tuple[float, float] | None, what: str, group: str) -> None:
+    def _paste(self, text: str, at: QPointF | None, what: str, group: str) -> None:
         patch = self.document.patch
         try:
             after, ids = pasted(patch, text, self.registry, self.folder)
@@ -220,7 +220,7 @@ class EditableView(PatchView):
         after = put_into(after, ids, group) if group else after
         boxes, x, y = self.patch_scene.boxes_in(after, ids), 0.0, 0.0
         if at is not None:
-            x, y = snapped(at[0] - min(box[0] for box in boxes), at[1] - min(box[1] for box in boxes))
+            x, y = snapped(at.x() - min(box[0] for box in boxes), at.y() - min(box[1] for box in boxes))
         there = [(left + x, top + y, width, height) for left, top, width, height in boxes]
         dx, dy = self._shift_clear(there, group)
         new = {*ids, *(group.id for group in after.groups[len(patch.groups) :])}

@@ -326,6 +326,23 @@ def test_the_right_button_cancels_a_drag_and_opens_no_menu(workspace, held):
     assert canvas.patch_scene.nodes["step"].pos().toTuple() == patch.node("step").at
 
 
+def test_what_the_menu_adds_lies_where_the_menu_was_asked_for(line):
+    canvas, added = line.canvas, []
+    canvas.patch_scene.select(["hum"])
+    QTest.keyClick(canvas, Qt.Key.Key_C, CONTROL)
+    for text, there in (("Add a note", QPointF(400.0, 240.0)), ("Paste", QPointF(400.0, 320.0))):
+        place = canvas.mapFromScene(there)
+        asks = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, canvas.viewport().mapToGlobal(place))
+        QApplication.sendEvent(canvas.viewport(), asks)
+        menu = QApplication.activePopupWidget()
+        action = next(action for action in menu.actions() if action.text() == text)
+        canvas.cursor().setPos(menu.mapToGlobal(menu.actionGeometry(action).center()))
+        QTest.mouseClick(menu, LEFT, NONE, menu.actionGeometry(action).center())
+        QTest.keyClick(canvas.inline, Qt.Key.Key_Escape)
+        added.append(canvas.patch_scene.movable()[canvas.patch_scene.selected()[0]].pos())
+    assert added == [QPointF(400.0, 240.0), QPointF(400.0, 320.0)]
+
+
 def test_several_nodes_are_selected_by_keys(workspace):
     """N steps, K keeps; a node that is come to again is let go, and any other selection begins anew."""
     canvas = workspace.canvas
