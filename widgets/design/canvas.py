@@ -25,8 +25,8 @@ from underfoot.widgets.design.actions import Selection, connect_menu, context_me
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
-from underfoot.widgets.design.editable_view import EditableView
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
+from underfoot.widgets.design.grouping_view import GroupingView
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_list import MIME
@@ -48,7 +48,7 @@ _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
 
-class Canvas(EditableView):
+class Canvas(GroupingView):
     """Shows the document's patch, and edits it."""
 
     play_requested = Signal()

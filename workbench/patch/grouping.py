@@ -67,10 +67,6 @@ def ungrouped(patch: Patch, ids: Collection[str]) -> Patch:
 
 def published(patch: Patch, id: str, end: str, on: bool) -> Patch:
     """Return the patch with a parameter, "node.parameter", shown or hidden on this group, which contains its node."""
-    groups = tuple(
-        msgspec.structs.replace(group, published=(*(e for e in group.published if e != end), *([end] if on else ())))
-        if group.id == id
-        else group
-        for group in patch.groups
-    )
-    return msgspec.structs.replace(patch, groups=groups)
+    group = patch.group(id)
+    shown = (*(one for one in group.published if one != end), *([end] if on else ()))
+    return patch.with_item(msgspec.structs.replace(group, published=shown))

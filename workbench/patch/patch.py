@@ -170,7 +170,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
         # Whoever sets it knows its id, not its place in a file.
         _check_type(changed, id, installed_nodes() if registry is None else registry)
-        return self._with(changed)
+        return self.with_item(changed)
 
     def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":
         """Set or clear one of `MARKS` on these nodes.
@@ -188,7 +188,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def name(self, id: str, label: str) -> "Patch":
         """Change a node's label on the canvas; its id stays."""
         check_label(f"the name of {id}", label)
-        return self._with(msgspec.structs.replace(self.node(id), label=label))
+        return self.with_item(msgspec.structs.replace(self.node(id), label=label))
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
         """Move nodes, notes and collapsed groups. Members of a group move with it."""
@@ -250,8 +250,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         cut = {group.id for group in self.groups if not kept.issuperset(group.members)}
         return self.remove(({one.id for one in self.canvas_items()} - kept) | cut)
 
-    def _with(self, changed: PlacedNode) -> "Patch":
-        return msgspec.structs.replace(self, nodes=tuple(changed if n.id == changed.id else n for n in self.nodes))
+    def with_item(self, changed: "PlacedNode | Note | Group") -> "Patch":
+        """Return the patch with this node, note or group in place of the one with its id. It is not checked."""
+        field = {PlacedNode: "nodes", Note: "notes", Group: "groups"}[type(changed)]
+        items = tuple(changed if one.id == changed.id else one for one in getattr(self, field))
+        return msgspec.structs.replace(self, **{field: items})
 
     # --- checks ---
 
