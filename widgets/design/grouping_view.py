@@ -142,9 +142,10 @@ class GroupingView(EditableView):
 
     def paint_group(self, colour: str) -> None:
         """Set the colour of the selected sub-patches, else of the group around the selection."""
+        patch = self.document.patch
         for id in self._chosen_groups():
-            patch = self.document.patch
-            self.document.edit(patch.with_item(replace(patch.group(id), colour=colour)), "Colour a group")
+            patch = patch.with_item(replace(patch.group(id), colour=colour))
+        self.document.edit(patch, "Colour a group")
 
     def enter(self) -> None:
         """Open the selected sub-patch."""

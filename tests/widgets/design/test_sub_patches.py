@@ -207,6 +207,12 @@ def test_a_sub_patch_is_moved_copied_and_deleted_as_one(row):
     QTest.keyClick(row.canvas, Qt.Key.Key_D, CONTROL)
     assert set(row.canvas.patch_scene.group_nodes) == {"group", "group1"}
     assert row.canvas.patch_scene.selected() == ["group1"]
+    row.canvas.patch_scene.select(["group", "group1"])
+    row.canvas.actions_by_name["colour teal"].trigger()
+    assert [group.colour for group in row.patch().groups] == ["teal", "teal"]
+    row.undo_action.trigger()
+    assert [group.colour for group in row.patch().groups] == ["grey", "grey"]
+    row.canvas.patch_scene.select(["group1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
     row.canvas.patch_scene.select(["group"])
     QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
