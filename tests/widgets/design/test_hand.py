@@ -343,6 +343,23 @@ def test_what_the_menu_adds_lies_where_the_menu_was_asked_for(line):
     assert added == [QPointF(400.0, 240.0), QPointF(400.0, 320.0)]
 
 
+def test_space_moves_the_view_while_it_is_held_here(workspace, qtbot):
+    """It is let go where the focus has gone to meanwhile, as by Ctrl+P: the next clicks still moved the view."""
+    canvas, start = workspace.canvas, middle(workspace, "hum")
+    QTest.keyPress(canvas, Qt.Key.Key_Space)
+    drag(workspace, start, start + QPoint(40, 0))
+    assert middle(workspace, "hum") == start + QPoint(40, 0)
+    with qtbot.assertNotEmitted(canvas.play_requested):
+        QTest.keyRelease(canvas, Qt.Key.Key_Space)
+    with qtbot.waitSignal(canvas.play_requested):
+        QTest.keyClick(canvas, Qt.Key.Key_Space)
+    QTest.keyPress(canvas, Qt.Key.Key_Space)
+    workspace.node_palette.field.setFocus()
+    QTest.keyRelease(workspace.node_palette.field, Qt.Key.Key_Space)
+    QTest.mouseClick(canvas.viewport(), LEFT, NONE, middle(workspace, "hum"))
+    assert canvas.selected_ids() == ["hum"]
+
+
 def test_several_nodes_are_selected_by_keys(workspace):
     """N steps, K keeps; a node that is come to again is let go, and any other selection begins anew."""
     canvas = workspace.canvas
