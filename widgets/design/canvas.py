@@ -15,7 +15,7 @@ from PySide6.QtGui import (
     QKeyEvent,
     QMouseEvent,
 )
-from PySide6.QtWidgets import QGraphicsItem, QWidget
+from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from underfoot.patch.grouping import put_into
@@ -26,13 +26,14 @@ from underfoot.widgets.design.actions import Selection, connect_menu, context_me
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
+from underfoot.widgets.design.frame_drag import FrameDrag
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
 from underfoot.widgets.design.grouping_view import GroupingView
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_list import MIME
 from underfoot.widgets.design.node_search import NodeSearch
-from underfoot.widgets.design.patch_editing import snapped, with_names
+from underfoot.widgets.design.patch_editing import with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
@@ -45,6 +46,7 @@ DROP_REACH = 10.0
 BESIDE_PX = 48
 """Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
 
+_EXTENDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
 _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
@@ -60,7 +62,7 @@ class Canvas(GroupingView):
     # Of the class: the patch is shown before a canvas is made.
     _dragged_wire: WireDrag | None = None
     _pressed_at = QPointF()
-    _dragged_group: tuple[QPointF, list[tuple[QGraphicsItem, QPointF]]] | None = None
+    _dragged_frame: FrameDrag | None = None
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
@@ -199,44 +201,34 @@ class Canvas(GroupingView):
     # --- mouse ---
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        place = self.mapToScene(event.position().toPoint())
         button = event.button()
-        self._pressed_at = place
         self._nudges += 1
         if button == Qt.MouseButton.MiddleButton or (button == Qt.MouseButton.LeftButton and self._space_state):
             self._pan = event.position().toPoint()
             self._space_state = "used" if self._space_state else ""
             self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
-            return
-        if button != Qt.MouseButton.LeftButton:
-            return
-        found = self.patch_scene.port_at(place)
-        if found is not None:
-            self.show_message("")
-            self._dragged_wire = WireDrag(self.patch_scene, *found)
-            self._dragged_wire.move(place)
-            return
-        node = self.patch_scene.node_at(place, 6.0)
-        if node is not None and node.more_at(place):
-            node.set_ports(node.driven, shows_all=True)
-            return
-        if node is not None and self.transform().m11() >= MIN_LEGIBLE_SCALE and node.button_at(place):
-            self.audition_requested.emit(node.node.id)
-            return
-        frame = self.patch_scene.group_frame_at(place)
-        if frame is not None and node is None and self.patch_scene.note_at(place) is None:
-            self._drag_group(place, frame.shown_group.members)
-            return
-        wire = None if node else self.patch_scene.wire_at(place)
-        self.patch_scene.choose(wire)
-        super().mousePressEvent(event)
+        elif button == Qt.MouseButton.LeftButton:
+            self._press(event)
 
-    def _drag_group(self, place: QPointF, members: tuple[str, ...]) -> None:
-        """Begin to drag a group by its title: select its members, which follow the mouse."""
-        scene = self.patch_scene
-        seen = {scene.group_view.shown_as[member] for member in members}
-        scene.select(seen)
-        self._dragged_group = (place, [(item, item.pos()) for id, item in scene.movable().items() if id in seen])
+    def _press(self, event: QMouseEvent) -> None:
+        """Begin to drag the wire of a port, or a frame, or use the button of a node; all else is Qt's."""
+        scene, place = self.patch_scene, self.mapToScene(event.position().toPoint())
+        self._pressed_at = place
+        port, node = scene.port_at(place), scene.node_at(place, 6.0)
+        frame = scene.group_frame_at(place) if node is None and scene.note_at(place) is None else None
+        if port is not None:
+            self.show_message("")
+            self._dragged_wire = WireDrag(scene, *port)
+            self._dragged_wire.move(place)
+        elif node is not None and node.more_at(place):
+            node.set_ports(node.driven, shows_all=True)
+        elif node is not None and self.transform().m11() >= MIN_LEGIBLE_SCALE and node.button_at(place):
+            self.audition_requested.emit(node.node.id)
+        elif frame is not None:
+            self._dragged_frame = FrameDrag(scene, frame, place, extends=bool(event.modifiers() & _EXTENDING))
+        else:
+            scene.choose(None if node else scene.wire_at(place))
+            super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         place = self.mapToScene(event.position().toPoint())
@@ -248,12 +240,8 @@ class Canvas(GroupingView):
             self._dragged_wire.move(place)
             if self._dragged_wire.reason != self.message:
                 self.show_message(self._dragged_wire.reason)
-        elif self._dragged_group is not None:
-            start, items = self._dragged_group
-            by_px = QPointF(*snapped(place.x() - start.x(), place.y() - start.y()))
-            for item, at in items:
-                item.setPos(at + by_px)
-            self.patch_scene.adjust_group_frames()
+        elif self._dragged_frame is not None:
+            self._dragged_frame.move(place)
         else:
             super().mouseMoveEvent(event)
             if self.patch_scene.mouseGrabberItem() is not None:
@@ -274,12 +262,13 @@ class Canvas(GroupingView):
         scene = self.patch_scene
         moved = set(scene.members(scene.places()))
         opened = (group for group in scene.group_view.opened if moved >= set(group.members))
-        if self._dragged_group is not None or not moved or any(opened):
+        if not moved or any(opened):
             return None
         frame = scene.frame_around(place, without=moved)
         return None if frame is None or frame.frame_rect().contains(self._pressed_at) else frame
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        at = event.position().toPoint()
         if self._pan is not None:
             self._pan = None
             self.viewport().unsetCursor()
@@ -288,23 +277,31 @@ class Canvas(GroupingView):
         if event.button() != Qt.MouseButton.LeftButton:
             return
         if self._dragged_wire is not None:
-            self._drop_wire(event.position().toPoint())
-            return
-        wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(event.position().toPoint()))
-        super().mouseReleaseEvent(event)
-        self._dragged_group = None
-        self.patch_scene.highlight()
+            self._drop_wire(at)
+        elif self._dragged_frame is not None:
+            self._dragged_frame.end()
+            self._dragged_frame = None
+            self._drop_items(None, None)
+        else:
+            wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(at))
+            super().mouseReleaseEvent(event)
+            self.patch_scene.highlight()
+            self._drop_items(wire, frame)
+
+    def _drop_items(self, wire: WireItem | None, frame: GroupFrameItem | None) -> None:
+        """Edit the places of what was dragged, if anything was; it goes into this wire, or into this frame's group."""
         places = self.patch_scene.places()
-        if places:
-            members = self.patch_scene.members(places)
-            patch, what = self.document.patch.move(places), f"Move {self._count_text(members)}"
-            if frame is not None:
-                group = frame.shown_group
-                patch, what = put_into(patch, members, group.id), f"{what} into {group.title or 'the group'}"
-            if wire is not None and len(places) == 1:
-                self.insert(patch, next(iter(places)), wire.wire)
-            else:
-                self.document.edit(patch, what)
+        if not places:
+            return
+        members = self.patch_scene.members(places)
+        patch, what = self.document.patch.move(places), f"Move {self._count_text(members)}"
+        if frame is not None:
+            group = frame.shown_group
+            patch, what = put_into(patch, members, group.id), f"{what} into {group.title or 'the group'}"
+        if wire is not None and len(places) == 1:
+            self.insert(patch, next(iter(places)), wire.wire)
+        else:
+            self.document.edit(patch, what)
 
     def _drop_wire(self, at: QPoint) -> None:
         """End the drag of a wire on a port, on the empty canvas, or elsewhere."""
@@ -396,8 +393,8 @@ class Canvas(GroupingView):
         return self._is_dragging() or self.patch_scene.mouseGrabberItem() is not None
 
     def _is_dragging(self) -> bool:
-        """Return whether a wire, a group, a rubber band, or a node or note is being dragged."""
-        dragged = self._dragged_wire is not None or self._dragged_group is not None or self.has_band
+        """Return whether a wire, a frame, a rubber band, or a node or note is being dragged."""
+        dragged = self._dragged_wire is not None or self._dragged_frame is not None or self.has_band
         return dragged or (self.patch_scene.mouseGrabberItem() is not None and bool(self.patch_scene.places()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -448,7 +445,7 @@ class Canvas(GroupingView):
         if self._dragged_wire is not None:
             self._dragged_wire.end()
             self._dragged_wire = None
-        self._dragged_group = None
+        self._dragged_frame = None
         if self.patch_scene.mouseGrabberItem() is not None:
             # As if the button came up: else Qt moves the next node from where this one was.
             at, none = QPointF(self.viewport().mapFromGlobal(self.cursor().pos())), Qt.MouseButton.NoButton

@@ -130,6 +130,20 @@ def test_a_group_has_a_title_and_colour_and_moves_what_is_in_it(row):
     assert not row.canvas.patch_scene.group_frames
 
 
+def test_a_frame_is_selected_and_dragged_beside_others_as_a_node_is(chain):
+    canvas, scene = chain.canvas, chain.canvas.patch_scene
+    title = in_view(chain, scene.group_frames["group"].title_rect().center())
+    scene.select(["hum"])
+    for held, chosen in ((SHIFT, ["hum", "through", "through1"]), (CONTROL, ["hum"]), (SHIFT, [*scene.nodes][:3])):
+        QTest.mouseClick(canvas.viewport(), LEFT, held, title)
+        assert scene.selected() == chosen
+    drag(chain, title, title + QPoint(0, 80))
+    assert [node.at[1] for node in chain.patch().nodes] == [80.0, 80.0, 80.0, 0.0]
+    assert chain.document.stack.undoText() == "Move 3 nodes"
+    QTest.mouseClick(canvas.viewport(), LEFT, NONE, title + QPoint(0, 80))
+    assert scene.selected() == ["through", "through1"]
+
+
 def test_a_group_that_would_cut_another_is_refused_in_words(row):
     row.canvas.patch_scene.select(["through", "through1"])
     row.canvas.group()
