@@ -1,6 +1,6 @@
 """What a hand does with groups and sub-patches on the canvas."""
 
-from design_samples import NONE
+from design_samples import LEFT, NONE
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -26,12 +26,24 @@ def in_view(workspace, place):
     return workspace.canvas.mapFromScene(place)
 
 
+def menu_at(workspace, place, reason=QContextMenuEvent.Reason.Mouse):
+    """The context menu, open, at a place of the canvas."""
+    view = workspace.canvas.viewport()
+    QApplication.sendEvent(view, QContextMenuEvent(reason, place, view.mapToGlobal(place)))
+    return next(menu for menu in workspace.canvas.findChildren(QMenu) if menu.isVisible())
+
+
 def menu_texts(workspace, place, reason=QContextMenuEvent.Reason.Mouse):
     """What the context menu at a place of the canvas offers."""
-    QApplication.sendEvent(
-        workspace.canvas.viewport(), QContextMenuEvent(reason, place, workspace.canvas.viewport().mapToGlobal(place))
-    )
-    menu = next(menu for menu in workspace.canvas.findChildren(QMenu) if menu.isVisible())
+    menu = menu_at(workspace, place, reason)
     texts = [action.text() for action in menu.actions()]
     menu.close()
     return texts
+
+
+def click_in_menu(workspace, place, text):
+    """Choose by the mouse in the context menu at a place of the canvas."""
+    menu = menu_at(workspace, place)
+    there = menu.actionGeometry(next(action for action in menu.actions() if action.text() == text)).center()
+    menu.cursor().setPos(menu.mapToGlobal(there))
+    QTest.mouseClick(menu, LEFT, NONE, there)

@@ -116,8 +116,8 @@ def context_menu(
     join: Callable[[Group], object],
     chosen: Selection,
 ) -> QMenu:
-    """Return the menu for the selection, deleted on closing. `here` is what "add", "note" and "paste" do where it was
-    asked for, not where the mouse is then; `join` puts the selection into a group.
+    """Return the menu for the selection, deleted on closing. `here` is what "add", "note", "paste" and "rename" do
+    where it was asked for, not where the mouse is then; `join` puts the selection into a group.
     """
     menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -131,7 +131,8 @@ def context_menu(
     if chosen.is_node:
         menu.addActions([actions[name] for name in ("connect", "replace")])
     if chosen.selected:
-        menu.addActions([actions["rename"], actions["group"]])
+        act_here("rename")
+        menu.addAction(actions["group"])
         if chosen.joinable:
             into = menu.addMenu("Put into")
             for group in chosen.joinable:

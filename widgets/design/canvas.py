@@ -183,10 +183,11 @@ class Canvas(GroupingView):
         is_sub_patch = len(chosen) == 1 and chosen[0] in scene.group_nodes
         kinds = is_node, is_group, is_framed, is_sub_patch, self.joinable_groups()
         what = Selection(len(chosen), *kinds, bool(scene.chosen_wires()), bool(self.inside))
-        here = {
+        here: dict[str, Callable[[], object]] = {
             "add": partial(self.open_search, at),
             "note": partial(self.add_note, place),
             "paste": partial(self.paste, place),
+            "rename": partial(self.edit_title, frame.shown_group.id) if frame else self.rename,
         }
         menu = context_menu(self, self.actions_by_name, here, self.join, what)
         if is_node:

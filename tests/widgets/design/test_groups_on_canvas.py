@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, send
-from groups_by_hand import in_view, menu_texts, write
+from groups_by_hand import click_in_menu, in_view, menu_texts, write
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -142,6 +142,16 @@ def test_a_frame_is_selected_and_dragged_beside_others_as_a_node_is(chain):
     assert chain.document.stack.undoText() == "Move 3 nodes"
     QTest.mouseClick(canvas.viewport(), LEFT, NONE, title + QPoint(0, 80))
     assert scene.selected() == ["through", "through1"]
+
+
+def test_the_menu_of_a_frame_names_the_group_also_of_one_node(row):
+    row.canvas.patch_scene.select(["through"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    write(row, "Body")
+    title = row.canvas.patch_scene.group_frames["group"].title_rect().center()
+    click_in_menu(row, in_view(row, title), "Rename…")
+    write(row, "Heel")
+    assert (row.patch().group("group").title, row.patch().node("through").label) == ("Heel", "")
 
 
 def test_a_group_that_would_cut_another_is_refused_in_words(row):
