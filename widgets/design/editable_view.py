@@ -3,16 +3,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
+from msgspec.structs import replace
 from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.grouping import put_into, ungrouped
-from underfoot.patch.groups import Group, Note, chain
+from underfoot.patch.groups import Note, chain
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire, node_id
 from underfoot.quantities import counted
 from underfoot.widgets import theme
@@ -25,6 +25,9 @@ from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import Box, framed_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
+
+NOTE_ROOM = 200.0, 96.0
+"""Width and height of the place that a new note takes."""
 
 
 class EditableView(PatchView):
@@ -139,16 +142,23 @@ class EditableView(PatchView):
                 self.show_message(f"{counted(lost, 'wire')} did not fit {self.registry[type].label}; undo restores all")
 
     def add_note(self, place: QPointF) -> None:
-        """Add an empty note, and ask for its text."""
-        patch = self.document.patch
-        x, y = snapped(place.x(), place.y())
-        around = self._group_at(place)
-        dx, dy = self._shift_clear([(x, y, 200.0, 96.0)], around)
-        note = Note(patch.free_id("note"), "", (x + dx, y + dy))
-        after = msgspec.structs.replace(patch, notes=(*patch.notes, note))
-        self.document.edit(put_into(after, [note.id], around) if around else after, "Add a note")
-        self.patch_scene.select([note.id])
-        self.edit_note(note.id)
+        """Ask for the text of a note, and add it; without a text there is none."""
+        around, (x, y) = self._group_at(place), snapped(place.x(), place.y())
+        dx, dy = self._shift_clear([(x, y, *NOTE_ROOM)], around)
+        note = Note(self.document.patch.free_id("note"), "", (x + dx, y + dy))
+
+        def add(text: str) -> bool:
+            if not text:
+                return True
+            patch = self.document.patch
+            after = replace(patch, notes=(*patch.notes, replace(note, text=text)))
+            if not self._edit_text(put_into(after, [note.id], around) if around else after, "Add a note"):
+                return False
+            self.patch_scene.select([note.id])
+            return True
+
+        over = self.mapFromScene(QRectF(*note.at, *NOTE_ROOM)).boundingRect()
+        self.inline.open(over, "", add, one_line=False)
 
     # --- clipboard ---
 
@@ -314,25 +324,25 @@ class EditableView(PatchView):
         """Name a node or group; return whether the name is allowed."""
         patch = self.document.patch
         if any(group.id == id for group in patch.groups):
-            return self._set_text(msgspec.structs.replace(patch.group(id), title=text), "Rename a group")
+            return self._edit_text(patch.with_item(replace(patch.group(id), title=text)), "Rename a group")
         own = self.registry[patch.node(id).type].label
-        named = msgspec.structs.replace(patch.node(id), label="" if text == own else text)
-        return self._set_text(named, f"Rename {self._name(id)}")
+        named = replace(patch.node(id), label="" if text == own else text)
+        return self._edit_text(patch.with_item(named), f"Rename {self._name(id)}")
 
     def edit_note(self, id: str) -> None:
         """Open a field for the text of a note."""
         item = self.patch_scene.notes[id]
 
-        def set_note(text: str) -> bool:
-            return self._set_text(msgspec.structs.replace(item.note, text=text), "Edit a note")
+        def set_text(text: str) -> bool:
+            return self._edit_text(self.document.patch.with_item(replace(item.note, text=text)), "Edit a note")
 
         over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
-        self.inline.open(over, item.note.text, set_note, one_line=False)
+        self.inline.open(over, item.note.text, set_text, one_line=False)
 
-    def _set_text(self, changed: PlacedNode | Note | Group, what: str) -> bool:
-        """Edit an item that has a new name or text; return whether that is allowed, and show why not."""
+    def _edit_text(self, after: Patch, what: str) -> bool:
+        """Set the patch after a name or a text was typed; return whether that is allowed, and show why not."""
         try:
-            self.document.edit(self.document.patch.with_item(changed).check(self.registry), what)
+            self.document.edit(after.check(self.registry), what)
         except BadValue as error:
             self.show_message(str(error).partition(" is ")[2])  # its place in the file would mean nothing
             return False

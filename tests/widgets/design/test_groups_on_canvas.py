@@ -51,9 +51,14 @@ def test_a_double_click_on_a_title_names_a_node_too(workspace):
 
 
 def test_a_note_is_written_moved_edited_and_deleted(workspace):
-    canvas = workspace.canvas
+    canvas, before = workspace.canvas, workspace.patch()
+    for key in (Qt.Key.Key_Escape, Qt.Key.Key_Return):
+        QTest.keyClick(canvas, Qt.Key.Key_T)
+        QTest.keyClick(canvas.inline, key, CONTROL if key == Qt.Key.Key_Return else NONE)
+        assert workspace.patch() == before
     QTest.keyClick(canvas, Qt.Key.Key_T)
     write(workspace, "What the sole feels", Qt.Key.Key_Return, CONTROL)
+    assert [workspace.document.stack.text(i) for i in range(workspace.document.stack.count())] == ["Add a note"]
     note = workspace.patch().notes[0]
     assert note.text == "What the sole feels"
     start = in_view(workspace, canvas.patch_scene.notes["note"].sceneBoundingRect().center())
