@@ -257,13 +257,14 @@ class EditableView(PatchView):
         self.document.edit(self.document.patch.move(moved), f"Align {counted(len(places), 'node')}")
 
     def nudge(self, dx: int, dy: int) -> None:
-        """Move the selected items by steps of the grid; consecutive steps are one undo step."""
+        """Move the selected items by steps of the grid, in view; consecutive steps are one undo step."""
         chosen = self.patch_scene.selected()
         there = self.patch_scene.movable()
         x, y = dx * theme.GRID, dy * theme.GRID
         places = {id: (there[id].pos().x() + x, there[id].pos().y() + y) for id in chosen}
         text = f"Move {self._count_text(self._members())}"
         self.document.edit(self.document.patch.move(places), text, f"nudge {sorted(chosen)} {self._nudges}")
+        self.ensure_visible(chosen)
 
     def tidy(self) -> None:
         """Arrange the selected items, or all, in layers along the signal flow. Their top left corner stays, and what is

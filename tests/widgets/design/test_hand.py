@@ -297,6 +297,13 @@ def test_a_copy_is_in_the_view(line, keys):
     assert seen(line, "hum1")
 
 
+def test_what_arrows_move_stays_in_the_view(line):
+    at_the_lower_edge(line, "hum")
+    for _ in range(4):
+        QTest.keyClick(line.canvas, Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier)
+    assert seen(line, "hum")
+
+
 def test_a_sub_patch_is_in_the_view_once_it_is_made(line):
     line.set_patch(line.patch().move({"through": (0.0, 0.0), "hum": (0.0, 900.0)}))
     at_the_lower_edge(line, "hum", "through")
