@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPainterPathStroker, QPen
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
 from underfoot.patch.patch import PlacedNode
@@ -15,31 +15,30 @@ from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.design.marks import button_at, is_inactive, paint_far_marks, paint_marks
 from underfoot.widgets.design.node_geometry import (
-    COST_ROOM,
-    PAD,
     TITLE,
-    WIDEST_PORT,
     WIDEST_TITLE,
     NodeDescription,
     NodeGeometry,
     PlacedPort,
     node_geometry,
 )
+from underfoot.widgets.design.node_painting import (
+    PORT_RADIUS,
+    NodeLook,
+    paint_body,
+    paint_far_title,
+    paint_port,
+    paint_title,
+)
 from underfoot.widgets.design.patch_editing import snapped
 from underfoot.widgets.design.thumbnail import thumbnail
 
 MIN_LEGIBLE_SCALE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""
-MIN_ZOOM = 0.3
-"""Below this zoom not even a node's name has room."""
 MIN_SHARP_SCALE = 0.75
 """Below this zoom a wire is one pixel wide, which costs an eighth of two."""
-PORT_RADIUS = 5.0
 PROBES = 64
 """Places of a wire that are looked at when a node is held over it."""
-_AT_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_AT_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-_CENTRED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 _MOVES = QGraphicsItem.GraphicsItemChange.ItemPositionChange
 _MOVED = QGraphicsItem.GraphicsItemChange.ItemPositionHasChanged
 _SELECTED = QGraphicsItem.GraphicsItemChange.ItemSelectedHasChanged
@@ -218,102 +217,33 @@ class NodeItem(QGraphicsItem):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         quiet = self.state in ("asleep", "unused") or is_inactive(self.node)
         colour = self.description.colour
-        self._paint_body(painter, colour, quiet)
+        geometry, title = self.geometry, self.description.title
+        look = NodeLook(colour, self.state, quiet, self.isSelected(), self._hovered)
+        paint_body(painter, geometry, look)
         if zoom < MIN_LEGIBLE_SCALE:
-            self._paint_far_title(painter, quiet, zoom)
-            paint_far_marks(painter, self.node, self.geometry, self.is_auditioned, zoom)
+            paint_far_title(painter, geometry, title, look, zoom)
+            paint_far_marks(painter, self.node, geometry, self.is_auditioned, zoom)
             return
-        self._paint_title(painter, quiet)
+        paint_title(painter, geometry, title, self.cost, look)
         if self._plot is not None:
             painter.save()
-            painter.translate(self.geometry.plot.topLeft())
-            painter.scale(self.geometry.plot.width(), self.geometry.plot.height())
+            painter.translate(geometry.plot.topLeft())
+            painter.scale(geometry.plot.width(), geometry.plot.height())
             pen = QPen(QColor(theme.mixed(colour, theme.RAISED, 0.35 if quiet else 0.85)), 1.0)
             pen.setCosmetic(True)
             painter.setPen(pen)
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawPath(self._plot)
             painter.restore()
-        for placed in self.geometry.ports:
-            self._paint_port(painter, placed)
-        if self.geometry.more is not None:
+        for placed in geometry.ports:
+            has_wire = placed.name in self.driven or not placed.row.is_parameter
+            paint_port(painter, geometry, placed, faint=self._dimmed in (placed.side, "both"), filled=has_wire)
+        if geometry.more is not None:
             painter.setPen(QPen(QColor(theme.MUTED if self._hovered else theme.FAINT), 1.0))
             painter.setBrush(QColor(theme.GROUND))
-            painter.drawEllipse(self.geometry.more, 3.0, 3.0)
+            painter.drawEllipse(geometry.more, 3.0, 3.0)
         has_button = self._hovered and self.can_be_auditioned
-        paint_marks(painter, self.node, self.geometry, has_button, self.is_auditioned)
-
-    def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
-        body, strip = _body(self.geometry.width, self.geometry.height)
-        if self.isSelected():
-            border = QPen(QColor(colour), 1.5)
-        elif self.state == "fault":
-            border = QPen(QColor(theme.ALARM), 1.5)
-        else:
-            border = QPen(QColor(theme.LINE if not self._hovered else theme.FAINT), 1.0)
-        if self.state == "unused" and not self.isSelected():
-            border.setStyle(Qt.PenStyle.DashLine)
-        painter.fillPath(body, QColor(theme.mixed(theme.RAISED, theme.GROUND, 0.6) if quiet else theme.RAISED))
-        title = theme.mixed(colour, theme.PANEL, 0.12 if quiet else theme.TITLE_SHARE)
-        painter.fillPath(strip, QColor(theme.PALETTE["alarming"] if self.state == "fault" else title))
-        painter.strokePath(body, border)
-
-    def _paint_title(self, painter: QPainter, quiet: bool) -> None:
-        width = self.geometry.width
-        painter.setFont(theme.font(bold=True))
-        painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
-        room = width - 2 * PAD - (COST_ROOM if self.cost or self.state else 0.0)
-        text = painter.fontMetrics().elidedText(self.description.title, Qt.TextElideMode.ElideRight, int(room) + 1)
-        painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), _AT_LEFT, text)
-        note = self.state if self.state in ("asleep", "unused", "fault") else self.cost
-        if note:
-            painter.setFont(theme.font(theme.SMALL_PX))
-            fault = self.state == "fault"
-            painter.setPen(QColor(theme.PALETTE["alarming text"] if fault else theme.MUTED if quiet else theme.TEXT))
-            painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), _AT_RIGHT, note)
-
-    def _paint_far_title(self, painter: QPainter, quiet: bool, zoom: float) -> None:
-        """Paint only the name, at the size of a small label, when zoomed out."""
-        if zoom < MIN_ZOOM:
-            return
-        painter.setFont(theme.font(round(theme.SMALL_PX / zoom)))
-        painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
-        room = self.geometry.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
-        painter.drawText(room, _CENTRED, self.description.title)
-
-    def _paint_port(self, painter: QPainter, placed: PlacedPort) -> None:
-        faint = self._dimmed in (placed.side, "both")
-        colour = QColor(theme.mixed(placed.colour, theme.RAISED, 0.25) if faint else placed.colour)
-        painter.setPen(QPen(QColor(theme.GROUND), 2.0))
-        painter.setBrush(colour)
-        if placed.port.kind == "event":
-            x, y, r = placed.at.x(), placed.at.y(), PORT_RADIUS + 1.0
-            painter.drawPolygon(QPolygonF([QPointF(x - r, y), QPointF(x, y - r), QPointF(x + r, y), QPointF(x, y + r)]))
-        elif placed.row.is_parameter and placed.name not in self.driven:
-            painter.setBrush(QColor(theme.GROUND))
-            painter.setPen(QPen(colour, 1.5))
-            painter.drawEllipse(placed.at, PORT_RADIUS - 1.0, PORT_RADIUS - 1.0)
-        else:
-            painter.drawEllipse(placed.at, PORT_RADIUS, PORT_RADIUS)
-        painter.setFont(theme.font())
-        painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
-        rect = QRectF(PAD + 4, placed.at.y() - 10, self.geometry.width - 2 * PAD - 8, 20)
-        painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, _port_text(placed.row.text))
-
-
-@lru_cache(maxsize=256)
-def _port_text(text: str) -> str:
-    """Return the name of a port, cut short where it is too long."""
-    return QFontMetricsF(theme.font()).elidedText(text, Qt.TextElideMode.ElideRight, WIDEST_PORT + 1.0)
-
-
-@lru_cache(maxsize=256)
-def _body(width: float, height: float) -> tuple[QPainterPath, QPainterPath]:
-    """Return the outlines of a node of this size and of its title; cached, because path intersection is slow."""
-    body, strip = QPainterPath(), QPainterPath()
-    body.addRoundedRect(QRectF(0.5, 0.5, width - 1.0, height - 1.0), 6.0, 6.0)
-    strip.addRect(QRectF(0.0, 0.0, width, TITLE))
-    return body, body & strip
+        paint_marks(painter, self.node, geometry, has_button, self.is_auditioned)
 
 
 def _bounds_of(geometry: NodeGeometry) -> QRectF:

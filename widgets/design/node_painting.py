@@ -1,0 +1,107 @@
+"""Painting of a node: its box, its names, and its ports. Marks are in `marks`."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
+
+from underfoot.widgets import theme
+from underfoot.widgets.design.node_geometry import COST_ROOM, PAD, TITLE, WIDEST_PORT, NodeGeometry, PlacedPort
+
+MIN_ZOOM = 0.3
+"""Below this zoom not even a node's name has room."""
+PORT_RADIUS = 5.0
+_AT_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_AT_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_CENTRED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+
+
+class NodeLook(NamedTuple):
+    """What decides the colours of a node."""
+
+    colour: str
+    state: str
+    """Empty, or "asleep", "unused" or "fault"."""
+    quiet: bool
+    """Whether it has no effect now."""
+    selected: bool
+    hovered: bool
+
+
+def paint_body(painter: QPainter, geometry: NodeGeometry, look: NodeLook) -> None:
+    """Paint the box of a node and the ground of its title."""
+    body, strip = _body(geometry.width, geometry.height)
+    if look.selected:
+        border = QPen(QColor(look.colour), 1.5)
+    elif look.state == "fault":
+        border = QPen(QColor(theme.ALARM), 1.5)
+    else:
+        border = QPen(QColor(theme.LINE if not look.hovered else theme.FAINT), 1.0)
+    if look.state == "unused" and not look.selected:
+        border.setStyle(Qt.PenStyle.DashLine)
+    painter.fillPath(body, QColor(theme.mixed(theme.RAISED, theme.GROUND, 0.6) if look.quiet else theme.RAISED))
+    title = theme.mixed(look.colour, theme.PANEL, 0.12 if look.quiet else theme.TITLE_SHARE)
+    painter.fillPath(strip, QColor(theme.PALETTE["alarming"] if look.state == "fault" else title))
+    painter.strokePath(body, border)
+
+
+def paint_title(painter: QPainter, geometry: NodeGeometry, title: str, cost: str, look: NodeLook) -> None:
+    """Paint the name of a node, and beside it its cost, or a state in its place."""
+    width = geometry.width
+    painter.setFont(theme.font(bold=True))
+    painter.setPen(QColor(theme.MUTED if look.quiet else theme.TEXT))
+    room = width - 2 * PAD - (COST_ROOM if cost or look.state else 0.0)
+    text = painter.fontMetrics().elidedText(title, Qt.TextElideMode.ElideRight, int(room) + 1)
+    painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), _AT_LEFT, text)
+    note = look.state if look.state in ("asleep", "unused", "fault") else cost
+    if note:
+        painter.setFont(theme.font(theme.SMALL_PX))
+        fault = look.state == "fault"
+        painter.setPen(QColor(theme.PALETTE["alarming text"] if fault else theme.MUTED if look.quiet else theme.TEXT))
+        painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), _AT_RIGHT, note)
+
+
+def paint_far_title(painter: QPainter, geometry: NodeGeometry, title: str, look: NodeLook, zoom: float) -> None:
+    """Paint only the name, at the size of a small label, when zoomed out."""
+    if zoom < MIN_ZOOM:
+        return
+    painter.setFont(theme.font(round(theme.SMALL_PX / zoom)))
+    painter.setPen(QColor(theme.MUTED if look.quiet else theme.TEXT))
+    room = geometry.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
+    painter.drawText(room, _CENTRED, title)
+
+
+def paint_port(painter: QPainter, geometry: NodeGeometry, placed: PlacedPort, *, faint: bool, filled: bool) -> None:
+    """Paint the dot of a port, hollow unless `filled`, and its name; those of events are diamonds."""
+    colour = QColor(theme.mixed(placed.colour, theme.RAISED, 0.25) if faint else placed.colour)
+    painter.setPen(QPen(QColor(theme.GROUND), 2.0))
+    painter.setBrush(colour)
+    if placed.port.kind == "event":
+        x, y, r = placed.at.x(), placed.at.y(), PORT_RADIUS + 1.0
+        painter.drawPolygon(QPolygonF([QPointF(x - r, y), QPointF(x, y - r), QPointF(x + r, y), QPointF(x, y + r)]))
+    elif not filled:
+        painter.setBrush(QColor(theme.GROUND))
+        painter.setPen(QPen(colour, 1.5))
+        painter.drawEllipse(placed.at, PORT_RADIUS - 1.0, PORT_RADIUS - 1.0)
+    else:
+        painter.drawEllipse(placed.at, PORT_RADIUS, PORT_RADIUS)
+    painter.setFont(theme.font())
+    painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
+    rect = QRectF(PAD + 4, placed.at.y() - 10, geometry.width - 2 * PAD - 8, 20)
+    painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, _port_text(placed.row.text))
+
+
+@lru_cache(maxsize=256)
+def _port_text(text: str) -> str:
+    """Return the name of a port, cut short where it is too long."""
+    return QFontMetricsF(theme.font()).elidedText(text, Qt.TextElideMode.ElideRight, WIDEST_PORT + 1.0)
+
+
+@lru_cache(maxsize=256)
+def _body(width: float, height: float) -> tuple[QPainterPath, QPainterPath]:
+    """Return the outlines of a node of this size and of its title; cached, because path intersection is slow."""
+    body, strip = QPainterPath(), QPainterPath()
+    body.addRoundedRect(QRectF(0.5, 0.5, width - 1.0, height - 1.0), 6.0, 6.0)
+    strip.addRect(QRectF(0.0, 0.0, width, TITLE))
+    return body, body & strip
