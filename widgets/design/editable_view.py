@@ -104,10 +104,10 @@ class EditableView(PatchView):
         dx, dy = self._shift_clear([(x, y, shape.width, shape.height)], group)
         return x + dx, y + dy
 
-    def _shift_clear(self, boxes: Sequence[Box], group: str) -> Place:
-        """Return the shift to where neither items nor frames are, but those of this group and around it."""
-        around = chain(self.document.patch.groups, group)
-        return shift_to_free_place(boxes, self.patch_scene.boxes() + self.patch_scene.frame_boxes(without=around))
+    def _shift_clear(self, boxes: Sequence[Box], group: str, without: Sequence[str] = ()) -> Place:
+        """Return the shift to where neither items but these nor frames are, but those of this group and around it."""
+        scene, around = self.patch_scene, chain(self.document.patch.groups, group)
+        return shift_to_free_place(boxes, scene.boxes(without=without) + scene.frame_boxes(without=around))
 
     def _group_at(self, place: QPointF) -> str:
         """Return the group whose frame is around a place, or else the open one."""
@@ -125,7 +125,7 @@ class EditableView(PatchView):
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
-        box, *_ = self.patch_scene.boxes_in(patch, [id])
+        (box,) = self.patch_scene.boxes_in(patch, [id], with_frames=False)
         dx, dy = shift_to_free_place([box], self.patch_scene.boxes(without=[id]))
         patch = patch.move({id: (box[0] + dx, box[1] + dy)})
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
@@ -224,7 +224,7 @@ class EditableView(PatchView):
             self.show_message(str(error))
             return
         after = put_into(after, ids, group) if group else after
-        boxes, x, y = self.patch_scene.boxes_in(after, ids), 0.0, 0.0
+        boxes, x, y = self.patch_scene.boxes_in(after, ids, with_frames=True), 0.0, 0.0
         if at is not None:
             x, y = snapped(at.x() - min(box[0] for box in boxes), at.y() - min(box[1] for box in boxes))
         there = [(left + x, top + y, width, height) for left, top, width, height in boxes]

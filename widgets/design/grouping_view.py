@@ -44,8 +44,10 @@ class GroupingView(EditableView):
         if not gone:
             self.show_message("Select a group")
             return
-        members = self._members()
-        self.document.edit(ungrouped(self.document.patch, gone), "Ungroup")
+        members, after = self._members(), ungrouped(self.document.patch, gone)
+        if gone[0] in self.patch_scene.group_nodes:
+            after = self._opened_clear(after, gone)
+        self.document.edit(after, "Ungroup")
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
 
     def take_out(self) -> None:
@@ -119,7 +121,7 @@ class GroupingView(EditableView):
             members = self._members()
             for id in blocks:
                 patch = patch.with_item(replace(patch.group(id), collapsed=False))
-            self.document.edit(patch, "Open a sub-patch")
+            self.document.edit(self._opened_clear(patch, blocks), "Open a sub-patch")
             self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
             return
         try:
@@ -139,6 +141,21 @@ class GroupingView(EditableView):
         self.document.edit(after.check(self.registry), f"Collapse {self._count_text(patch.group(id).members)}")
         self.patch_scene.select([id])
         self.ensure_visible([id])
+
+    def _opened_clear(self, patch: Patch, blocks: Sequence[str]) -> Patch:
+        """Return the patch, in which these sub-patches are open; if what is in them would cover what has been put there
+        meanwhile, it is moved to a free place.
+        """
+        scene, members = self.patch_scene, self.patch_scene.members(blocks)
+        there = [QRectF(*box) for box in scene.boxes(without=blocks)]
+        coming = [QRectF(*box) for box in scene.boxes_in(patch, members, with_frames=False)]
+        if not any(rect.intersects(other) for rect in coming for other in there):
+            return patch
+        boxes = scene.boxes_in(patch, members, with_frames=True)
+        dx, dy = self._shift_clear(boxes, self._frame_of(blocks) or self.inside, blocks)
+        groups = [group for group in patch.groups if {*group.members} <= {*members}]
+        moved = [*(one for one in patch.canvas_items() if one.id in {*members}), *groups]
+        return patch.move({one.id: (one.at[0] + dx, one.at[1] + dy) for one in moved})
 
     def paint_group(self, colour: str) -> None:
         """Set the colour of the selected sub-patches, else of the group around the selection."""

@@ -345,9 +345,9 @@ class PatchScene(QGraphicsScene):
         rects = [frame.frame_rect() for id, frame in self.group_frames.items() if id not in without]
         return [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in rects]
 
-    def boxes_in(self, patch: Patch, ids: Iterable[str]) -> list[Box]:
+    def boxes_in(self, patch: Patch, ids: Iterable[str], *, with_frames: bool) -> list[Box]:
         """Return the rectangles with which these nodes and notes of another patch would be drawn at this level; those
-        in a sub-patch have one, and so has a frame of which they are all.
+        in a sub-patch have one, and so has a frame of which they are all, if frames count.
         """
         view = group_view_of(patch, self.inside)
         shown = {view.shown_as[id] for id in ids}
@@ -356,7 +356,7 @@ class PatchScene(QGraphicsScene):
         drawn += [(group.id, group.at, description_of_group(patch, self.registry, group)) for group in blocks]
         rects = {id: node_geometry(description).rect.translated(*at) for id, at, description in drawn}
         rects |= {note.id: QRectF(*note.at, *note_size(note)) for note in patch.notes if note.id in shown}
-        for group in reversed(view.opened):  # the inner ones first
+        for group in reversed(view.opened if with_frames else ()):  # the inner ones first
             inside = {view.shown_as[id] for id in group.members}
             if inside <= shown:
                 inside |= {one.id for one in view.opened if one.id in rects and {*one.members} <= {*group.members}}

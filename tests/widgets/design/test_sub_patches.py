@@ -243,6 +243,20 @@ def test_a_copy_lies_on_nothing_and_under_the_mouse_as_it_is_drawn(row, qtbot):
     assert row.patch().group("group").at == snapped(there.x(), there.y())
 
 
+@pytest.mark.parametrize(("key", "held"), [(Qt.Key.Key_E, CONTROL), (Qt.Key.Key_G, CONTROL | SHIFT)])
+def test_a_sub_patch_that_is_opened_covers_nothing_that_was_put_there_meanwhile(row, key, held):
+    canvas, scene = row.canvas, row.canvas.patch_scene
+    collapse(row, "hum", "shaker")
+    canvas.add("beat", QPointF(16.0, 12.0))
+    assert row.patch().node("beat").at == row.patch().node("hum").at
+    scene.select(["group"])
+    QTest.keyClick(canvas, key, held)
+    rects = map(item_rect, scene.movable().values())
+    assert not [pair for pair in combinations(rects, 2) if pair[0].intersects(pair[1])]
+    hum, shaker = (row.patch().node(id).at for id in ("hum", "shaker"))
+    assert (shaker[0] - hum[0], shaker[1] - hum[1]) == (600.0, 0.0)
+
+
 def test_escape_puts_back_what_is_dragged(row):
     start = middle(row, "hum")
     drag(row, start, start + QPoint(80, 80), release=False)
