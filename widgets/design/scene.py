@@ -252,8 +252,9 @@ class PatchScene(QGraphicsScene):
         return found
 
     def select(self, ids: Iterable[str]) -> None:
-        """Select exactly these nodes, groups and notes."""
+        """Select exactly these nodes, groups and notes, and no wire."""
         wanted = set(ids)
+        self.choose(None)
         blocked = self.blockSignals(True)
         for id, item in self.movable().items():
             item.setSelected(id in wanted)

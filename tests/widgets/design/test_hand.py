@@ -88,6 +88,15 @@ def test_a_double_click_on_a_wire_lists_what_goes_into_it(line):
     assert set(line.patch().wires) == THROUGH
 
 
+def test_a_wire_that_was_clicked_is_not_deleted_with_what_a_key_selects(line):
+    QTest.mouseClick(line.canvas.viewport(), LEFT, NONE, in_the_middle(line, WIRE))
+    assert line.canvas.patch_scene.chosen_wires() == [WIRE]
+    QTest.keyClick(line.canvas, Qt.Key.Key_N, Qt.KeyboardModifier.ShiftModifier)
+    QTest.keyClick(line.canvas, Qt.Key.Key_Delete)
+    assert [node.id for node in line.patch().nodes] == ["hum", "shaker"]
+    assert line.patch().wires == (WIRE,)
+
+
 # --- wires in the open ---
 
 
