@@ -96,9 +96,14 @@ class PatchView(QGraphicsView):
     # --- which part ---
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom with a wheel; two fingers on a touchpad move the view, and zoom with Control."""
+        """Zoom with a wheel, or move the view sideways if it is tilted or Shift is held; two fingers on a touchpad move
+        the view, and zoom with Control.
+        """
         by, moved = event.angleDelta(), event.pixelDelta()
-        if event.phase() == Qt.ScrollPhase.NoScrollPhase or event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+        is_sideways = by.y() == 0 or event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        if event.phase() == Qt.ScrollPhase.NoScrollPhase and is_sideways:
+            self.pan(-(by.x() + by.y()) // 2, 0)
+        elif event.phase() == Qt.ScrollPhase.NoScrollPhase or event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             self.zoom(ZOOM_STEP ** (by.y() / 120.0), event.position().toPoint())
         elif moved.isNull():
             self.pan(-by.x() // 2, -by.y() // 2)

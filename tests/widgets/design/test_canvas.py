@@ -398,6 +398,11 @@ def test_wheel_zooms_about_the_mouse_and_keys_bring_it_back(workspace):
     assert abs(after.y() - under.y()) < 4
     QTest.keyClick(canvas, Qt.Key.Key_0)
     assert canvas.transform().m11() == pytest.approx(1.0)
+    under = canvas.mapToScene(place)
+    scroll(canvas, place, QPoint(0, -120), held=Qt.KeyboardModifier.ShiftModifier)
+    scroll(canvas, place, QPoint(-120, 0))
+    assert canvas.mapToScene(place) - under == QPointF(120, 0)
+    assert canvas.transform().m11() == pytest.approx(1.0)
 
 
 def scroll(canvas, place, angle, moved=(0, 0), phase=Qt.ScrollPhase.NoScrollPhase, held=NONE):
