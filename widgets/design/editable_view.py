@@ -79,8 +79,7 @@ class EditableView(PatchView):
         `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`. A node that feeds an
         input has its right edge at `place`. `into` is a wire into which the node is inserted.
         """
-        if place is None:
-            place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
+        place = self._middle() if place is None else place
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
         feeds = from_port is not None and from_port[1] == "in"
         around = self._group_of(into) if into else self._group_at(place)
@@ -108,6 +107,10 @@ class EditableView(PatchView):
         """Return the shift to where neither items but these nor frames are, but those of this group and around it."""
         scene, around = self.patch_scene, chain(self.document.patch.groups, group)
         return shift_to_free_place(boxes, scene.boxes(without=without) + scene.frame_boxes(without=around))
+
+    def _middle(self) -> QPointF:
+        """Return the place of a node in the centre of the view."""
+        return self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
 
     def _group_at(self, place: QPointF) -> str:
         """Return the group whose frame is around a place, or else the open one."""
@@ -213,8 +216,9 @@ class EditableView(PatchView):
         return ungrouped(patch, chain(patch.groups, self.inside)).part(members).dumps().decode()
 
     def put_in(self, patch: Patch, title: str) -> None:
-        """Add all of another patch, called `title`, in a free place."""
-        self._paste(patch.dumps().decode(), None, f"Insert {title}:", self.inside)
+        """Add all of another patch, called `title`, in the centre of the view."""
+        place = self._middle()
+        self._paste(patch.dumps().decode(), place, f"Insert {title}:", self._group_at(place))
 
     def _paste(self, text: str, at: QPointF | None, what: str, group: str) -> None:
         patch = self.document.patch

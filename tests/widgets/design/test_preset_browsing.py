@@ -187,10 +187,12 @@ def test_an_empty_preset_is_not_put_in_and_the_line_says_why(window, design, qtb
     assert window.status.message == "“Nothing yet” is an empty patch: there is nothing to insert"
 
 
-def test_a_preset_with_a_title_too_long_for_a_group_is_put_in_under_its_beginning(window, design, qtbot):
-    title = "Gravel under a heavy boot, " * 6
-    keep(design, Patch(title=title).add("noise", REGISTRY))
+def test_a_preset_with_a_title_too_long_for_a_group_is_put_in_view_under_its_beginning(window, design, qtbot):
+    title, canvas = "Gravel under a heavy boot, " * 6, design.canvas
+    keep(design, Patch(title=title).add("noise", REGISTRY, (5000.0, 5000.0)))
+    seen = canvas.mapToScene(canvas.viewport().rect()).boundingRect()
     put_in(design, qtbot, "heavy boot")
+    assert seen.contains(QPointF(*design.patch().groups[0].at))
     assert title.startswith(design.patch().groups[0].title)
     assert design.document.stack.undoText().startswith("Insert Gravel under a heavy boot")
 
