@@ -379,7 +379,7 @@ def test_a_floor_that_is_unplugged_in_a_presentation_stops_it(until, tmp_path):
     emulator = Emulator(sender, standing)
     emulator.start()
     try:
-        protocol = msgspec.structs.replace(rated("key"), present_s=60.0)
+        protocol = msgspec.structs.replace(made_protocol("rating", {"blocks": 1}, {"X": {}}), present_s=60.0)
         with (
             open_session(until, target) as opened,
             taking_part(opened, protocol, tmp_path / "a", until, silent_s=SILENT_S) as person,

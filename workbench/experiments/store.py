@@ -116,6 +116,8 @@ class SessionFile:
         self._begun: list[tuple[Excerpt, Future[_Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
         """Writes that the disk has refused, with their times, to be written before anything else."""
+        self._felt = 0
+        """The number of the entry of a trial that was felt, until its answer replaces it; 0 if there is none."""
         self._unpacked: TemporaryDirectory[str] | None = None
 
     @staticmethod
@@ -328,23 +330,56 @@ class SessionFile:
         self._begun = []
         self._waiting.append((time_of_day(), entry, packed))
         self.write_waiting()
-        (last,) = self._base.execute("select max(number) from entry").fetchone()
-        return int(last)
+        return self._last
 
     def write_waiting(self) -> None:
         """Write the entries that the disk has refused, in order; raise `BadFile` if it still refuses them."""
         while self._waiting:
             at, entry, packed = self._waiting[0]
             with self._transaction():
-                (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
-                row = (last + 1, at, msgspec.json.encode(entry).decode())
-                self._base.execute("insert into entry values (?, ?, ?)", row)
+                number = self._put(at, entry)
                 self._base.executemany(
                     "insert into stretch values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    [(last + 1, *row) for row in packed],
+                    [(number, *row) for row in packed],
                 )
+            self._felt = 0
             del self._waiting[0]
             self._packer.submit(_fold, self.path)
+
+    def keep_felt(self, entry: Entry) -> None:
+        """Store a trial that is being felt, as `Study.unanswered` has it, until `add` replaces it by what came of it.
+
+        So a session that is killed before the answer has it, and says so when it goes on.
+        """
+        self.write_waiting()
+        with self._transaction():
+            number = self._put(time_of_day(), entry)
+        self._felt = number
+
+    @property
+    def has_felt(self) -> bool:
+        """Whether a trial was felt, and neither answered nor spoiled since."""
+        return self._felt > 0 and not self._waiting
+
+    def forget_felt(self) -> None:
+        """Remove the entry of a trial that was felt, which comes once more after one that is repeated before it."""
+        if self.has_felt:
+            with self._transaction():
+                self._base.execute("delete from entry where number = ?", (self._felt,))
+            self._felt = 0
+
+    def _put(self, at: str, entry: Entry) -> int:
+        """Write an entry behind the last one, or in place of that of a trial that was felt; return its number."""
+        number = self._felt or self._last + 1
+        row = (number, at, msgspec.json.encode(entry).decode())
+        self._base.execute("insert or replace into entry values (?, ?, ?)", row)
+        return number
+
+    @property
+    def _last(self) -> int:
+        """The number of the last entry that stays."""
+        (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
+        return int(last) - (self._felt > 0)
 
     def _packed_one(self, excerpt: Excerpt) -> _Packed:
         begun = next((future for one, future in self._begun if one is excerpt), None)
@@ -360,8 +395,8 @@ class SessionFile:
     def add_note(self, text: str) -> None:
         """Store a note of the experimenter."""
         with self._transaction():
-            (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
-            self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", (time_of_day(), last, text))
+            row = (time_of_day(), self._last, text)
+            self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
 
     def close(self) -> None:
         """Write the log (WAL) back to the file, and close it."""

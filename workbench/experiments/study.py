@@ -26,6 +26,8 @@ from underfoot.parameters import IDENTIFIER, Number, Parameter
 PARTICIPANT = "participant"
 """The stage, before all of the protocol's, in which its questions of the participant are answered."""
 AGREED = "agreed"
+INTERRUPTED = "interrupted before the answer"
+"""Why a trial is spoiled that was felt when the session ended."""
 GAIN_DB = "gain_db"
 LEVEL_RANGE_DB = (-40.0, 0.0)
 """Range of a participant's gain re the protocol's levels, in dB; never above 0."""
@@ -137,19 +139,19 @@ class Study:
 
     def spoil(self, reason: str, facts: Mapping[str, Any] | None = None) -> Entry:
         """Spoil the current trial for a reason, to be presented again; return the entry to be stored."""
-        page = self._page
-        require(page.trial is not None, "page", page.kind, "a trial, to be repeated")
         require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
-        entry = Entry(
-            stage=page.stage,
-            kind=page.kind,
-            trial=page.trial,
-            attempt=page.attempt,
-            spoiled=reason,
-            facts=dict(facts or {}),
-        )
+        entry = self._spoiled(reason, facts or {})
         self._take(entry)
         return entry
+
+    def unanswered(self, facts: Mapping[str, Any]) -> Entry:
+        """Return the entry of the current trial while it is felt and not answered; the state is unchanged."""
+        return self._spoiled(INTERRUPTED, facts)
+
+    @property
+    def was_interrupted(self) -> bool:
+        """Whether the current trial was felt before, when the session ended."""
+        return bool(self.entries) and self.entries[-1].spoiled == INTERRUPTED
 
     @property
     def can_repeat(self) -> bool:
@@ -168,6 +170,18 @@ class Study:
         require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
         changed = msgspec.structs.replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
+
+    def _spoiled(self, reason: str, facts: Mapping[str, Any]) -> Entry:
+        page = self._page
+        require(page.trial is not None, "page", page.kind, "a trial, to be repeated")
+        return Entry(
+            stage=page.stage,
+            kind=page.kind,
+            trial=page.trial,
+            attempt=page.attempt,
+            spoiled=reason,
+            facts=dict(facts),
+        )
 
     # --- transitions ---
 

@@ -29,6 +29,8 @@ class TrialRecord:
     """Session seconds at which the last one's vibration began; NaN where there was none."""
     facts: dict[str, Any] = field(default_factory=dict)
     excerpts: list[Excerpt] = field(default_factory=list)
+    _looked_frame: int = 0
+    """The frame up to which the onset was looked for."""
     _awaited: list[tuple[int, tuple[int, int, int], NDArray[np.intp]]] = field(default_factory=list)
     """Intervals, frames and tiles whose accelerometer samples are incomplete: a card's arrive up to a second late."""
 
@@ -36,6 +38,14 @@ class TrialRecord:
         """Discard all measurements before the trial is presented, for the first time or again."""
         self.plays += 1
         self.facts, self.excerpts, self._awaited = {}, [], []
+
+    def look_for_onset(self, presenter: Presenter, by_foot: bool) -> None:
+        """Note the onset as soon as it is there, while the presentation goes on."""
+        if "onset_s" not in self.facts:
+            rate, end = presenter.session.target.rate, presenter.end_frame
+            first = max(round(self.first_s * rate), self._looked_frame)
+            self._note_onset(presenter.onset_frame(first, end), rate, by_foot)
+            self._looked_frame = end
 
     def measure(self, presenter: Presenter, watch: FloorWatch, interval: int, by_foot: bool) -> None:
         """Measure an interval that has just ended. With `by_foot`, time counts from the step's first force."""

@@ -74,7 +74,11 @@ class Runner:
         self._page_due = 0.0
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self._equipment_problem = ""  # the last one that was told
-        self._is_stopped = False
+        self._why_stopped = ""
+        self._kept_felt = (0, False)
+        if self.study.was_interrupted and self.page.trial is not None:
+            number = f"trial {self.page.trial.number} of {self.page.stage}"
+            self.messages.append(f"{number} was felt and not answered when the session ended; it comes again")
         session.stop()  # silence while patches are compiled
 
     # --- display ---
@@ -87,14 +91,14 @@ class Runner:
     @property
     def phase(self) -> Phase:
         """The phase of the current page."""
-        if self._is_stopped:
+        if self._why_stopped:
             return Phase.STOPPED
         return self._phase if self._trial is None else self._trial.phase
 
     @property
     def hint(self) -> str:
         """An instruction for the participant, in one sentence."""
-        return self._hint if self._trial is None or self._is_stopped else self._trial.hint
+        return self._hint if self._trial is None or self._why_stopped else self._trial.hint
 
     @property
     def interval(self) -> int:
@@ -122,7 +126,7 @@ class Runner:
     @property
     def may_play(self) -> bool:
         """Whether a key can start a presentation, for the first time or again."""
-        return self._trial is not None and not self._is_stopped and self._trial.can_be_started
+        return self._trial is not None and not self._why_stopped and self._trial.can_be_started
 
     @property
     def foot(self) -> FootAnswers | None:
@@ -162,8 +166,9 @@ class Runner:
             self.stop("a stimulus cannot be played")
         if self.phase in _STEPS:
             _STEPS[self.phase](self)
-        elif self._trial is not None and not self._is_stopped:
+        elif self._trial is not None and not self._why_stopped:
             self._poll_trial(self._trial)
+        self._keep_felt()
 
     def start(self) -> None:
         """Start or repeat a presentation, after a key press; raise `BadValue` if that is not allowed now."""
@@ -211,6 +216,9 @@ class Runner:
     def repeat_last(self, reason: str) -> None:
         """Spoil the last answer for a reason, and present its trial again."""
         before = self.study.without_last(reason)
+        if self.file.has_felt:
+            self.note(f"{self.page.key} was felt, and comes after the one that is repeated")
+            self.file.forget_felt()
         self.file.replace_last(before.entries[-1])
         self.study = before
         self._open_page()
@@ -224,13 +232,13 @@ class Runner:
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
-        self._is_stopped = True
-        self._hint = f"Stopped {reason}." if reason.startswith("by ") else f"Stopped: {reason}."
+        self._why_stopped = f"stopped {reason}" if reason.startswith("by ") else f"stopped: {reason}"
+        self._hint = f"S{self._why_stopped[1:]}."
         self._apparatus.mark(STOP, self.page)
         self.note(f"stopped: {reason}")
 
     def go_on(self) -> None:
-        """Continue at the current page after a stop."""
+        """Continue at the current page after a stop; what was felt of it is kept as a spoiled attempt."""
         require(self.phase is Phase.STOPPED, "phase", str(self.phase), "stopped")
         self.file.write_waiting()
         self.note("went on")
@@ -238,11 +246,14 @@ class Runner:
             self._unprepared = self._stimuli.kinds()
             self.presenter.request(IDLE)
             self.session.panic()
-            self._is_stopped = False
+            self._why_stopped = ""
             return
         self.presenter.request(IDLE)
         self.presenter.begin()
-        self._open_page()
+        if self.file.has_felt:
+            self.spoil(self._why_stopped)
+        else:
+            self._open_page()
 
     def close(self) -> None:
         """Restore the session, and close the file."""
@@ -279,7 +290,7 @@ class Runner:
     def _open_page(self) -> None:
         """Begin the phase of the current page."""
         page = self.study.page
-        self._is_stopped, self._trial, self._hint = False, None, ""
+        self._why_stopped, self._trial, self._hint, self._kept_felt = "", None, "", (0, False)
         self._record = TrialRecord(started_at=time_of_day())
         self._stimulus.begin(IDLE)
         self._page_due = self._clock() + page.seconds
@@ -343,6 +354,19 @@ class Runner:
         self._equipment.mark(ANSWER, place_of(entry))
         self._open_page()
 
+    def _keep_felt(self) -> None:
+        """Store that a trial is felt, before it is answered: when it begins to vibrate, and when it has ended.
+
+        Else nobody would know of it, if the program were killed.
+        """
+        record, has_ended = self._record, self.phase is Phase.ANSWERING
+        state = record.plays, has_ended
+        if state != self._kept_felt and (has_ended or (self.phase is Phase.PRESENTING and "onset_s" in record.facts)):
+            self._kept_felt = state
+            facts = {"started_at": record.started_at, "plays": record.plays, **record.facts}
+            with suppress(BadFile):  # the answer, which the disk refuses as well, stops the study
+                self.file.keep_felt(self.study.unanswered(facts))
+
     def _store(self, entry: Entry) -> None:
         """Write an entry; if the disk refuses it, keep it in memory and stop the study."""
         try:
@@ -356,7 +380,7 @@ class Runner:
         """Spoil a presentation during which the engine stopped."""
         self.messages.append(why)
         if self.page.trial is not None and self.phase in (Phase.PRESENTING, Phase.READY, Phase.WAITING):
-            if self.phase is Phase.PRESENTING:
+            if self.phase is Phase.PRESENTING or self.file.has_felt:
                 self.spoil(why)
             else:
                 self._open_page()

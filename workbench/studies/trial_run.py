@@ -165,6 +165,7 @@ class TrialRun:
 
     def _present(self) -> Answered | Interrupted | None:
         watch, by_key = self._apparatus.watch, self._page.start == "key"
+        self._record.look_for_onset(self._apparatus.presenter, by_foot=not by_key)
         if watch.is_silent:
             return Interrupted("no force comes from the floor")
         if self.target is not None:
