@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.experiment_options import ExperimentOptions
 from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
@@ -123,11 +125,12 @@ def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
 
     found = {}
     played = {name: stimulus for name, stimulus in protocol.stimuli.items() if stimulus.patch}
-    for name, stimulus in played.items():
-        measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
-        found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
-        if len(played) > 1:
-            print(f"underfoot: {len(found)} of {len(played)}: {name}", file=sys.stderr, flush=True)
+    with interrupted_by_signals(), report_compiling():
+        for name, stimulus in played.items():
+            measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
+            found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
+            if len(played) > 1:
+                print(f"underfoot: {len(found)} of {len(played)}: {name}", file=sys.stderr, flush=True)
     if as_json:
         print(json.dumps(found))
         return
