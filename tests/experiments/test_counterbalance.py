@@ -74,6 +74,23 @@ def test_stimuli_of_successive_blocks_have_successive_rows(kind, parameters):
     assert [trial.facts["block_row"] for trial in found[::3]] == [2, 3, 4, 5, 6, 1]
 
 
+def test_a_second_stage_goes_on_with_the_next_rows_and_the_report_says_whose_they_are():
+    """Both followed the number alike, so that everybody felt the same order twice."""
+    stages = [rated("practice", order="counterbalanced"), rated("other"), rated("main", order="counterbalanced")]
+    protocol = made(stages)
+    study = Study(protocol, "P01")
+    pages = walked(study)
+    assert [[trial.facts["block_row"] for trial in trials(pages, stage)[::3]] for stage in ("practice", "main")] == [
+        [1, 2],
+        [3, 4],
+    ]
+    *_, found = analysed(table_of(protocol, "P01", study.entries), protocol, Settings())
+    assert [table.note.partition("fewest. ")[2] for table in found.tables] == [
+        "The number in an id is its row. Above 6 it begins at row 1 again.",
+        "The number in an id, and 2 more, is its row. Above 6 it begins at row 1 again.",
+    ]
+
+
 @pytest.mark.parametrize(("stages", "size"), [(2, 2), (2, 3), (2, 4), (3, 3), (3, 4), (4, 5)])
 def test_every_order_of_stages_meets_every_order_of_stimuli(stages, size):
     """Both followed the number alike, so that of two stages and three stimuli odd ids had rows 1, 3 and 5."""
@@ -87,15 +104,18 @@ def test_every_order_of_stages_meets_every_order_of_stimuli(stages, size):
 
 
 def test_the_report_has_who_met_which_pair_of_orders_and_whose_ids_are_next():
-    protocol = made([rated("one", order="counterbalanced"), rated("two")], ["one", "two"])
+    protocol = made([rated(id, order="counterbalanced") for id in ("one", "two")], ["one", "two"])
     rows = []
     for number in range(1, 8):
         study = Study(protocol, f"P{number}")
         walked(study)
         rows += table_of(protocol, f"P{number}", study.entries)
     *_, found = analysed(rows, protocol, Settings())
-    assert found.tables[2].rows == ((1, 1, 0), (2, 1, 0), (3, 1, 0), (4, 1, 1), (5, 0, 1), (6, 0, 1))
-    assert "the rows of ids with the number 8, 9, 10, 11, 12. Above 12 it begins again." in found.tables[2].note
+    first, second = found.tables[2], found.tables[4]
+    assert first.rows == ((1, 1, 0), (2, 1, 0), (3, 1, 0), (4, 1, 1), (5, 0, 1), (6, 0, 1))
+    assert second.rows == ((1, 0, 1), (2, 0, 1), (3, 1, 0), (4, 1, 0), (5, 1, 0), (6, 1, 1))
+    for table in (first, second):
+        assert "the rows of ids with the number 8, 9, 10, 11, 12. Above 12 it begins again." in table.note
 
 
 def test_who_had_which_row_is_in_the_table_and_the_balance_in_the_report():

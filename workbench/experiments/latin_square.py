@@ -6,6 +6,9 @@ an odd number of conditions needs its mirror image, too: twice as many rows.
 Where stages and the stimuli within them are both counterbalanced, every row of stages meets every row of stimuli: both
 squares are crossed. That takes as many participants as there are pairs of rows. It is the least, and each square is
 balanced by itself after the least common multiple of its rows.
+
+Where stimuli of two stages are counterbalanced, the second goes on with the next row, as blocks of one stage do: nobody
+gets one order twice before they have had all.
 """
 
 import re
@@ -46,17 +49,28 @@ def number_of_row(participant: str, size: int) -> int:
 
 
 class Turn(NamedTuple):
-    """A participant, in a study of which so many `stages` change places, too; 0 if none do."""
+    """A participant, in a study of which so many `stages` change places, too; 0 if none do.
+
+    `rows_before` have had their turn in stages before, of as many stimuli.
+    """
 
     participant: str = "1"
     stages: int = 0
+    rows_before: int = 0
 
     def row(self, size: int) -> int:
         """Return the number of the participant's row of so many stimuli, from 1.
 
         >>> [(number_of_row(f"P{k}", 2), Turn(f"P{k}", stages=2).row(2)) for k in (1, 2, 3, 4)]
         [(1, 1), (2, 2), (1, 2), (2, 1)]
+        >>> Turn("P01", rows_before=3).row(4)
+        4
         """
+        rows = rows_of(size)
+        return 1 + (self._own_row(size) - 1 + self.rows_before) % rows
+
+    def _own_row(self, size: int) -> int:
+        """Return the row in the first stage of so many stimuli."""
         if not self.stages:
             return number_of_row(self.participant, size)
         number, rows, orders = _number(self.participant), rows_of(size), rows_of(self.stages)

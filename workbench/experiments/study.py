@@ -15,7 +15,7 @@ import msgspec
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.duration import usual_s
 from underfoot.experiments.latin_square import Turn
-from underfoot.experiments.method import Method
+from underfoot.experiments.method import COUNTERBALANCED, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import ask, needs_answer, unanswered, yes_or_no
@@ -307,8 +307,29 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
     require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
     draws = SeededRandom(protocol.seed, participant, stage.id)
-    turn = Turn(participant, len(protocol.counterbalanced))
-    return METHODS[use.kind](given, protocol.stimuli, draws, turn)
+    return METHODS[use.kind](given, protocol.stimuli, draws, turn_of(protocol, stage, participant))
+
+
+def turn_of(protocol: Protocol, stage: Stage, participant: str) -> Turn:
+    """Return a participant's turn at a stage: behind the rows of the stages before it, by the protocol, that have as
+    many counterbalanced stimuli.
+    """
+    size, _ = _square(protocol, stage)
+    before = protocol.stages[: [one.id for one in protocol.stages].index(stage.id)]
+    rows = [rows for of, rows in (_square(protocol, one) for one in before) if of == size]
+    return Turn(participant, len(protocol.counterbalanced), sum(rows))
+
+
+def _square(protocol: Protocol, stage: Stage) -> tuple[int, int]:
+    """Return the number of counterbalanced stimuli of a stage, and of rows that it takes; 0 and 0 for none."""
+    if stage.method is None:
+        return 0, 0
+    method = METHODS[stage.method.kind]
+    given = method.checked(stage.method.parameters, protocol.stimuli)
+    if given.get("order") != COUNTERBALANCED:
+        return 0, 0
+    size = len(next(given[name] for name in given if method.names_stimuli(name)))
+    return size, method.usual_trials(given, protocol.stimuli)[0] // size
 
 
 def all_stages(protocol: Protocol, participant: str) -> Sequence[Stage]:

@@ -8,6 +8,7 @@ from underfoot.experiments.latin_square import Turn, number_of_row, row_of, rows
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.study import turn_of
 from underfoot.experiments.table import Row, counted, grouped
 
 
@@ -23,15 +24,18 @@ def counterbalance(rows: Sequence[Row], protocol: Protocol) -> list[Findings]:
             names = next(given[name] for name in given if METHODS[use.kind].names_stimuli(name))
             of_block = _first(part, BLOCK_ROW)[BLOCK_ROW]
             title = f"Order of stimuli, first block: {stage}"
-            tables.append(_table(title, names, of_block, "" if stages else _ITS_ROW))
+            turn = turn_of(protocol, protocol.stage(stage), "1")
+            its_row = _BEHIND.format(turn.rows_before) if turn.rows_before else _ITS_ROW
+            tables.append(_table(title, names, of_block, "" if stages else its_row))
             if stages and (had := _first(part, BLOCK_ROW, _STAGES_ROW)):
                 pairs = Counter(zip(had[BLOCK_ROW], had[_STAGES_ROW], strict=True))
-                tables.append(_crossed(stage, pairs, len(names), stages))
+                tables.append(_crossed(stage, pairs, len(names), turn))
     return [Findings("Counterbalance", tables=tables)] if tables else []
 
 
 _STAGES_ROW = "stages_row"
 _ITS_ROW = " The number in an id is its row."
+_BEHIND = " The number in an id, and {} more, is its row."
 _MOST_NAMED = 12
 
 
@@ -54,12 +58,15 @@ def _table(title: str, names: Sequence[str], had: Sequence[int], whose: str) -> 
     return Table(title, ("row", "order", "people"), tuple(lines), note)
 
 
-def _crossed(stage: str, people: Mapping[tuple[int, int], int], size: int, stages: int) -> Table:
-    """Return the number of people of each row of stimuli in each row of stages, and whose ids are next."""
-    of_stimuli, of_stages = (range(1, rows_of(count) + 1) for count in (size, stages))
+def _crossed(stage: str, people: Mapping[tuple[int, int], int], size: int, turn: Turn) -> Table:
+    """Return the number of people of each row of stimuli in each row of stages, and whose ids are next.
+
+    `turn` is anybody's at the stage.
+    """
+    of_stimuli, of_stages = (range(1, rows_of(count) + 1) for count in (size, turn.stages))
     lines = tuple((row, *(people.get((row, other), 0) for other in of_stages)) for row in of_stimuli)
     numbers = range(1, len(of_stimuli) * len(of_stages) + 1)
-    ids = {k: (Turn(str(k), stages).row(size), number_of_row(str(k), stages)) for k in numbers}
+    ids = {k: (turn._replace(participant=str(k)).row(size), number_of_row(str(k), turn.stages)) for k in numbers}
     least = min(people.get(pair, 0) for pair in ids.values())
     fewest = [str(k) for k, pair in ids.items() if people.get(pair, 0) == least]
     note = "Every pair of rows has as many people."
