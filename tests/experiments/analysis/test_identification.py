@@ -2,7 +2,7 @@
 
 import pytest
 from made_studies import TD, made_protocol
-from scipy.stats import f_oneway
+from scipy.stats import f_oneway, ttest_rel
 
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.identification import findings
@@ -60,15 +60,34 @@ def test_right_answers_in_words_are_on_the_diagonal_whatever_the_order_of_trials
     )  # the last stimulus is of the first word
 
 
-def test_sets_that_other_people_were_given_are_tested_against_each_other():
+def compared(rates, who):
+    """Return the tests between sets of people with these numbers of right answers in ten; `who(set, k)` is the k-th."""
     rows = [
-        {"participant": f"{name}{k}", "set": name, "block": 1, "correct": 1, "number": 1 if trial < right else 2}
-        for name, rights in (("A", (9, 8, 7)), ("B", (4, 3, 2)))
+        {"participant": who(name, k), "set": name, "block": 1, "correct": 1, "number": 1 if trial < right else 2}
+        for name, rights in rates.items()
         for k, right in enumerate(rights)
         for trial in range(10)
     ]
     found = findings(rows, Settings(given={"identified": ["a", "b"]}))
     (tests,) = (table for table in found.tables if table.title == "Do the sets differ?")
+    return tests
+
+
+def test_sets_that_other_people_were_given_are_tested_against_each_other():
+    tests = compared({"A": (9, 8, 7), "B": (4, 3, 2)}, lambda name, k: f"{name}{k}")
     plain = f_oneway([0.9, 0.8, 0.7], [0.4, 0.3, 0.2])
     assert [row[0] for row in tests.rows] == ["all sessions", "session 1"]
     assert [row[2] for row in tests.rows] == [pytest.approx(plain.statistic)] * 2
+    assert tests.note == ""
+
+
+def test_sets_that_the_same_people_were_given_are_tested_within_these():
+    """They were taken for different people, whose differences hid what the sets differ by."""
+    tests = compared({"A": (9, 8, 5), "B": (7, 5, 4, 6)}, lambda name, k: f"P{k}")
+    t = ttest_rel([0.9, 0.8, 0.5], [0.7, 0.5, 0.4])
+    assert [row[1:5] for row in tests.rows] == [
+        ("F", pytest.approx(t.statistic**2), "1, 2", pytest.approx(t.pvalue))
+    ] * 2
+    assert tests.note == "Repeated measures of who had all sets. Left out: P3."
+    tests = compared(dict.fromkeys("ABC", (9, 8, 5)) | {"C": (4, 2, 3)}, lambda name, k: f"P{k}")
+    assert [row[0] for row in tests.rows][:2] == ["all sessions", "all sessions, corrected"]

@@ -7,7 +7,7 @@ NaN.
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from types import ModuleType
 from typing import Any
@@ -101,6 +101,32 @@ def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, fact
             df = (epsilon * above, epsilon * below)
             found.append(Test(f"{effect}, corrected", "F", f, df, float(fdtrc(*df, f)), "epsilon", epsilon))
     return found
+
+
+def groups_compared(name: str, groups: Mapping[str, Mapping[str, float]]) -> list[Test]:
+    """Test whether the means of groups differ, each with a value of each of its people.
+
+    One-way ANOVA where everybody is in one group. Else what people have in common is no error: repeated measures of
+    those who are in all.
+
+    >>> one, other = {"P1": 0.9, "P2": 0.5, "P3": 0.2}, {"P1": 0.8, "P2": 0.45, "P3": 0.1}
+    >>> (found,) = groups_compared("rate", {"A": one, "B": other})
+    >>> found.df, round(found.p, 3), found.effect
+    ((1.0, 2.0), 0.038, 'partial eta squared')
+    """
+    people = [who for group in groups.values() for who in group]
+    if len(set(people)) == len(people):
+        return [one_way_anova(name, [list(group.values()) for group in groups.values()])]
+    table = [
+        {"participant": who, "group": label, "value": value}
+        for label, group in groups.items()
+        for who, value in group.items()
+        if people.count(who) == len(groups)
+    ]
+    if not table:
+        raise BadMeasurement(f"{name}: some people have several of {', '.join(groups)}, and nobody has all")
+    tests = repeated_measures_anova(table, "value", ["group"])
+    return [replace(test, name=test.name.replace("group", name, 1)) for test in tests]
 
 
 def _contrasts(means: NDArray[np.float64], is_within: Sequence[bool]) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
 """Absolute identification: rates, learning, confusions and information (thesis figures 3.8 to 3.11)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, series
 from underfoot.experiments.analysis import thesis
-from underfoot.experiments.analysis.comparisons import Test, one_way_anova
+from underfoot.experiments.analysis.comparisons import Test, groups_compared
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval, share_interval
 from underfoot.experiments.analysis.findings import Cell, Findings, Table, estimates_table
 from underfoot.experiments.analysis.information import information
@@ -44,7 +44,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.drawings.append(_confusion_drawn(title, counts))
     found.drawings.insert(0, _learning_drawn(sets, 1.0 / counts.shape[1]))
     if len(sets) > 1:
-        found.add_tests("Do the sets differ?", lambda: _tests(sets))
+        found.add_tests("Do the sets differ?", lambda: _tests(sets), _of_whom(sets))
     return found
 
 
@@ -95,15 +95,25 @@ def _set_of(rows: Sequence[Row]) -> str:
 
 
 def _tests(sets: dict[tuple[str, ...], list[Row]]) -> list[Test]:
-    def rates(part: Sequence[Row]) -> list[float]:
-        return [_rate("", p).value for p in grouped(part, "participant").values()]
+    def compared(name: str, block: object = None) -> list[Test]:
+        groups = {}
+        for (label,), part in sets.items():
+            people = grouped((row for row in part if block in (None, row["block"])), "participant")
+            groups[str(label)] = {str(who): _rate("", rows).value for (who,), rows in people.items()}
+        return groups_compared(name, groups)
 
-    tests = [one_way_anova("all sessions", [rates(part) for part in sets.values()])]
     blocks = sorted({row["block"] for part in sets.values() for row in part})
-    for block in blocks:
-        parts = [[row for row in part if row["block"] == block] for part in sets.values()]
-        tests.append(one_way_anova(f"session {block}", [rates(part) for part in parts]))
-    return tests
+    sessions = [test for block in blocks for test in compared(f"session {block}", block)]
+    return [*compared("all sessions"), *sessions]
+
+
+def _of_whom(sets: Mapping[tuple[str, ...], Sequence[Row]]) -> str:
+    """Return who is tested, if people had several sets."""
+    had = [str(who) for part in sets.values() for (who,) in grouped(part, "participant")]
+    if len(set(had)) == len(had):
+        return ""
+    rest = ", ".join(sorted(who for who in set(had) if had.count(who) < len(sets)))
+    return f"Repeated measures of who had all sets.{f' Left out: {rest}.' if rest else ''}"
 
 
 def _confusion_table(title: str, stimuli: list[str], answers: list[str], counts: NDArray[np.int64]) -> Table:
