@@ -5,7 +5,7 @@ import json
 import pytest
 from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from windows import dialog_of
 
@@ -21,8 +21,6 @@ from underfoot.widgets.experiment.session_start import ANOTHER_ID, GO_ON
 pytest.importorskip("statsmodels")
 LEFT = Qt.MouseButton.LeftButton
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
-
-
 CONSENT = {"id": "consent", "kind": "consent", "title": "Taking part", "text": "You can stop at any time."}
 AGE = {"name": "age", "text": "How old are you?", "kind": "count", "low": 18, "high": 99}
 
@@ -361,6 +359,9 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     asked.close()
     bench.wait(lambda: "Constant stimuli: main" in findings.table.toPlainText())
     assert "Each curve has a lapse rate." in findings.table.toPlainText()
+    again = type(findings)(workspace.study_list.study, workspace.sessions, QObject())
+    again.attach(bench.window.settings)  # as at the next start
+    assert again.results_button.lapses.isChecked()
     bench.choose_from(findings.results_button, "Write BIDS…")
     asked = dialog_of(bench.window, QFileDialog)
     asked.fileSelected.emit(str(bench.folder / "bids"))

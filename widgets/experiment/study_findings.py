@@ -20,6 +20,7 @@ from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPe
 from underfoot.widgets.experiment.results_menu import ResultsButton
 from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 from underfoot.widgets.plots.drawing_column import DrawingColumn
+from underfoot.widgets.session.settings import Settings as WindowSettings
 
 _SIZES = (400, 200)
 
@@ -61,6 +62,12 @@ class StudyFindings(QObject):
         self.results.setSizes(_SIZES)
         self._show((), "")
         self._connect()
+
+    def attach(self, settings: WindowSettings) -> None:
+        """Analyse as the window's settings say, and keep there what is chosen."""
+        lapses = self.results_button.lapses
+        lapses.setChecked(settings.study_lapses)
+        lapses.toggled.connect(lambda on: setattr(settings, "study_lapses", on))
 
     def show_study(self, study: StudyFile) -> None:
         """Show no findings but those of this study from now on."""

@@ -73,6 +73,7 @@ class ExperimentWorkspace(Workspace):
         nodes, bridge = context.open_patch.nodes, context.controller.bridge
         self.protocol_editor.ask_to_run = nodes.when_patch_allowed
         self.start.attach(context.controller, context.settings)
+        self.findings.attach(context.settings)
         bridge.reported.connect(self.running.take)
         bridge.ticked.connect(self.running.tick)
         self.study_list.attach(nodes)

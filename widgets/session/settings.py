@@ -42,8 +42,9 @@ class Settings(msgspec.Struct):
     are files that the user allowed patches in other folders to read. `run_code` has the SHA-256 of each custom
     node's file that the user has agreed to run. `calibrated_plate` is the stiffness plate that was calibrated last,
     PORT:FILE. `study_equipment` is the equipment of studies besides the floor, by the fields of
-    `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent;
-    `splitters` are splitter positions by name, and `workspace` is the one last shown.
+    `studies.equipment.EquipmentChoice`; with `study_lapses` their psychometric curves have a lapse rate. `theme` is one
+    of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent; `splitters` are splitter positions by name, and
+    `workspace` is the one last shown.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -75,6 +76,7 @@ class Settings(msgspec.Struct):
     network_on: list[str] = []
     calibrated_plate: str = ""
     study_equipment: dict[str, str | bool | None] = {}
+    study_lapses: bool = False
     theme: str = "dark"
     text_size: int = 100
     geometry: str = ""

@@ -75,6 +75,11 @@ def test_the_analysis_says_where_answers_look_like_lapses():
             said = [remark for remark in found.remarks if "look like lapses" in remark]
             assert len(said) == (is_said and not with_lapses)
             assert ("a lapse rate" in found.tables[0].note) == with_lapses
+            assert [row[1] for row in found.tables[0].rows[: 5 if with_lapses else 4]][3:] == [
+                "intercept",
+                *(["lapses"] if with_lapses else []),
+            ]
+            assert (found.drawings[0].series[1].y[-1] < 0.96) == (is_said and with_lapses)  # the curve as it is fitted
     assert psychometric.lapses_p([]) == 1.0  # nothing is known
 
 
@@ -87,6 +92,10 @@ def test_lapses_are_found_where_there_are_some():
     found = psychometric.fit(fine, yes, many, with_lapses=True)
     assert (found.pse, found.slope, found.lapse) == pytest.approx((100.0, 0.05, 0.05), rel=1e-3)
     assert psychometric.fit(fine, yes, many).slope < 0.04
+    *_, rate = psychometric.estimates(fine, yes, many, bootstrap=40, with_lapses=True)
+    assert rate.name == "lapses"
+    assert rate.value == pytest.approx(0.05, rel=1e-3)
+    assert 0.04 < rate.low < rate.value < rate.high < 0.06
 
 
 def test_intervals_of_bootstrap_and_of_covariance_agree_where_there_are_many_trials():
@@ -134,7 +143,7 @@ def test_the_pse_has_no_bias_where_the_slope_is_known_to_rise():
 )
 def test_draws_bound_the_pse_only_if_the_slope_is_not_none(yes, is_bounded, with_lapses):
     """As Fieller's interval does, which is bounded where the slope differs from 0."""
-    drawn, slope, _ = psychometric.estimates(X, yes, TWENTY, bootstrap=60, with_lapses=with_lapses)
+    drawn, slope, *_ = psychometric.estimates(X, yes, TWENTY, bootstrap=60, with_lapses=with_lapses)
     by_covariance, _, _ = psychometric.estimates(X, yes, TWENTY, bootstrap=0)
     assert slope.covers(0.0) is not is_bounded
     for pse in (drawn, by_covariance):

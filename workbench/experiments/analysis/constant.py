@@ -15,8 +15,8 @@ from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.preferences import preferences, share_estimates
+from underfoot.experiments.analysis.psychometric import NAMES, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
-from underfoot.experiments.analysis.psychometric import fit, lapses_p
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import GUESSED
 from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
@@ -147,10 +147,10 @@ def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) 
     for value, part in _by_condition(rows, condition):
         try:
             x, yes, of = counts(part, axis)
-            three = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses, guessed=guessed)
+            made = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses, guessed=guessed)
         except BadMeasurement:
-            three = tuple(Estimate(name, np.nan) for name in ("pse", "slope", "intercept"))  # type: ignore[assignment]
-        named = (replace(three[0], name=point), *three[1:])
+            made = tuple(Estimate(name, np.nan) for name in NAMES[: 4 if settings.with_lapses else 3])
+        named = (replace(made[0], name=point), *made[1:])
         found += [replace(one, name=f"{one.name} {value}".rstrip()) for one in named]
     return found
 
@@ -204,7 +204,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     is_thesis = _is_of_thesis(rows, axis, condition)
     found.tables.append(_medians(by_name, beside_thesis=is_thesis))
     found.tables.append(_shares(rows, axis, condition))
-    found.drawings.append(_curves_drawn(rows, axis, condition, guessed))
+    found.drawings.append(_curves_drawn(rows, axis, condition, guessed, with_lapses=settings.with_lapses))
     for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
         if len(compared) > 1:
@@ -303,11 +303,11 @@ def _tests(name: str, values: Mapping[str, Sequence[float]]) -> Callable[[], lis
 
 
 def _medians(by_name: Mapping[str, Sequence[float]], *, beside_thesis: bool) -> Table:
-    printed = {"threshold": {}, "pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
+    printed = {"pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
     rows = []
     for name, values in by_name.items():
         word, _, level = name.partition(" ")
-        beside = (printed[word].get(_number(level), np.nan),) if beside_thesis else ()
+        beside = (printed.get(word, {}).get(_number(level), np.nan),) if beside_thesis else ()
         mean = mean_interval(name, values)
         there = [value for value in values if np.isfinite(value)]
         rows.append((name, float(np.median(there)) if there else np.nan, mean.value, mean.low, mean.high, *beside))
@@ -337,7 +337,7 @@ def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
     return Table("Share judged more", (axis, *names), tuple(lines), "All people together.")
 
 
-def _curves_drawn(rows: Sequence[Row], axis: str, condition: str, guessed: float) -> Drawing:
+def _curves_drawn(rows: Sequence[Row], axis: str, condition: str, guessed: float, *, with_lapses: bool) -> Drawing:
     """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
     parts = _by_condition(rows, condition)
@@ -347,7 +347,8 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str, guessed: float
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))
         fine = np.linspace(min(x), max(x), 100)
         try:
-            drawn.append(series("", fine, fit(x, yes, of, guessed=guessed).at(fine), "line", colour))
+            curve = fit(x, yes, of, with_lapses=with_lapses, guessed=guessed)
+            drawn.append(series("", fine, curve.at(fine), "line", colour))
         except BadMeasurement:
             continue
         if _is_of_thesis(rows, axis, condition):

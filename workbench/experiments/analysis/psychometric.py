@@ -36,6 +36,10 @@ MOST_LAPSES = 0.1
 0.06).
 """
 
+NAMES = ("pse", "slope", "intercept", "lapses")
+"""Estimates of a curve; the last one with lapses only."""
+_LEAST_DRAWS = 20
+"""Least number of bootstrap draws for an interval."""
 _CERTAIN = 6
 """Answers that are alike by chance in fewer than 2.5 % of cases, if one answer is no likelier than the other."""
 
@@ -120,12 +124,12 @@ def estimates(
     *,
     with_lapses: bool = False,
     guessed: float = 0.0,
-) -> tuple[Estimate, Estimate, Estimate]:
+) -> tuple[Estimate, ...]:
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
     Bootstrap curves that cannot be fitted are omitted; the slope of those that turn at once is endless. With lapses,
-    intervals need draws. Where the slope's interval holds 0, the PSE has no bounds. Where the answers turn at once,
-    slope and intercept are NaN.
+    their rate is the fourth estimate, and intervals need draws. Where the slope's interval holds 0, the PSE has no
+    bounds. Where the answers turn at once, all but the PSE are NaN.
 
     >>> pse, _, _ = estimates([52, 64, 76, 90, 106, 124, 146], [4, 5, 5, 4, 6, 5, 5], [10] * 7, bootstrap=40)
     >>> pse.low, pse.high
@@ -133,11 +137,12 @@ def estimates(
     """
     curve = fit(x, yes, of, with_lapses=with_lapses, guessed=guessed)
     if (turn := _turn(curve, x, yes, of)) is not None:
-        return turn, Estimate("slope", math.nan), Estimate("intercept", math.nan)
+        return turn, *(Estimate(name, math.nan) for name in NAMES[1 : 4 if with_lapses else 3])
     pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
     if bootstrap == 0:
         plain, slope, intercept = _by_covariance(curve)
-        return replace(plain, value=pse), slope, intercept
+        rate = (Estimate(NAMES[3], curve.lapse),) if with_lapses else ()
+        return replace(plain, value=pse), slope, intercept, *rate
     levels, totals = np.asarray(x, np.float64), np.asarray(of, np.int64)
     random = np.random.default_rng(seed)
     chance = curve.at(levels)
@@ -149,11 +154,12 @@ def estimates(
             again.append(_figures(found, _turn(found, levels, drawn, totals)))
     bounded, slope, intercept = (
         Estimate(name, value, *_bias_corrected(value, [figures[k] for figures in again]))
-        for k, (name, value) in enumerate(zip(("pse", "slope", "intercept"), _figures(curve, None), strict=True))
+        for k, (name, value) in enumerate(zip(NAMES[:3], _figures(curve, None)[:3], strict=True))
     )
     if slope.covers(0.0):
         bounded = replace(bounded, low=-math.inf, high=math.inf)
-    return replace(bounded, value=pse), slope, intercept
+    rate = (Estimate(NAMES[3], curve.lapse, *_percentiles([one[3] for one in again])),) if with_lapses else ()
+    return replace(bounded, value=pse), slope, intercept, *rate
 
 
 def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike]], guessed: float = 0.0) -> float:
@@ -208,12 +214,12 @@ def _turn(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate
     return Estimate("pse", 0.5 * float(last_no + first_yes), low, high)
 
 
-def _figures(curve: Curve, turn: Estimate | None) -> tuple[float, float, float]:
-    """Return PSE, slope and intercept; where the answers turn at once, of an endless slope at that PSE."""
+def _figures(curve: Curve, turn: Estimate | None) -> tuple[float, float, float, float]:
+    """Return PSE, slope, intercept and lapse rate; where the answers turn at once, of an endless slope at that PSE."""
     if turn is None:
-        return curve.pse, curve.slope, curve.intercept
+        return curve.pse, curve.slope, curve.intercept, curve.lapse
     steep = math.copysign(math.inf, curve.slope)
-    return turn.value, steep, -steep * turn.value
+    return turn.value, steep, -steep * turn.value, curve.lapse
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
@@ -246,11 +252,19 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
     from scipy.special import ndtr, ndtri
 
     kept = np.array([one for one in drawn if not math.isnan(one)])
-    if len(kept) < 20:
+    if len(kept) < _LEAST_DRAWS:
         return math.nan, math.nan
     below = float(np.clip(np.mean(kept < value), 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
     low, high = (100.0 * float(ndtr(2.0 * ndtri(below) + z)) for z in (-Z_95, Z_95))
     return float(np.percentile(kept, low, method="lower")), float(np.percentile(kept, high, method="higher"))
+
+
+def _percentiles(drawn: list[float]) -> tuple[float, float]:
+    """Return plain percentiles; of a rate that is 0 in many draws none are below it, by which bias could be known."""
+    if len(drawn) < _LEAST_DRAWS:
+        return math.nan, math.nan
+    low, high = np.percentile(drawn, (2.5, 97.5))
+    return float(low), float(high)
 
 
 class _Normal:
