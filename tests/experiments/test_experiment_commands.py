@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import COMPILING
-from made_studies import TD, preset_protocol, protocol_text
+from made_studies import TD, made_protocol, preset_protocol, protocol_text
 from wired import ends
 
 from underfoot.__main__ import cli
@@ -22,8 +22,11 @@ from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.replay import Replay
 from underfoot.experiments.observers import SimulatedParticipant
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
+from underfoot.experiments.table import columns_of
+from underfoot.experiments.trial_files import write_csv
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -157,6 +160,23 @@ def test_a_table_is_analysed_with_the_parameters_of_its_protocol(tmp_path):
     assert "come without their protocol: analysed with the method's usual parameters" in alone
     assert "come without their protocol" not in of_session + known
     assert "there is no protocol 'none'" in said("analyse", table, "--protocol", "none")
+
+
+def test_levels_that_a_table_lacks_are_those_of_its_protocol(tmp_path):
+    """Beside silence curves begin at the half that is guessed; without levels they were fitted as if they did not."""
+    db = {f"s{k}": {**TD, "level_m_s2": 0.43 * 10.0 ** (k / 20.0), "factors": {"db": k}} for k in range(-12, 13, 4)}
+    parameters = {"comparisons": list(db), "standard": "X", "blocks": 8}
+    protocol = made_protocol("constant-stimuli", parameters, {**db, "X": {}})
+    study, whole, less = tmp_path / "study.json", tmp_path / "whole.csv", tmp_path / "less.csv"
+    study.write_bytes(protocol.dumps())
+    rows, _ = simulated_rows(protocol, 0, 1, {})
+    write_csv(whole, rows)
+    write_csv(less, rows, [name for name in columns_of(rows) if name != "level_m_s2"])
+    curves = [run("analyse", table, "--protocol", study, "--bootstrap", 0).stdout for table in (whole, less)]
+    assert "threshold" in curves[0]
+    assert curves[1] == curves[0]
+    alone = run("analyse", less, "--bootstrap", 0).stdout
+    assert "These trials have no column level_m_s2: analysed as if the standard vibrates." in alone
 
 
 def test_ids_that_differ_in_letter_case_only_are_refused_or_remarked_on(tmp_path):

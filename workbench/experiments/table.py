@@ -7,6 +7,7 @@ from underfoot.errors import BadValue
 from underfoot.experiments.columns import FIRST_COLUMNS, NOT_FACTORS
 from underfoot.experiments.latin_square import number_of_row
 from underfoot.experiments.protocol import Protocol, Stage
+from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.study import PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation, is_right
 
@@ -44,6 +45,25 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
         except (KeyError, TypeError, ValueError) as error:
             raise BadValue(f"entry {number} of {participant} does not fit its protocol ({error})") from None
     return [{**row, **person} for row in found]
+
+
+def with_levels(rows: Sequence[Row], protocol: Protocol) -> list[Row]:
+    """Return the rows of a table from elsewhere with the levels that the protocol has of their stimuli, if the table
+    has no column of levels.
+    """
+    if any(LEVEL in row for row in rows):
+        return list(rows)
+    return [{**row, LEVEL: level} if (level := _level_of(row, protocol)) is not None else row for row in rows]
+
+
+def _level_of(row: Row, protocol: Protocol) -> float | None:
+    """Return the level of a row's stimulus; None if the protocol does not have it."""
+    stimulus, gain_db = protocol.stimuli.get(str(row.get("stimulus"))), row.get("gain_db", 0.0)
+    return None if stimulus is None or not isinstance(gain_db, int | float) else _level(stimulus, gain_db)
+
+
+def _level(stimulus: Stimulus, gain_db: float) -> float:
+    return float(f"{stimulus.peak_m_s2(gain_db):.6g}")
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
@@ -125,7 +145,7 @@ def _row(
         if judged.stimulus != NOTHING:
             stimulus = protocol.stimuli[judged.stimulus]
             row["gain_db"] = judged.gain_db + gain_db
-            row[LEVEL] = float(f"{stimulus.peak_m_s2(judged.gain_db + gain_db):.6g}")
+            row[LEVEL] = _level(stimulus, judged.gain_db + gain_db)
             row |= {name: value for name, value in stimulus.factors.items() if name not in row}
     if other is not None:
         row["other"] = other.stimulus

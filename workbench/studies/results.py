@@ -12,7 +12,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
-from underfoot.experiments.table import Row, alike_ids, rows_of
+from underfoot.experiments.table import Row, alike_ids, rows_of, with_levels
 from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
@@ -76,7 +76,8 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
-            rows += _required_new(path, read_csv(path), rows)
+            table = read_csv(path)
+            rows += _required_new(path, table if protocol is None else with_levels(table, protocol), rows)
             continue
         file = SessionFile.open(path)
         try:

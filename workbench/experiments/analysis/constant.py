@@ -178,11 +178,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         return plain
     guessed = _guessed(rows, axis, settings)
     found, half = Findings("Constant stimuli"), _half_name(rows, guessed)
-    if settings.is_beside_silence is None and is_level(rows, axis) and any(row.get("comparison_at") for row in rows):
-        found.remarks.append(
-            "These trials come without their protocol: analysed as if the standard vibrates. Beside silence curves "
-            "begin at a half: `underfoot analyse --protocol` knows."
-        )
+    if not guessed and settings.is_beside_silence is not False and any(row.get("comparison_at") for row in rows):
+        found.remarks += _as_if_beside_vibration(rows, axis, settings)
     if beside := len(all_rows) - len(rows):
         needed = " and ".join(filter(None, (axis, condition)))
         they, their = ("trials are", "their stimuli have") if beside > 1 else ("trial is", "its stimulus has")
@@ -214,6 +211,21 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
                 _THESIS.get(name, "") if is_thesis else "",
             )
     return found
+
+
+def _as_if_beside_vibration(rows: Sequence[Row], axis: str, settings: Settings) -> list[str]:
+    """Return what is missing to know that curves begin at a half, where the standard is silence, or may be."""
+    if not any(LEVEL in row for row in rows):
+        return [
+            f"These trials have no column {LEVEL}: analysed as if the standard vibrates. Beside silence curves begin "
+            "at a half: give `underfoot analyse --protocol`, and that column, or stimuli as the protocol names them."
+        ]
+    if settings.is_beside_silence is None and is_level(rows, axis):
+        return [
+            "These trials come without their protocol: analysed as if the standard vibrates. Beside silence curves "
+            "begin at a half: `underfoot analyse --protocol` knows."
+        ]
+    return []
 
 
 def _lapsing(rows: Sequence[Row], axis: str, condition: str, guessed: float) -> list[str]:
