@@ -3,9 +3,11 @@
 import shutil
 from contextlib import closing
 
+import pytest
 from made_studies import made_protocol
 from people import open_session, taking_part
 
+from underfoot.errors import BadValue
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import rows_of
 from underfoot.studies.phase import Phase
@@ -56,3 +58,21 @@ def test_a_trial_that_was_felt_when_the_program_is_killed_is_kept_and_told(until
     felt = [(row["trial"], row["attempt"], row["spoiled"], "onset_s" in row, "rating" in row) for row in rows]
     assert felt == [(1, attempt, "interrupted before the answer", True, False) for attempt in (1, 2)]
     assert rows[1]["most_force_n"] > 300.0
+
+
+def test_what_is_presented_again_after_a_stop_is_felt(until, tmp_path):
+    """It was presented in the silence of the stop, as were all trials after it; so were those before preparation."""
+    with open_session(until) as session, taking_part(session, PROTOCOL, tmp_path / "a.session", until) as person:
+        runner = person.runner
+        with pytest.raises(BadValue, match="phase is 'preparing'; allowed: what follows the preparation"):
+            runner.spoil("too soon")
+        for again in (lambda: runner.spoil("a door slammed"), lambda: runner.repeat_last("slipped")):
+            person.until_phase(Phase.READY)
+            runner.stop("by the experimenter")
+            again()
+            person.until_phase(Phase.READY)
+            person.present()
+            runner.answer({"rating": 1.0})
+            assert runner.study.entries[-1].facts["commanded_m_s2"] > 0.1
+        assert [entry.spoiled for entry in runner.study.entries] == ["a door slammed", "slipped", ""]
+        assert [note.text for note in runner.file.notes()] == ["stopped: by the experimenter", "went on"] * 2

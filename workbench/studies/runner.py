@@ -124,6 +124,11 @@ class Runner:
         return max(self._page_due - self._clock(), 0.0) if counted else 0.0
 
     @property
+    def is_prepared(self) -> bool:
+        """Whether all stimuli have been prepared; before, nothing can be felt."""
+        return self._phase is not Phase.PREPARING
+
+    @property
     def may_play(self) -> bool:
         """Whether a key can start a presentation, for the first time or again."""
         return self._trial is not None and not self._why_stopped and self._trial.can_be_started
@@ -209,19 +214,21 @@ class Runner:
         self._keep({}, {"left_s": round(self.seconds_left, 1)})
 
     def spoil(self, reason: str) -> None:
-        """Spoil the current trial for a reason, and present it again."""
+        """Spoil the current trial for a reason, and present it again, also after a stop."""
+        self._require_prepared()
         self._store(self.study.spoil(reason, self._record.facts))
-        self._open_page()
+        self._present_anew()
 
     def repeat_last(self, reason: str) -> None:
-        """Spoil the last answer for a reason, and present its trial again."""
+        """Spoil the last answer for a reason, and present its trial again, also after a stop."""
+        self._require_prepared()
         before = self.study.without_last(reason)
         if self.file.has_felt:
             self.note(f"{self.page.key} was felt, and comes after the one that is repeated")
             self.file.forget_felt()
         self.file.replace_last(before.entries[-1])
         self.study = before
-        self._open_page()
+        self._present_anew()
 
     def note(self, text: str) -> None:
         """Store a note of the experimenter."""
@@ -241,19 +248,16 @@ class Runner:
         """Continue at the current page after a stop; what was felt of it is kept as a spoiled attempt."""
         require(self.phase is Phase.STOPPED, "phase", str(self.phase), "stopped")
         self.file.write_waiting()
-        self.note("went on")
         if self._phase is Phase.PREPARING:
+            self.note("went on")
             self._unprepared = self._stimuli.kinds()
             self.presenter.request(IDLE)
             self.session.panic()
             self._why_stopped = ""
-            return
-        self.presenter.request(IDLE)
-        self.presenter.begin()
-        if self.file.has_felt:
+        elif self.file.has_felt:
             self.spoil(self._why_stopped)
         else:
-            self._open_page()
+            self._present_anew()
 
     def close(self) -> None:
         """Restore the session, and close the file."""
@@ -285,6 +289,17 @@ class Runner:
         self.presenter.begin()
         if self._equipment.masking is not None:
             self._equipment.masking.start()
+        self._open_page()
+
+    def _require_prepared(self) -> None:
+        require(self.is_prepared, "phase", str(self._phase), "what follows the preparation")
+
+    def _present_anew(self) -> None:
+        """Open the current page; after a stop, which is silent, with what is to be felt."""
+        if self._why_stopped:
+            self.note("went on")
+            self.presenter.request(IDLE)
+            self.presenter.begin()
         self._open_page()
 
     def _open_page(self) -> None:
