@@ -8,6 +8,7 @@ from made_studies import TD, made_protocol
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import staircases
+from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
 
@@ -37,6 +38,14 @@ def test_what_was_answered_before_a_false_alarm_does_not_count():
         turns = zip(run.levels_db, run.levels_db[1:], run.levels_db[2:], strict=False)
         followed = [level for at, level in zip(run.turned_at, run.turns_db, strict=True) if run.levels_db[at + 1 :]]
         assert followed == [b for a, b, c in turns if (b - a) * (c - b) < 0.0]
+
+
+def test_beside_silence_answers_are_right_and_the_thesis_asked_for_something_else():
+    protocol = made_protocol("staircases", {"followed": ["TD"], "standard": "X", "down_after": 2, "pairs": 1})
+    rows, _ = simulated_rows(protocol, 0, 1, {})
+    each, over, *_ = analysed(rows, protocol, Settings())[0].tables
+    assert each.note.endswith("The level tends to where 70.7 % of the answers are right.")
+    assert over.note == ""
 
 
 def test_false_alarms_are_counted_of_the_trials_without_a_stimulus():

@@ -71,11 +71,13 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     lines = [(person, one) for person, of in several.items() for one in of]
     note = "Student's intervals over the staircases of each person; dB re the level of the stimulus."
     if settings.given:
-        note += f" The level tends to where {100.0 * balanced_share(_rule(settings)):.3g} % of the answers are yes."
+        are = "right" if settings.is_beside_silence else "yes"
+        note += f" The level tends to where {100.0 * balanced_share(_rule(settings)):.3g} % of the answers are {are}."
     if any(math.isnan(one.value) for _, one in lines):
         note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
-    found.tables.append(estimates_table("Thresholds over people", "in", over_people(lines, rows), _beside(rows)))
+    beside = _beside(rows, settings)
+    found.tables.append(estimates_table("Thresholds over people", "in", over_people(lines, rows), beside))
     alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
     if any(row[2] for row in alarms):
         found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
@@ -107,10 +109,10 @@ def _least_reversals(settings: Settings) -> int:
     return min(int(rule["reversals"]), int(rule["last"]))
 
 
-def _beside(rows: Sequence[Row]) -> str:
-    """Return what the thesis found of these stimuli, "" for stimuli that are not its own."""
+def _beside(rows: Sequence[Row], settings: Settings) -> str:
+    """Return what the thesis found of these stimuli, "" for stimuli, or a question, that are not its own."""
     names = {row.get("comparison") for row in rows} & set(thesis.STIMULI)
-    if not names:
+    if not names or settings.is_beside_silence:
         return ""
     if any(row.get("comparison_at") for row in rows):
         return "Thesis 6.3.5, equal intensity: the peaks of table 6.1."
