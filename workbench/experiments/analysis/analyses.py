@@ -1,6 +1,5 @@
 """Selection of the analysis for each method, and analysis of a table of trials."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,10 +16,10 @@ from underfoot.experiments.analysis import (
     staircase,
     targets,
 )
-from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.counterbalance import counterbalance
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.people import LEAST_PEOPLE, add_people
 from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
@@ -32,10 +31,6 @@ from underfoot.experiments.methods.staircases import is_silent
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, factors_of, grouped, possible_factors
-
-LEAST_PEOPLE = 5
-"""Least number of people for correlations."""
-MOST_ESTIMATES = 6
 
 
 @dataclass(frozen=True)
@@ -110,7 +105,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 "These trials come without their protocol: analysed with the method's usual parameters. "
                 "`underfoot analyse --protocol` takes those of the study."
             )
-        _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
+        _add_people(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
@@ -183,28 +178,9 @@ def _check_cells(rows: Sequence[Row]) -> None:
             require(good, place + name, value, f"a whole number, 1 to {_MOST_STIMULI}")
 
 
-def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
-    """Add rank correlations of each estimate with the numbers that participants gave about themselves."""
-    people = grouped(rows, "participant")
-    names = [name for name in columns_of(rows) if name.startswith(OF_PERSON)]
-    kept: dict[str, list[float]] = {}
-    for name in names:
-        given = [part[0].get(name) for part in people.values()]
-        if len(set(given)) > 2:
-            numbers = [float(value) for value in given if isinstance(value, int | float)]
-            kept |= {name: numbers} if len(numbers) == len(given) else {}
-    if not kept or len(people) < LEAST_PEOPLE:
-        return
-    several = [
-        {estimate.name: estimate.value for estimate in analysis.estimates(part, settings)} for part in people.values()
-    ]
-    shared = [name for name in several[0] if all(math.isfinite(one.get(name, math.nan)) for one in several)]
-    found = []
-    for estimate in shared[:MOST_ESTIMATES]:
-        for name, values in kept.items():
-            ranked = [one[estimate] for one in several]
-            if len(set(ranked)) > 2:
-                found.append(spearman(f"{estimate}, {name.removeprefix(OF_PERSON)}", ranked, values))
-    if found:
-        note = "Spearman's rank correlation over people; p is not corrected for their number."
-        findings.add_tests("Who takes part", lambda: found, note)
+def _add_people(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
+    """Add what of the estimates of each person follows what they were asked, of enough people."""
+    people = grouped(rows, "participant").values()
+    if len(people) >= LEAST_PEOPLE and any(name.startswith(OF_PERSON) for name in columns_of(rows)):
+        estimates = [{one.name: one.value for one in analysis.estimates(part, settings)} for part in people]
+        add_people(findings, [part[0] for part in people], estimates)
