@@ -340,7 +340,9 @@ def test_a_study_is_not_begun_on_a_sound_card_that_is_not_there(tmp_path):
 def test_sessions_of_two_protocols_are_not_mixed(tmp_path):
     one = made_session(tmp_path / "a.session")
     other = made_session(tmp_path / "b.session", "free-labels")
-    assert "is of another protocol than" in said("analyse", one, other)
+    refused = said("analyse", one, other)
+    assert "is of another protocol than" in refused
+    assert refused.endswith("or write a CSV of each, and analyse these")
 
 
 def test_levels_are_measured_under_the_simulated_footstep():

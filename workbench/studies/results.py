@@ -84,7 +84,8 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             known = file.about["protocol"]
             if text and known != text:
                 if protocol is None:
-                    raise BadValue(f"{path} is of another protocol than {sessions[0]}; analyse them one by one")
+                    other = f"{path} is of another protocol than {sessions[0]}"
+                    raise BadValue(f"{other}; analyse them one by one, or write a CSV of each, and analyse these")
                 left_out.append(path)
                 continue
             if shared is None:
