@@ -59,12 +59,14 @@ def test_shares_of_right_answers_are_those_of_each_condition(words):
     assert sorted(confusions.rows) == [("firm", 4, 0, 0), ("hard", 4, 0, 0), ("soft", 4, 0, 0)]
 
 
-def test_a_spoiled_trial_has_no_score(words):
+def test_a_spoiled_trial_has_no_score_and_the_analysis_says_that_it_is_left_out(words):
     study = Study(words, "P1")
     study.spoil("a phone rang")
     study.answer({"answer": "sand"})
-    spoiled, answered = rows_of(words, "P1", study.entries)
+    spoiled, answered = rows = rows_of(words, "P1", study.entries)
     assert ("right" in spoiled, "right" in answered) == (False, True)
+    (found,) = analysed(rows, words, Settings())
+    assert found.remarks == ["1 spoiled trial is left out: a phone rang."]
 
 
 @pytest.mark.parametrize(("standard", "correct", "scores"), [("", "no", {0}), ("X", "comparison", {0, 1})])

@@ -1,6 +1,7 @@
 """Selection of the analysis for each method, and analysis of a table of trials."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -105,11 +106,26 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 "These trials come without their protocol: analysed with the method's usual parameters. "
                 "`underfoot analyse --protocol` takes those of the study."
             )
+        findings.remarks += _spoiled(row for row in rows if row.get("stage", "") == stage and not row.get("practice"))
         _add_people(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
     return found if protocol is None else [*found, *questionnaires(rows, protocol), *counterbalance(rows, protocol)]
+
+
+def _spoiled(rows: Iterable[Row]) -> list[str]:
+    """Return how many trials do not count, and why.
+
+    >>> _spoiled([{"spoiled": "telephone"}, {"spoiled": "telephone"}, {"spoiled": "slipped"}, {"spoiled": ""}])
+    ['3 spoiled trials are left out: telephone (2), slipped.']
+    """
+    reasons = Counter(str(row["spoiled"]) for row in rows if row.get("spoiled"))
+    if not reasons:
+        return []
+    named = [f"{reason} ({count})" if count > 1 else reason for reason, count in reasons.most_common()]
+    trials = f"{number} spoiled trials are" if (number := reasons.total()) > 1 else "1 spoiled trial is"
+    return [f"{trials} left out: {', '.join(named)}."]
 
 
 _NUMBERS = (
