@@ -91,3 +91,22 @@ def test_sets_that_the_same_people_were_given_are_tested_within_these():
     assert tests.note == "Repeated measures of who had all sets. Left out: P3."
     tests = compared(dict.fromkeys("ABC", (9, 8, 5)) | {"C": (4, 2, 3)}, lambda name, k: f"P{k}")
     assert [row[0] for row in tests.rows][:2] == ["all sessions", "all sessions, corrected"]
+
+
+def test_stages_that_the_same_people_did_are_compared_within_these():
+    rates = {"with": (9, 8, 5), "without": (7, 5, 4)}
+    rows = [
+        {"participant": f"P{k}", "stage": stage, "method": "absolute-identification", "trial": trial, "block": 1,
+         "stimulus": "a", "correct": 1, "number": 1 if trial < right else 2}
+        for stage, rights in rates.items()
+        for k, right in enumerate(rights)
+        for trial in range(10)
+    ]  # fmt: skip
+    *_, found = analysed(rows, None, Settings())
+    assert found.title == "Absolute identification: with, without compared"
+    means, tests = found.tables
+    assert means.rows[0] == ("rate", pytest.approx(2.2 / 3), pytest.approx(1.6 / 3))
+    t = ttest_rel([0.9, 0.8, 0.5], [0.7, 0.5, 0.4])
+    assert tests.rows[0][:5] == ("rate", "F", pytest.approx(t.statistic**2), "1, 2", pytest.approx(t.pvalue))
+    alone = [row for row in rows if row["participant"] == "P0"]
+    assert [one.title.partition(": ")[2] for one in analysed(alone, None, Settings())] == ["with", "without"]

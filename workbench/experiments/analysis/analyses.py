@@ -25,6 +25,7 @@ from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.analysis.stages import stages_compared
 from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
@@ -83,7 +84,8 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
 
     Raises `BadValue` for an unknown method, or a missing column.
     """
-    found = []
+    found: list[Findings] = []
+    parts: dict[str, dict[str, Sequence[Row]]] = {}
     _check_truths(rows)
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
         require(method in ANALYSES, "method", method, ", ".join(ANALYSES))
@@ -109,9 +111,34 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         findings.remarks += _spoiled(row for row in rows if row.get("stage", "") == stage and not row.get("practice"))
         _add_people(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
+        parts.setdefault(method, {})[stage] = part
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
+    found += _stages_compared(parts, protocol, settings)
     return found if protocol is None else [*found, *questionnaires(rows, protocol), *counterbalance(rows, protocol)]
+
+
+def _stages_compared(
+    methods: Mapping[str, Mapping[str, Sequence[Row]]], protocol: Protocol | None, settings: Settings
+) -> list[Findings]:
+    """Compare the stages of each method, if two people or more did each of them."""
+    found = []
+    for method, stages in methods.items():
+        people = [len(grouped(part, "participant")) for part in stages.values()]
+        if len(people) > 1 and min(people) > 1:
+            plain = replace(settings, bootstrap=0)
+            estimates = {
+                stage: _estimates(part, ANALYSES[method], settings_of(protocol, stage, plain))
+                for stage, part in stages.items()
+            }
+            found.append(stages_compared(ANALYSES[method].name or METHODS[method].name, estimates))
+    return found
+
+
+def _estimates(rows: Sequence[Row], analysis: Analysis, settings: Settings) -> dict[str, dict[str, float]]:
+    """Return the values of each person's estimates, by name."""
+    people = grouped(rows, "participant").items()
+    return {str(who): {one.name: one.value for one in analysis.estimates(part, settings)} for (who,), part in people}
 
 
 def _spoiled(rows: Iterable[Row]) -> list[str]:
@@ -198,5 +225,4 @@ def _add_people(findings: Findings, rows: Sequence[Row], analysis: Analysis, set
     """Add what of the estimates of each person follows what they were asked, of enough people."""
     people = grouped(rows, "participant").values()
     if len(people) >= LEAST_PEOPLE and any(name.startswith(OF_PERSON) for name in columns_of(rows)):
-        estimates = [{one.name: one.value for one in analysis.estimates(part, settings)} for part in people]
-        add_people(findings, [part[0] for part in people], estimates)
+        add_people(findings, [part[0] for part in people], list(_estimates(rows, analysis, settings).values()))
