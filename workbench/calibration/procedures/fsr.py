@@ -116,7 +116,6 @@ class FsrProcedure(PagedProcedure):
         self._tile, self._divider = tile, divider
         self._full_n = DEFAULT_FULL_N
         self._reference = reference
-        self.linearisation: Linearisation | None = None
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
         super().__init__(Page("setup", "FSR linearisation", instruction, questions=_setup_questions(reference)))
 
@@ -168,7 +167,6 @@ class FsrProcedure(PagedProcedure):
         found = linearise(self._pairs(), self._divider, hysteresis=False)
         if self._reference == LOAD_CELL:
             found = linearise(self._pairs(found), self._divider)
-        self.linearisation = found
         return result_of(found, self._reference)
 
     def without_conclusion(self, reason: str) -> Result | None:
