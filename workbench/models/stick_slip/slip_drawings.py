@@ -49,29 +49,27 @@ def slip_drawings(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     exact = SlipDistribution.solve(block, t_end, max(float(values["error"]), 1e-3))
     near = white_upcrossings(block, np.linspace(t_end / _TIMES, t_end, _TIMES), _STEP / block.w0)
     return (
-        _density_drawing("How long a slip lasts", "duration, ms", 1e3, exact.duration, near, "durations"),
+        _density_drawing("How long a slip lasts", "duration, ms", exact.duration, near, "durations"),
         _density_drawing(
-            "How far it goes", f"distance at {block.belt_velocity:g} m/s, mm", 1e3, exact.distance, near, "distances"
+            "How far it goes", f"distance at {block.belt_velocity:g} m/s, mm", exact.distance, near, "distances"
         ),
-        _density_drawing("Slip and stick", "period, ms", 1e3, exact.period, near, "periods"),
+        _density_drawing("Slip and stick", "period, ms", exact.period, near, "periods"),
     )
 
 
-def _density_drawing(
-    title: str, label: str, scale: float, exact: Distribution, near: Upcrossings, name: str
-) -> Drawing:
-    """Return a drawing of one density, exact and approximated; negligible ends are cut off."""
+def _density_drawing(title: str, label: str, exact: Distribution, near: Upcrossings, name: str) -> Drawing:
+    """Return a drawing of one density in ms or mm, exact and approximated; negligible ends are cut off."""
     cdf = exact.cdf / exact.cdf[-1]
     seen = ((exact.points >= 0.0) | (cdf >= _FIRST)) & (cdf <= _SHOWN)
     points: NDArray[np.float64] = exact.points[seen]
-    lines = [Series("exact", scale * points, exact.density[seen] / scale)]
+    lines = [Series("exact", 1e3 * points, exact.density[seen] / 1e3)]
     if name == "durations":
         at, rough = near.t, near.durations()
     else:
         at = np.linspace(float(points[0]), float(points[-1]), 120)
         rough = near.distances(at) if name == "distances" else near.periods(at)
     inside = at <= points[-1]
-    lines.append(Series("upcrossings (thesis)", scale * at[inside], rough[inside] / scale, "dashed", "force"))
+    lines.append(Series("upcrossings (thesis)", 1e3 * at[inside], rough[inside] / 1e3, "dashed", "force"))
     unit = label.split(", ")[1]
     none = f"; {100.0 * exact.unobserved:.2g} % have none" if exact.unobserved > 1e-3 else ""
     return Drawing(title, f"{label}{none}", f"density, 1/{unit}", tuple(lines))
