@@ -17,10 +17,6 @@ from underfoot.studies.markers import place_of
 from underfoot.studies.presenter import Presenter
 from underfoot.studies.stimulus_patches import StimulusPatches, unheard
 
-SETTLED_S = 0.3
-"""Time before a presentation in which nothing is heard, so that its excerpt contains nothing of the previous one, and
-in which what follows the force settles under the feet that stand there."""
-
 
 @dataclass(frozen=True)
 class Apparatus:
@@ -48,8 +44,8 @@ class Apparatus:
 class TimedStimulus:
     """A stimulus that plays for a given time. An event by hand starts those that wait for one.
 
-    Before, it runs unheard for `SETTLED_S`: what follows changes of the force would play the jump from 0 N to the load
-    of the feet that stand there.
+    Before, it runs unheard until it has settled: what follows changes of the force would play the jump from 0 N to the
+    load of the feet that stand there.
     """
 
     def __init__(self, apparatus: Apparatus) -> None:
@@ -92,6 +88,6 @@ class TimedStimulus:
 
     def _let_be_heard(self) -> None:
         """Play what has run unheard for long enough; what is not of the force begins anew."""
-        if self._unheard is not None and self._apparatus.presenter.has_played(SETTLED_S):
+        if self._unheard is not None and self._apparatus.presenter.has_settled():
             self._apparatus.presenter.request(self._unheard, anew=True)
             self._unheard = None

@@ -18,6 +18,9 @@ AUDIBLE = 1e-5
 """Threshold of vibration, as a share of full scale. A fade of 480 frames begins below it."""
 PRESENTED_S, WAITED_S = 60.0, 10.0
 """Length of the played signal that is kept during a presentation, and otherwise; one second of 36 tiles takes 14 MB."""
+SETTLED_S = 0.3
+"""Time before a presentation in which nothing is heard, so that its excerpt contains nothing of the previous one, and
+in which what follows the force settles under the feet that stand there."""
 
 
 class Presenter:
@@ -65,10 +68,10 @@ class Presenter:
         self._awaited.append(patch.dumps())
         self.session.edit(patch, scopes, anew=anew)
 
-    def has_played(self, seconds: float) -> bool:
-        """Return whether the requested patch has been playing for `seconds`."""
+    def has_settled(self) -> bool:
+        """Return whether the requested patch has been playing for `SETTLED_S`."""
         since, rate = self.since_frame, self.session.target.rate
-        return since is not None and self.session.health.frame - since >= seconds * rate
+        return since is not None and self.session.health.frame - since >= SETTLED_S * rate
 
     def strike(self, tile: str) -> None:
         """Send an event by hand to one tile, for nodes that wait for one."""

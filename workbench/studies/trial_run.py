@@ -10,7 +10,7 @@ from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.study import Page, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
-from underfoot.studies.apparatus import SETTLED_S, Apparatus, TimedStimulus
+from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.foot_answers import FootAnswers
 from underfoot.studies.markers import BEGIN, END, ONSET
 from underfoot.studies.measuring import TrialRecord
@@ -113,7 +113,7 @@ class TrialRun:
             self.hint = "The plate moves. Please step off." if watch.is_loaded else "The plate moves."
             return
         by_foot = self._page.start != "key" or not self.intervals
-        if self._apparatus.clock() < self.due or not self._apparatus.presenter.has_played(SETTLED_S):
+        if self._apparatus.clock() < self.due or not self._apparatus.presenter.has_settled():
             self.hint = ""
         elif by_foot and self.intervals and watch.is_loaded:
             self.hint = "Please step off."
