@@ -1,7 +1,7 @@
 """A scene without a session, as fast as it runs: from force samples to cues, for tests, films and scripts."""
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -51,10 +51,8 @@ class Rehearsed:
         )
 
 
-def rehearse(
-    scene: Scene, source: ForceSource, seconds: float, seen: Callable[[Moment], object] = lambda moment: None
-) -> Rehearsed:
-    """Run a scene on the first `seconds` of a source's forces; `seen` is called after each moment.
+def rehearse(scene: Scene, source: ForceSource, seconds: float) -> Rehearsed:
+    """Run a scene on the first `seconds` of a source's forces.
 
     >>> from underfoot.floor.layout import default_floor
     >>> from underfoot.scenes import discover
@@ -71,7 +69,6 @@ def rehearse(
         for moment in moments.feed(source.stamps[:count], source.forces[:count]):
             done.moments.append(moment)
             done.cues += [(moment.time_s, cue) for cue in scene.step(moment)]
-            seen(moment)
     return done
 
 
