@@ -79,13 +79,13 @@ def limit_group(
         _fill(stage.opening, here, work.opening[:frames])
         done = 0
         if _are_steady(rows, members, sounding, here):
-            _take(out, rows, members, sounding, work, (at + begin, frames))
+            _gather(out, rows, members, sounding, work, (at + begin, frames))
             _transpose(acceleration, members, begin, work.given[: frames * ROWS])
             if sounding <= HALF:
                 done = _run(work, stage, frames, all_four(0.0))
             else:
                 done = _run(work, stage, frames, all_eight(0.0))
-            _give(out, rows, members, sounding, work, (at + begin, done))
+            _scatter(out, rows, members, sounding, work, (at + begin, done))
         if done < frames:
             for place in range(sounding):
                 asked = acceleration[members[1, place], begin + done : begin + frames]
@@ -138,7 +138,7 @@ def _are_steady(rows: NDArray[np.void], members: NDArray[np.int64], count: int, 
 
 
 @inlined
-def _take(
+def _gather(
     out: NDArray[np.float32],
     rows: NDArray[np.void],
     members: NDArray[np.int64],
@@ -178,7 +178,7 @@ def _transpose(acceleration: NDArray[np.float64], members: NDArray[np.int64], be
 
 
 @inlined
-def _give(
+def _scatter(
     out: NDArray[np.float32],
     rows: NDArray[np.void],
     members: NDArray[np.int64],
