@@ -5,7 +5,7 @@ from functools import cache, lru_cache
 from importlib.resources import files
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QMargins, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
@@ -14,6 +14,8 @@ from underfoot.drawing import look
 
 GRID = 8
 """Pixels. Sizes, margins and gaps are multiples of this or of its half."""
+MARGINS = QMargins(2 * GRID, 2 * GRID, 2 * GRID, 2 * GRID)
+"""Of a dialog, and of a page of its own."""
 
 _WINDOW_COLOURS = {
     "panel": ("#191e25", "#f4f6f8"),

@@ -159,7 +159,7 @@ class PresetDialog(QDialog):
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setContentsMargins(theme.MARGINS)
         layout.setSpacing(2 * theme.GRID)
         layout.addLayout(form)
         layout.addWidget(self.buttons)

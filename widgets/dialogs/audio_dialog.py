@@ -80,7 +80,7 @@ class AudioDialog(QDialog):
         self.buttons.button(QDialogButtonBox.StandardButton.Apply).clicked.connect(self._apply)
         self.buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setContentsMargins(theme.MARGINS)
         layout.setSpacing(2 * theme.GRID)
         layout.addLayout(form)
         layout.addWidget(self.note)

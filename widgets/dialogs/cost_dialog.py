@@ -55,7 +55,7 @@ class CostDialog(QDialog):
             top.addWidget(widget)
         top.addStretch(1)
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.addLayout(top)
         column.addWidget(self.summary)
         column.addWidget(self.table)

@@ -102,7 +102,7 @@ class ExportDialog(QDialog):
         below.addWidget(close)
         below.addWidget(self.write)
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(theme.GRID)
         column.addLayout(middle, 1)
         column.addWidget(self.progress)

@@ -29,7 +29,7 @@ class FileErrorDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setContentsMargins(theme.MARGINS)
         layout.setSpacing(theme.GRID)
         layout.addWidget(theme.label("This file cannot be read", "title"))
         for label in (self.file, self.error_text, self.lines):

@@ -79,7 +79,7 @@ class NetworkDialog(QDialog):
         self.apply.setDefault(True)
         self.buttons.rejected.connect(self.reject)
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(2 * theme.GRID)
         column.addLayout(grid)
         for widget in (self.note, self.counters, self.refusal):

@@ -34,7 +34,7 @@ class TextSizeDialog(QDialog):
         buttons.rejected.connect(self.reject)
         self.accepted.connect(self.restart_requested)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setContentsMargins(theme.MARGINS)
         layout.setSpacing(theme.GRID)
         for widget in (self.title, self.sample, explained, buttons):
             layout.addWidget(widget)

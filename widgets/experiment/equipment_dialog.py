@@ -213,7 +213,7 @@ class EquipmentDialog(QDialog):
             grid.setRowMinimumHeight(row + 1, theme.GRID)
             row += 2
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(2 * theme.GRID)
         column.addLayout(grid)
         column.addWidget(self.note)

@@ -164,7 +164,7 @@ class ExperimenterView(QWidget):
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(theme.GRID)
         for part in (self.title, self.progress, self.page, self.state, self.live, self.news):
             column.addWidget(part)

@@ -30,7 +30,7 @@ class StudyOverview(QWidget):
             label.setWordWrap(True)  # a long line would make the page wider than the window
         self._findings = findings
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(theme.GRID)
         for part in (self.title, self.about, self.facts, start, findings.buttons, self.state):
             column.addWidget(part)

@@ -62,7 +62,7 @@ class PeopleDialog(QDialog):
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         self.use_button.setDefault(True)
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(2 * theme.GRID)
         words = theme.label("What is true of everybody who is simulated; estimates are held against it.", "muted")
         for part in (words, self.rows, self.note):

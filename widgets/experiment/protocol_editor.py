@@ -313,7 +313,7 @@ class ProtocolEditor(QWidget):
         self.facts = theme.label("", "muted")
         self.facts.setWordWrap(True)
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(theme.GRID)
         column.addLayout(head)
         column.addWidget(self.note)

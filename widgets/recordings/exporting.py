@@ -64,7 +64,7 @@ class ExportDialog(QDialog):
         buttons.accepted.connect(self._accept)
         buttons.rejected.connect(self.reject)
         grid = QGridLayout(self)
-        grid.setContentsMargins(*[2 * theme.GRID] * 4)
+        grid.setContentsMargins(theme.MARGINS)
         grid.setVerticalSpacing(theme.GRID)
         grid.addWidget(theme.label("Stretch"), 0, 0)
         grid.addWidget(self.stretch, 0, 1)

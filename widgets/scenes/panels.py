@@ -172,7 +172,7 @@ class ScenePanel(QWidget):
         screen.addWidget(self.screen_choice, 1)
         screen.addWidget(self.project)
         column = QVBoxLayout(self)
-        column.setContentsMargins(*[2 * theme.GRID] * 4)
+        column.setContentsMargins(theme.MARGINS)
         column.setSpacing(theme.GRID)
         above: tuple[QWidget, ...] = (self.title, self.about, self.start)
         below: tuple[QWidget, ...] = (self.walker, self.state, self.speed)
