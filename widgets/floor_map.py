@@ -25,7 +25,8 @@ from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.floor_trails import Trails, empty_picture
+from underfoot.widgets.floor_trails import Trails
+from underfoot.widgets.pictures import blank_picture
 
 FULL_SCALE_N = 1000.0
 """Load at which a tile has the full colour."""
@@ -317,7 +318,7 @@ class FloorMap(QWidget):
     def _paint_background(self) -> QPixmap:
         """Paint what does not move: tiles, their names, and a scale."""
         assert self._floor is not None
-        picture = empty_picture(self.size(), self.devicePixelRatioF())
+        picture = blank_picture(self.size(), self.devicePixelRatioF(), Qt.GlobalColor.transparent)
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(theme.font(theme.SMALL_PX))

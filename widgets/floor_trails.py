@@ -1,15 +1,15 @@
 """Trails of contacts on the map of the floor: where each was in the last seconds."""
 
-import math
 from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QPoint, QPointF, QSize, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap, QPolygonF, QTransform
 
 from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.widgets import theme
+from underfoot.widgets.pictures import blank_picture
 
 TRAIL_S = 3.0
 """Time for which the trail of a contact is visible."""
@@ -64,19 +64,11 @@ class Trails:
         painter.setOpacity(1.0)
 
 
-def empty_picture(size: QSize, pixel_ratio: float) -> QPixmap:
-    """Return a transparent picture, to be painted on and kept."""
-    picture = QPixmap(math.ceil(pixel_ratio * size.width()), math.ceil(pixel_ratio * size.height()))
-    picture.setDevicePixelRatio(pixel_ratio)
-    picture.fill(Qt.GlobalColor.transparent)
-    return picture
-
-
 def _picture_of(line: _Line, to_screen: QTransform, pixel_ratio: float) -> tuple[QPoint, QPixmap]:
     """Return a picture of a finished trail, and its position."""
     places = QPolygonF([to_screen.map(QPointF(x, y)) for _, x, y in line])
     area = places.boundingRect().adjusted(-2.0, -2.0, 2.0, 2.0).toAlignedRect()
-    picture = empty_picture(area.size(), pixel_ratio)
+    picture = blank_picture(area.size(), pixel_ratio, Qt.GlobalColor.transparent)
     painter = QPainter(picture)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.translate(-area.topLeft())

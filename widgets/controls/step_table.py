@@ -12,6 +12,7 @@ from PySide6.QtCore import (
     QModelIndex,
     QPersistentModelIndex,
     QRect,
+    QSize,
     QSortFilterProxyModel,
     Qt,
 )
@@ -36,6 +37,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.records.tables import step_table
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import Menu
+from underfoot.widgets.pictures import blank_picture
 
 
 class Column(NamedTuple):
@@ -254,9 +256,8 @@ class StepTable(QTableView):
         if len(self._row_pictures) >= _MAX_PICTURES:
             self._row_pictures.clear()
         header, height = self.horizontalHeader(), self.verticalHeader().defaultSectionSize()
-        picture = QPixmap(math.ceil(ratio * header.length()), math.ceil(ratio * height))
-        picture.setDevicePixelRatio(ratio)
-        picture.fill(self.palette().highlight().color() if is_selected else Qt.GlobalColor.transparent)
+        colour = self.palette().highlight().color() if is_selected else Qt.GlobalColor.transparent
+        picture = blank_picture(QSize(header.length(), height), ratio, colour)
         painter = QPainter(picture)
         painter.setFont(self.font())
         for column, text in enumerate(texts):

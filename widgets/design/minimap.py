@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.pictures import blank_picture
 
 
 class MiniMap(QWidget):
@@ -68,9 +69,7 @@ class MiniMap(QWidget):
         place_requested = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
         if place_requested != self._drawn:
             self._drawn = place_requested
-            self._picture = QPixmap(self.size() * self.devicePixelRatioF())
-            self._picture.setDevicePixelRatio(self.devicePixelRatioF())
-            self._picture.fill(Qt.GlobalColor.transparent)
+            self._picture = blank_picture(self.size(), self.devicePixelRatioF(), Qt.GlobalColor.transparent)
             painter = QPainter(self._picture)
             self._go_to_scene(painter)
             painter.setPen(Qt.PenStyle.NoPen)

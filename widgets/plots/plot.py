@@ -12,6 +12,7 @@ from underfoot.drawing import Drawing
 from underfoot.drawing.layout import Frame, Margins, content_of, frame_of, is_cut_off, pixel_centre
 from underfoot.drawing.shapes import Polyline
 from underfoot.widgets import theme
+from underfoot.widgets.pictures import blank_picture
 from underfoot.widgets.plots import saving
 from underfoot.widgets.plots.painting import paint, rectangle, width_px
 
@@ -132,9 +133,7 @@ class Plot(QWidget):
         """Return the frame as a pixmap."""
         ratio = self.devicePixelRatioF()
         if self._picture.isNull() or self._picture.devicePixelRatio() != ratio:
-            self._picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
-            self._picture.setDevicePixelRatio(ratio)
-            self._picture.fill(QColor(theme.GROUND))
+            self._picture = blank_picture(self.size(), ratio, QColor(theme.GROUND))
             painter = QPainter(self._picture)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             for shape in frame.shapes:

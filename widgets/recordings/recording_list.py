@@ -29,6 +29,7 @@ from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
+from underfoot.widgets.pictures import blank_picture
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.tracks import time_text
 
@@ -367,10 +368,7 @@ def _icon(force_n: NDArray[np.float32]) -> QIcon:
 
 def _picture(force_n: NDArray[np.float32]) -> QPixmap:
     """Return a small picture of the largest forces over time."""
-    ratio = 2.0
-    picture = QPixmap(PICTURE * ratio)
-    picture.setDevicePixelRatio(ratio)
-    picture.fill(QColor(theme.GROUND))
+    picture = blank_picture(PICTURE, 2.0, QColor(theme.GROUND))
     if len(force_n) and force_n.max() > 0.0:
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

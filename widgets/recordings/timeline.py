@@ -21,6 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QScrollBar, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.pictures import blank_picture
 from underfoot.widgets.recordings.tracks import GUTTER_PX, RULER_PX, RecordingContent, TimelineView, TrackPainter
 
 MIN_VIEW_S = 0.01
@@ -341,10 +342,7 @@ class Axis(QWidget):
             painter.drawLine(QPointF(x, top - 8.0), QPointF(x, bottom))
 
     def _painted(self, tracks: TrackPainter) -> QPixmap:
-        ratio = self.devicePixelRatioF()
-        picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
-        picture.setDevicePixelRatio(ratio)
-        picture.fill(QColor(theme.GROUND))
+        picture = blank_picture(self.size(), self.devicePixelRatioF(), QColor(theme.GROUND))
         painter = QPainter(picture)
         tracks.paint(painter)
         painter.end()
