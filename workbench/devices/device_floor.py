@@ -19,8 +19,8 @@ from underfoot.devices.framing.parser import FrameCounts
 from underfoot.devices.framing.wire_format import FORCES, SAMPLE
 from underfoot.devices.health.sensor_health import SensorHealth
 from underfoot.devices.link_acceleration import LinkAcceleration
-from underfoot.devices.recurrence import LAST, Recurrence
 from underfoot.devices.row_assembly import QUEUE, assembly, enqueue, hand_over
+from underfoot.devices.silent_tiles import SilentTiles
 from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.errors import require
@@ -28,7 +28,6 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 
 _SETTLED_S = 5.0  # after which a clock's fit is reported
-_SILENT_S, _PAUSE_S = 1.0, 0.3  # of a tile while others send, and of all
 
 
 class DeviceFloor:
@@ -66,10 +65,7 @@ class DeviceFloor:
         self._unknown_tiles: set[int] = set()
         self._announced: set[str] = set()
         self._overflowed = 0
-        self._heard = np.zeros(len(floor.tiles), np.int64)
-        self._heard_s = np.full(len(floor.tiles), self._since_s)
-        self._told_silent = np.zeros(len(floor.tiles), bool)
-        self._silences = [Recurrence() for _ in floor.tiles]
+        self._silence = SilentTiles(floor.ids, self._since_s)
         self.reader = TransportReader(transport, self.receive, form)
         self._faults = FrameFaults(self.reader.parser, floor, rate_hz, transport.name)
         self.reader.notices.extend(self._conversion.notices)
@@ -111,8 +107,9 @@ class DeviceFloor:
 
     def take_notices(self) -> list[str]:
         """Return the notices since the last call, one line each. Not for the callback."""
-        notices = self.reader.take_notices() + self._health.take_notices() + self._silence_lines()
-        notices += self._faults.take_notices(time.monotonic())
+        now_s, heard = time.monotonic(), self.reader.parser.heard(len(self.floor.tiles))
+        notices = self.reader.take_notices() + self._health.take_notices() + self._silence.take_notices(heard, now_s)
+        notices += self._faults.take_notices(now_s)
         for key, line in self._findings():
             if line and key not in self._announced:
                 self._announced.add(key)
@@ -157,29 +154,6 @@ class DeviceFloor:
         yield "unknown tiles", self._unknown_line()
         for row, tile in enumerate(self.floor.tiles):
             yield f"stranger {tile.id}", self.reader.foreign_sender_line(row)
-
-    def _silence_lines(self) -> list[str]:
-        """Return a line with the tiles that are silent while others send, and one with those that send again.
-
-        Tiles that send only what changes are not named each time.
-        """
-        now_s, heard = time.monotonic(), self.reader.parser.heard(len(self.floor.tiles))
-        self._heard_s[heard != self._heard] = now_s
-        self._heard = heard
-        if now_s - self._heard_s.max() > _PAUSE_S:  # all pause: nobody's silence grows
-            self._heard_s += now_s - self._heard_s.max()
-            return []
-        silent = now_s - self._heard_s > _SILENT_S
-        rows, risen = np.flatnonzero(silent & ~self._told_silent), self._told_silent & ~silent
-        fallen = [row for row in rows.tolist() if self._silences[row].says(now_s)]
-        self._told_silent &= silent
-        self._told_silent[fallen] = True
-        ids, lines = np.array(self.floor.ids), list[str]()
-        if fallen:
-            often = ", ".join(self.floor.ids[row] for row in fallen if self._silences[row].is_last)
-            last = f"; {often} {LAST}" if often else ""
-            lines.append(f"nothing comes from {', '.join(ids[fallen])}, while others send{last}")
-        return lines + ([f"frames come from {', '.join(ids[risen])} now"] if risen.any() else [])
 
     def _clock_line(self) -> str:
         """Return the fit of the clocks, once it has settled."""
