@@ -1,0 +1,117 @@
+"""Studies in the list of the Experiment workspace without a participant: opened, simulated and analysed."""
+
+import json
+
+import pytest
+from made_studies import TD, first_answers, protocol_text
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QFileDialog
+from windows import dialog_of
+
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.store import SessionFile
+from underfoot.nodes import REGISTRY
+from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
+from underfoot.widgets.experiment.people_dialog import PeopleDialog
+
+pytest.importorskip("statsmodels")
+
+
+def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
+    workspace = bench.workspace
+    row = [study.name for study in workspace.study_list.studies].index("detection-threshold")
+    workspace.study_list.list.setCurrentRow(row)
+    bench.click(workspace.findings.simulate_button)
+    bench.wait(lambda: workspace.findings.simulate_button.text() == "Stop")
+    bench.click(workspace.findings.simulate_button)
+    assert workspace.overview.state.text() == "Stopped."
+    bench.click(workspace.findings.simulate_button)
+    bench.wait(lambda: "threshold TD" in workspace.findings.table.toPlainText())
+    assert len(workspace.findings.drawings.plots) == 2
+    workspace.findings.background.join()
+
+
+def test_who_is_simulated_is_chosen_and_said(bench):
+    workspace, findings = bench.workspace, bench.workspace.findings
+    workspace.study_list.list.setCurrentRow([study.name for study in workspace.study_list.studies].index("free-labels"))
+    bench.click(findings.people_button)
+    dialog = dialog_of(bench.window, PeopleDialog)
+    for name, text in {"people": "6", "impact_share_it": "9"}.items():
+        dialog.rows.controls[name].selectAll()
+        bench.qtbot.keyClicks(dialog.rows.controls[name], text)
+    bench.click(dialog.use_button)
+    assert dialog.note.text() == "impact_share_it is 9.0; allowed: 0 to 1"
+    dialog.rows.controls["impact_share_it"].selectAll()
+    bench.qtbot.keyClicks(dialog.rows.controls["impact_share_it"], "0.9")
+    bench.click(dialog.use_button)
+    assert findings.simulate_button.text() == "Simulate 6 people, with your settings"
+    bench.click(findings.simulate_button)
+    bench.wait(lambda: "6 simulated participants" in findings.table.toPlainText())
+    assert "People differ: labels_differ." in findings.table.toPlainText()
+    assert [line.split()[1] for line in findings.table.toPlainText().splitlines() if "impact_share_it" in line] == [
+        "0.9"
+    ]
+    workspace.findings.background.join()
+
+
+def test_other_files_are_analysed_and_trials_are_written(bench):
+    """A CSV of trials in; a BIDS data set of the sessions out."""
+    workspace, findings = bench.workspace, bench.workspace.findings
+    path, session = bench.folder / "made.json", workspace.sessions.root / "made" / "P1.session"
+    path.write_text(protocol_text())
+    session.parent.mkdir(parents=True)
+    file = SessionFile.create(session, Protocol.load(path, REGISTRY), "P1")
+    study = file.study(Protocol.load(path, REGISTRY))
+    while not study.is_done:
+        file.add(study.answer(first_answers(study.page)))
+    file.close()
+    workspace.study_list.open_protocol(path)
+    assert findings.analyse_button.text() == "Analyse 1 session"
+    (bench.folder / "t.csv").write_text(
+        "participant,method,trial,stimulus,db,felt\nQ7,constant-stimuli,1,a,0,no\nQ7,constant-stimuli,2,b,6,yes\n"
+    )
+    bench.choose_from(findings.results_button, "Lapses: give psychometric curves a lapse rate")
+    bench.choose_from(findings.results_button, "Analyse files…")
+    asked = dialog_of(bench.window, QFileDialog)
+    asked.filesSelected.emit([str(bench.folder / "t.csv")])
+    asked.close()
+    bench.wait(lambda: "Constant stimuli: main" in findings.table.toPlainText())
+    assert "Each curve has a lapse rate." in findings.table.toPlainText()
+    again = type(findings)(workspace.study_list.study, workspace.sessions, QObject())
+    again.attach(bench.window.settings)  # as at the next start
+    assert again.results_button.lapses.isChecked()
+    bench.choose_from(findings.results_button, "Write BIDS…")
+    asked = dialog_of(bench.window, QFileDialog)
+    asked.fileSelected.emit(str(bench.folder / "bids"))
+    asked.close()
+    bench.wait(lambda: "BIDS of 4 trials, participants: 1." in findings.table.toPlainText())
+    assert (bench.folder / "bids" / "sub-P1" / "beh").is_dir()
+    workspace.findings.background.join()
+
+
+def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
+    said = []
+    bench.workspace.notified.connect(said.append)
+    path = bench.folder / "bad.json"
+    path.write_text(json.dumps({"format": "underfoot-protocol", "version": 1, "stimuli": {"TD": TD}}))
+    before = len(bench.workspace.study_list.studies)
+    bench.workspace.study_list.open_protocol(path)
+    assert len(bench.workspace.study_list.studies) == before
+    assert said == [f"{path}: $.stages is []; allowed: at least one"]
+    shown = dialog_of(bench.window, FileErrorDialog)
+    assert "at least one" in shown.error_text.text()
+    shown.close()
+
+
+def test_a_protocol_that_is_opened_again_is_read_again_in_its_place(bench):
+    workspace, path = bench.workspace, bench.folder / "again.json"
+    path.write_text(protocol_text(title="First"))
+    workspace.study_list.open_protocol(path)
+    listed = [study.name for study in workspace.study_list.studies]
+    assert listed.count("again") == 1
+    workspace.study_list.list.setCurrentRow(0)
+    path.write_text(protocol_text(title="Second"))
+    workspace.study_list.open_protocol(bench.folder / "." / "again.json")
+    assert [study.name for study in workspace.study_list.studies] == listed
+    assert workspace.study_list.list.count() == len(listed)
+    assert workspace.study_list.study.protocol.title == "Second"
