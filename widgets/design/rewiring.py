@@ -110,7 +110,7 @@ def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) ->
     gone = set(ids)
     after = patch.remove(gone)
     into = {target: source for source, target in patch.wires}
-    types = {node.id: registry[node.type] for node in patch.nodes}
+    types = patch.node_types(registry)
     for source, target in patch.wires:
         id = node_id(source)
         if node_id(target) in gone:

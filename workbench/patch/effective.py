@@ -35,7 +35,7 @@ def effective_patch(patch: Patch, registry: Registry) -> Patch:
     patch = _with_scaled_errors(patch, registry)
     if not any(node.marks for node in patch.nodes):
         return patch
-    types = {node.id: registry[node.type] for node in patch.nodes}
+    types = patch.node_types(registry)
     wires = _soloed(patch, types, _bypassed(patch, types, _unmuted(patch, types)))
     return _silenced(patch, types, wires)
 

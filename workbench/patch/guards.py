@@ -18,7 +18,7 @@ def guarded(
 
     A node that is displayed by a scope is not guarded.
     """
-    types = {node.id: registry[node.type] for node in patch.nodes}
+    types = patch.node_types(registry)
     after = following(patch.wires)
     watched = {node_id(scope) for scope in scopes}
     wired = {target: source for source, target in patch.wires}

@@ -97,8 +97,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def types(self) -> dict[str, str]:
-        """Return the type of each node, by its id."""
+        """Return the name of each node's type, by the node's id."""
         return {node.id: node.type for node in self.nodes}
+
+    def node_types(self, registry: Registry) -> dict[str, NodeType]:
+        """Return the declaration of each node's type, by the node's id."""
+        return {node.id: registry[node.type] for node in self.nodes}
 
     def node(self, id: str) -> PlacedNode:
         """Return the node with this id; `BadValue` if there is none."""
@@ -277,7 +281,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             check_place(place, node.at)
             check_label(f"{place}.label", node.label)
             _check_type(node, place, registry)
-        types = {node.id: registry[node.type] for node in self.nodes}
+        types = self.node_types(registry)
         targets: set[str] = set()
         for i, wire in enumerate(self.wires):
             _check_wire(f"wires[{i}]", wire, types)

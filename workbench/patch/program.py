@@ -247,7 +247,7 @@ class Program:
 
 def _nodes_to_outputs(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
     """Return the nodes from which a path leads to a sink or a scope."""
-    types = {node.id: registry[node.type] for node in patch.nodes}
+    types = patch.node_types(registry)
     known = [f"{id}.{port}" for id, type in types.items() for port in type.output_ports]
     for scope in scopes:
         if scope not in known:

@@ -52,7 +52,7 @@ def unheard(patch: Patch, registry: Registry) -> tuple[Patch, tuple[str, ...]]:
     Outputs are left out, and what events start: it begins with the presentation.
     """
     patch = effective_patch(patch, registry)
-    types = {node.id: registry[node.type] for node in patch.nodes}
+    types = patch.node_types(registry)
     events = [w for w in patch.wires if types[node_id(w[0])].output_ports[port_name(w[0])].kind == "event"]
     sinks = {id for id, type in types.items() if type.is_sink}
     left_out = downstream(patch.wires, sinks | {node_id(target) for _, target in events})
