@@ -4,7 +4,6 @@ A structure declares exactly the fields that become part of a patch, so that a c
 """
 
 import math
-import re
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,27 +21,6 @@ Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 """A number from 0 to 1."""
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 """A time from the beginning, at most an hour."""
-
-_SCALE = re.compile(r"1 is ([0-9.eE+-]+) m/s\^2")
-
-
-def scale_in_words(full_m_s2: float) -> str:
-    """Return the description with which our files state their scale.
-
-    >>> scale_from_words(scale_in_words(7.25), 5.0)
-    7.25
-    """
-    return f"1 is {full_m_s2:.6g} m/s^2"
-
-
-def scale_from_words(description: str, otherwise: float) -> float:
-    """Return the scale in m/s^2 stated in a description, or `otherwise`."""
-    found = _SCALE.search(description)
-    try:
-        value = float(found[1]) if found else otherwise
-    except ValueError:
-        return otherwise
-    return value if 0.0 < value <= 100.0 else otherwise
 
 
 def read_json(path: Path, deepest: int = 64, prefix: str = "") -> object:

@@ -7,14 +7,13 @@ from math import pi, sin
 from pathlib import Path
 
 from underfoot.errors import BadValue
+from underfoot.exchange.full_scale import FULL_M_S2
 from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, TIME, Voice, simplify_points
 from underfoot.kernels import Floats
 from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
-FULL_M_S2 = 5.0
-"""Acceleration of full scale if the file does not state it: that of a new tone."""
 STEP_PX, ROW_PX = 304.0, 192.0
 """Distance between nodes along the wires, and across."""
 PARTIALS = 16

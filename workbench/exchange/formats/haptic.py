@@ -9,9 +9,10 @@ import numpy as np
 
 from underfoot.errors import BadFile
 from underfoot.exchange.clip import bursts, clip_of, written_report
-from underfoot.exchange.foreign import Seconds, Share, convert, read_json, scale_from_words, scale_in_words, unread
+from underfoot.exchange.foreign import Seconds, Share, convert, read_json, unread
 from underfoot.exchange.format import Export, Format, Imported
-from underfoot.exchange.patches import FULL_M_S2, Channel, coarsened, patch_of
+from underfoot.exchange.full_scale import scale_from_words, scale_in_words
+from underfoot.exchange.patches import Channel, coarsened, patch_of
 from underfoot.exchange.voices import FREQUENCY, Voice, simplify_points
 from underfoot.files import write_file
 from underfoot.kernels import Floats
@@ -116,7 +117,7 @@ def read(path: Path) -> Imported:
     ]
     if emphasised:
         voices.append(bursts(emphasised))
-    full_m_s2 = scale_from_words(document.metadata.description, FULL_M_S2)
+    full_m_s2 = scale_from_words(document.metadata.description)
     channels = [Channel(voices)]
     patch = patch_of(channels, document.metadata.project or path.stem, full_m_s2)
     return Imported(patch, (*coarsened(channels), *unread(raw, Haptic, _SILENT)))

@@ -12,9 +12,10 @@ import numpy as np
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadFile
 from underfoot.exchange.clip import bursts, envelope_error_line
-from underfoot.exchange.foreign import convert, read_json, scale_from_words, scale_in_words, unread
+from underfoot.exchange.foreign import convert, read_json, unread
 from underfoot.exchange.format import Export, Format, Imported
-from underfoot.exchange.patches import FULL_M_S2, Channel, coarsened, patch_of
+from underfoot.exchange.full_scale import scale_from_words, scale_in_words
+from underfoot.exchange.patches import Channel, coarsened, patch_of
 from underfoot.exchange.voices import (
     AMPLITUDE,
     FREQUENCY,
@@ -202,7 +203,7 @@ def read(path: Path) -> Imported:
     raw = read_json(path)
     document = convert(raw, path, Hjif)
     channels, lost = _channels(document, path)
-    full_m_s2 = scale_from_words(document.description, FULL_M_S2)
+    full_m_s2 = scale_from_words(document.description)
     title = document.description.rpartition(";")[0] if ";" in document.description else path.stem
     losses = (*lost, *coarsened(channels), *unread(raw, Hjif, _SILENT))
     return Imported(patch_of(channels, title, full_m_s2), losses)
