@@ -6,7 +6,6 @@ from PySide6.QtCore import QEvent, QMimeData, QRect, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import (
     QLineEdit,
-    QListWidget,
     QListWidgetItem,
     QWidget,
 )
@@ -14,7 +13,7 @@ from PySide6.QtWidgets import (
 from underfoot.patch.node import NodeType, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.design.headed_row import HeadedRow, Index
+from underfoot.widgets.design.headed_list import HeadedList, Index
 from underfoot.widgets.design.node_geometry import accent
 from underfoot.widgets.escape import is_escape_override
 
@@ -30,7 +29,7 @@ _ROW_PX = 24
 _TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
 
 
-class NodeList(QListWidget):
+class NodeList(HeadedList):
     """Families and their node types. `chosen` carries the type on Enter or double click."""
 
     chosen = Signal(str)
@@ -38,17 +37,11 @@ class NodeList(QListWidget):
     """A node that was dragged from here was dropped, or given up."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__(parent, "Nodes", _ROW_PX, _paint_node)
         self._registry = registry
         self._allowed: Collection[str] | None = None
         self._preferred: Collection[str] = ()
         self._first = ""
-        self.setItemDelegate(HeadedRow(self, _ROW_PX, _paint_node))
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
-        self.setMouseTracking(True)
-        self.setDragEnabled(True)
-        self.setAccessibleName("Nodes")
         self.itemDoubleClicked.connect(self._choose)
         self.filter_by("")
 

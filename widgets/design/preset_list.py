@@ -13,20 +13,20 @@ from PySide6.QtCore import (
     Signal,
 )
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPolygonF
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
+from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
 from underfoot.widgets import theme
 from underfoot.widgets.design import preset_drops
-from underfoot.widgets.design.headed_row import HeadedRow, Index
+from underfoot.widgets.design.headed_list import HeadedList, Index
 
 _PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
 _OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
 _ROW_PX, _STAR_PX, _LEVEL_PX = 46, 20, 58
 
 
-class PresetList(QListWidget):
+class PresetList(HeadedList):
     """Presets by family. `chosen` carries the one to open, `current_changed` the current one after a key or click."""
 
     chosen = Signal(object)
@@ -41,13 +41,7 @@ class PresetList(QListWidget):
     """Escape was pressed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setItemDelegate(HeadedRow(self, _ROW_PX, _paint_row))
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
-        self.setMouseTracking(True)
-        self.setDragEnabled(True)
-        self.setAccessibleName("Presets")
+        super().__init__(parent, "Presets", _ROW_PX, _paint_row)
         self.itemDoubleClicked.connect(lambda: self._choose())
         self.itemClicked.connect(self._clicked)
         self._on_star = False

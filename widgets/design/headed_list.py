@@ -1,10 +1,10 @@
-"""Rows under headings, as the lists of nodes and of presets have them."""
+"""A list of rows under headings, as those of nodes and of presets are."""
 
 from collections.abc import Callable
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QListWidget, QStyle, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QListWidget, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 from underfoot.widgets import theme
 
@@ -13,15 +13,28 @@ _HEADING_PX = 28
 Index = QModelIndex | QPersistentModelIndex
 
 
-class HeadedRow(QStyledItemDelegate):
-    """A heading; or, where an item has data of the role `UserRole`, a row of `row_px`.
+PaintRow = Callable[[QPainter, QRect, Index, bool], None]
+"""Paints a row on its ground; the last argument is whether it is current or under the mouse."""
 
-    `paint_row` paints it on its ground; the last argument is whether it is current or under the mouse.
+
+class HeadedList(QListWidget):
+    """Headings; and, where an item has data of the role `UserRole`, rows of `row_px`, which may be dragged.
+
+    `name` is for screen readers.
     """
 
-    def __init__(
-        self, shown: QListWidget, row_px: int, paint_row: Callable[[QPainter, QRect, Index, bool], None]
-    ) -> None:
+    def __init__(self, parent: QWidget | None, name: str, row_px: int, paint_row: PaintRow) -> None:
+        super().__init__(parent)
+        self.setItemDelegate(_Row(self, row_px, paint_row))
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
+        self.setMouseTracking(True)
+        self.setDragEnabled(True)
+        self.setAccessibleName(name)
+
+
+class _Row(QStyledItemDelegate):
+    def __init__(self, shown: HeadedList, row_px: int, paint_row: PaintRow) -> None:
         super().__init__(shown)
         self._row_px, self._paint_row = row_px, paint_row
 
