@@ -18,8 +18,8 @@ class Bars(HandlePad):
 
     HEIGHT_PX = 120
 
-    def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, parameter: Numbers) -> None:
+        super().__init__()
         self._parameter = parameter
         self._values: list[float] = []
         self._low, self._high = 0.0, 1.0

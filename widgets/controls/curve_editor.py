@@ -23,8 +23,8 @@ def is_curve(parameter: Parameter) -> bool:
 class Curve(HandlePad):
     """Points from left to right with linear segments between, constant before the first and after the last."""
 
-    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, parameter: Rows) -> None:
+        super().__init__()
         (_, self._left, self._right), (_, self._low, self._high) = parameter.columns
         self._max_rows = parameter.most
         self._points: list[Point] = []

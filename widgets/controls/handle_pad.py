@@ -35,8 +35,8 @@ class HandlePad(QWidget):
     HEAD_PX, FOOT_PX = 17.0, 15.0
     """Room for words above the picture, and for the axis below."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.chosen = -1
         self._dragged = False
         self._edit_name = ""

@@ -53,8 +53,8 @@ class ModesSpectrum(HandlePad):
 
     HEIGHT_PX = 152
 
-    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, parameter: Rows) -> None:
+        super().__init__()
         self._columns, self._max_rows = parameter.columns, parameter.most
         self._modes: list[Mode] = []
         self._extent = math.log(DEFAULT_HIGH_HZ / LOWEST_HZ)

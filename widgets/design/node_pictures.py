@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
-from PySide6.QtWidgets import QWidget
 
 from underfoot.models.modal.hunt_crossley import WallImpact, wall_impact
 from underfoot.models.signals.envelopes import attack_decay
@@ -26,8 +25,8 @@ class NodePicture(HandlePad):
     edited = Signal(str, object)
     """Parameter and value."""
 
-    def __init__(self, type: NodeType, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, type: NodeType) -> None:
+        super().__init__()
         self._parameters = type.parameters
         self._values: dict[str, Any] = {}
         self._ends = (1.0, 1.0)

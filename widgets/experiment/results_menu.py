@@ -4,7 +4,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFileDialog, QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QFileDialog, QMenu, QPushButton
 
 from underfoot.studies.results import FORMS
 from underfoot.widgets.controls.file_dialog import file_dialog
@@ -19,8 +19,8 @@ class ResultsButton(QPushButton):
     files_chosen = Signal(list)
     place_chosen = Signal(str, Path)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Results", parent)
+    def __init__(self) -> None:
+        super().__init__("Results")
         self.setToolTip("Analyse other files; write trials for other programs")
         menu = QMenu(self)
         menu.addAction("Analyse files…", self._ask_files)

@@ -36,8 +36,8 @@ class StepPanel(QWidget):
     """A line for the person."""
     cleared = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.table = StepTable()
         self.count = theme.label("", "muted")
         self._cadence = theme.label("", "muted")
