@@ -12,7 +12,8 @@ HEARD_HZ = 20_000.0
 """Upper frequency limit of pictures of audio signals."""
 WINDOW_S = 0.04
 """A compromise: 25 Hz apart, and two clicks 40 ms apart are two."""
-COLUMNS = 360
+COLUMNS, ROWS, LINE_ROWS = 360, 160, 320
+"""Least number of columns of a long spectrogram, its rows, and the rows of a spectrum."""
 _AT_ONCE = 8
 """Windows that are transformed at once: their spectra stay in the processor's cache."""
 FLOOR_DB = -200.0
@@ -60,21 +61,21 @@ class Scale(Struct, frozen=True):
         return 10.0**places if self.log else places
 
 
-def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 160) -> NDArray[np.float32]:
-    """Return levels in dB re amplitude 1, float32 [rows, columns], lowest frequency first.
+def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale) -> NDArray[np.float32]:
+    """Return levels in dB re amplitude 1, float32 [ROWS, columns], lowest frequency first.
 
     Hann windows of 40 ms, zero-padded to four times their length; a sine of amplitude 1 gives 0 dB.
 
     >>> time_s = np.arange(9600) / 48000
     >>> picture = spectrogram_db(np.sin(2 * np.pi * 250.0 * time_s), 48000.0, Scale())
     >>> middle = picture[:, picture.shape[1] // 2]
-    >>> bool(abs(middle.max()) < 0.1), bool(abs(Scale().rows_hz(160)[middle.argmax()] - 250.0) < 10.0)
+    >>> bool(abs(middle.max()) < 0.1), bool(abs(Scale().rows_hz(ROWS)[middle.argmax()] - 250.0) < 10.0)
     (True, True)
     """
     signal = np.asarray(signal, np.float32)
     length = max(int(WINDOW_S * rate_hz), 16)
     if signal.size < 2:
-        return np.full((rows, 1), FLOOR_DB, np.float32)
+        return np.full((ROWS, 1), FLOOR_DB, np.float32)
     every = _decimation_factor(scale, rate_hz)
     frames = signal.size // every
     # Mirrored at its ends, because truncation would add a click at the beginning and end.
@@ -84,11 +85,11 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
     hann = np.hanning(length).astype(np.float32)
     hann *= 2.0 / hann.sum()
     size = 1 << (4 * length - 1).bit_length()
-    bins, top_bin = _bins(scale, rows, size / rate_hz), _top_bin(scale, size / rate_hz)
-    place = scale.rows_hz(rows) * size / rate_hz
+    bins, top_bin = _bins(scale, ROWS, size / rate_hz), _top_bin(scale, size / rate_hz)
+    place = scale.rows_hz(ROWS) * size / rate_hz
     below = np.clip(place.astype(int), 0, min(top_bin, size // 2 + 1) - 2)
     share = (place - below).astype(np.float32)
-    picked = np.empty((len(windows), rows), np.float32)
+    picked = np.empty((len(windows), ROWS), np.float32)
     for at in range(0, len(windows), _AT_ONCE):
         spectra = np.abs(np.fft.rfft(windows[at : at + _AT_ONCE] * hann, size, axis=1)[:, :top_bin])
         between = spectra[:, below] * (1 - share) + spectra[:, below + 1] * share
@@ -97,17 +98,17 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
     return _db(picked.T)
 
 
-def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320) -> NDArray[np.float32]:
-    """Return the largest amplitude in each row's band over the whole signal, in dB re 1: float32 [rows]."""
+def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale) -> NDArray[np.float32]:
+    """Return the largest amplitude in each row's band over the whole signal, in dB re 1: float32 [LINE_ROWS]."""
     signal = np.asarray(signal, np.float64)
     if signal.size < 2:
-        return np.full(rows, FLOOR_DB, np.float32)
+        return np.full(LINE_ROWS, FLOOR_DB, np.float32)
     every = _decimation_factor(scale, rate_hz)
     signal, rate_hz = _decimated(signal, every), rate_hz / every
     hann = np.hanning(signal.size)
     size = 1 << (2 * signal.size - 1).bit_length()
     spectrum = np.abs(np.fft.rfft(signal * hann, size))[: _top_bin(scale, size / rate_hz)] * (2.0 / hann.sum())
-    return _db(np.maximum.reduceat(spectrum, _bins(scale, rows, size / rate_hz)))
+    return _db(np.maximum.reduceat(spectrum, _bins(scale, LINE_ROWS, size / rate_hz)))
 
 
 def quantised_levels(db: NDArray[np.float32], top_db: float, range_db: float) -> NDArray[np.uint8]:
