@@ -275,6 +275,16 @@ def test_what_is_left_of_a_load_is_not_taken_for_noise():
     assert linearise(pairs(rows), hysteresis=False).calibrated == (0, 1, 2, 3)
 
 
+def test_a_sensor_is_not_loose_because_somebody_waited_before_pressing_it():
+    """In a minute with nothing on it, the noise of a load cell has no order, and most pairs were that."""
+    rows = made_sensors.pairs_rows("soft conductance", count=1)
+    empty = rows[rows[:, 0] % 100.0 == 0.0]
+    waited = np.concatenate([empty - [t, 0.0, 0.0, 0.0] for t in np.arange(0.02, 60.0, 0.02)])
+    waited[:, 2:] += np.random.default_rng(5).standard_normal((len(waited), 2)) * [3.0, 0.2]
+    found = linearise(pairs(np.concatenate([waited, rows])), hysteresis=False)
+    assert found.calibrated == (0, 1, 2, 3), found.warnings
+
+
 def test_readings_in_volts_are_as_good_as_counts():
     rows = made_sensors.pairs_rows("soft conductance", width=0.05)
     counts = linearise(pairs(rows), hysteresis=False)
