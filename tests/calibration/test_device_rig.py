@@ -107,7 +107,8 @@ def test_a_load_cell_is_read_at_the_tile_s_times_however_seldom_the_rig_is_read(
 
 def test_readings_wait_for_a_load_cell_that_is_slower_than_the_tile():
     line = Line()
-    rig = DeviceRig(line, 0, ReferenceSensor(tile=9), silent_reads=3)
+    now_s = [0.0]
+    rig = DeviceRig(line, 0, ReferenceSensor(tile=9), silent_s=3.0, clock=lambda: now_s[0])
     try:
         cell = frames(9, 0, 401, lambda i: (i, 0, 0, 0))[::100]
         cell[:, 1] //= 100
@@ -119,8 +120,8 @@ def test_readings_wait_for_a_load_cell_that_is_slower_than_the_tile():
         values = np.concatenate([readings.values[:, 0] for readings in taken])
         assert values.tolist() == list(range(401))
         assert np.concatenate([readings.force_n for readings in taken if readings.time_s.size]) == pytest.approx(values)
-        for _ in range(3):
-            assert rig.read().time_s.size == 0
+        assert rig.read().time_s.size == 0
+        now_s[0] = 3.1
         with pytest.raises(DeviceError, match="nothing comes of tile number 9"):
             rig.read()
     finally:
@@ -156,12 +157,18 @@ def test_what_a_tile_reads_while_its_load_cell_is_silent_is_left_out():
         rig.close()
 
 
-def test_a_line_on_which_nothing_comes_is_said_to_be_so():
-    rig = DeviceRig(Line("nowhere"), 0, silent_reads=3)
+def test_a_line_on_which_nothing_comes_is_said_to_be_so_after_the_same_time_however_seldom_it_is_read():
+    """It was counted in reads, and a page with questions, which is read more seldom, said it after 8 s instead of 3."""
+    now_s = [0.0]
+    rig = DeviceRig(Line("nowhere"), 0, silent_s=3.0, clock=lambda: now_s[0])
     try:
-        for _ in range(3):
-            rig.read()
-        with pytest.raises(DeviceError, match="nothing comes of tile number 0"):
+        now_s[0] = 2.9
+        for _ in range(2000):
+            assert rig.read().time_s.size == 0
+        for end_s in (3.1, 6.2):
+            now_s[0] = end_s
+            with pytest.raises(DeviceError, match="nothing comes of tile number 0"):
+                rig.read()
             rig.read()
     finally:
         rig.close()

@@ -80,7 +80,7 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
     if not by_hand(target):
         return SimulatedHand(_simulated(target, tile))
     port = transport_of(target.kind, target.source)
-    return DeviceRig(port, target.floor.index(tile.id), load_cell_of(cell) if cell else None, _SILENT_READS)
+    return DeviceRig(port, target.floor.index(tile.id), load_cell_of(cell) if cell else None, _SILENT_S)
 
 
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
@@ -125,7 +125,7 @@ def _stepping_rig(target: Target, tile: Tile, plate: str) -> Rig:
     servo = PlateServo(plate_at)
     try:
         port = transport_of(target.kind, target.source)
-        rig = DeviceRig(port, target.floor.index(tile.id), load_cell, _SILENT_READS, sensor)
+        rig = DeviceRig(port, target.floor.index(tile.id), load_cell, _SILENT_S, sensor)
         return PlateRig(rig, servo)
     except BaseException:
         servo.close()
@@ -140,8 +140,8 @@ def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     return SimulatedTile(tile, simulation(target.simulation)[0])
 
 
-_SILENT_READS = 400
-"""Reads without a reading after which that is said, some three seconds: somebody stands there and presses."""
+_SILENT_S = 3.0
+"""Time without a reading after which that is said: somebody stands there and presses."""
 
 _RIGS = {PRESSING: _pressing_rig, SHAKING: _shaking_rig, STEPPING: _stepping_rig}
 _REFERENCES = {

@@ -1,6 +1,7 @@
 """Hardware rig: a tile that sends its readings, a person who presses it, and other sensors beside it."""
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import takewhile
@@ -79,8 +80,8 @@ class DeviceRig:
     beside the tile have values at their times, and left out where those were silent for longer than `SILENT_S`. A
     sensor that has sent nothing yet has none.
 
-    `read` never waits. When the line is lost, readings stop until it is back. After every `silent_reads` calls without
-    a reading, ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
+    `read` never waits. When the line is lost, readings stop until it is back. After every `silent_s` without a reading
+    by `clock`, it raises `DeviceError`. Close it when done.
     """
 
     def __init__(
@@ -88,10 +89,11 @@ class DeviceRig:
         port: Transport,
         tile: int,
         cell: ReferenceSensor | None = None,
-        silent_reads: int = 2000,
+        silent_s: float = 10.0,
         displacement: ReferenceSensor | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._tile, self._cell, self._silent_reads = tile, cell, silent_reads
+        self._tile, self._cell, self._silent_s, self._clock = tile, cell, silent_s, clock
         self._displacement = displacement
         self._lock = threading.Lock()
         self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
@@ -99,7 +101,7 @@ class DeviceRig:
         self._zero_s: dict[tuple[int, int], tuple[float, float]] = {}
         self._ahead_s = 0.0
         self._last_s = -np.inf
-        self._empty_reads = 0
+        self._heard_s = clock()
         self._readers = [TransportReader(port, self._sample_handler(port))]
         if cell is not None and cell.port is not None:
             self._readers.append(TransportReader(cell.port, self._sample_handler(cell.port)))
@@ -110,7 +112,7 @@ class DeviceRig:
         """Do nothing: a person reads the page."""
 
     def read(self) -> Readings:
-        """Return the readings since the last call; `DeviceError` if nothing arrived for ten seconds."""
+        """Return the readings since the last call; `DeviceError` if there was none for `silent_s`."""
         with self._lock:
             for arrivals in self._beside:
                 while len(arrivals) > 1 and arrivals[1][0][-1] <= self._last_s:
@@ -124,13 +126,13 @@ class DeviceRig:
             del self._frames[: len(frames)]
             silent = behind if self._frames else self._tile
         if not frames:
-            self._empty_reads += 1
-            if self._empty_reads > self._silent_reads:
-                self._empty_reads = 0  # said, and said again after as long
+            now_s = self._clock()
+            if now_s - self._heard_s > self._silent_s:
+                self._heard_s = now_s  # said, and said again after as long
                 why = self._troubles() if silent == self._tile else ""
                 raise DeviceError(f"nothing comes of tile number {silent}: {why or 'is it plugged in?'}")
             return NO_READINGS
-        self._empty_reads = 0
+        self._heard_s = self._clock()
         time_s = np.concatenate([times for _, times, _ in frames])
         values = np.concatenate([readings for _, _, readings in frames])
         later = (time_s > self._last_s) & _is_covered(time_s, force) & _is_covered(time_s, displacement)
