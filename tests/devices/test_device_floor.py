@@ -155,9 +155,10 @@ def test_lines_of_text_are_samples_too(until):
 
 
 def test_a_tile_that_the_floor_does_not_have_and_a_wrong_rate_are_said(until):
-    with device_floor(default_floor(1, 2)) as (source, send):
-        send([(t, i, 2000 * i, 0) for i in range(300) for t in (0, 2, 7)])
-        pulled(source, until, 900)
+    """But for a load cell on the line, which a calibration knows by its number."""
+    with device_floor(default_floor(1, 2), beside=(9,)) as (source, send):
+        send([(t, i, 2000 * i, 0) for i in range(300) for t in (0, 2, 7, 9)])
+        pulled(source, until, 1200)
         said = source.take_notices()
         assert source.take_notices() == []
     assert said[0] == "uncalibrated: t1, t2 (20 counts a newton are assumed)"

@@ -127,6 +127,7 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     """
     sender = PtySender()
     emulator = Emulator(sender, SimulatedFloor(default_floor()))
+    window.settings.references["fsr"] = "9.1:0.05:120"
     window.main_bar.target_chosen.emit("transport serial")
     dialog = window.findChild(TransportDialog)
     dialog.address.setEditText("/dev/no such port")
@@ -141,6 +142,7 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
             connect = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Connect")
             qtbot.mouseClick(connect, Qt.MouseButton.LeftButton)
         assert window.main_bar.target.text() == f"Serial port  {sender.name}"
+        assert window.controller.session.target.beside == (9,)  # of which the engine does not say that it is no tile
         heard = []
         window.bridge.forces_tracked.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
         qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)

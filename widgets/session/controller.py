@@ -24,7 +24,7 @@ from underfoot.widgets.session.previews import Previews
 from underfoot.widgets.session.profile_folder import profile_folder
 from underfoot.widgets.session.session_opener import SessionOpener
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.session.target_settings import target_text
+from underfoot.widgets.session.target_settings import numbers_beside, target_text
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -244,6 +244,7 @@ class SessionController(QObject):
         if self._is_released:
             self.released.emit()
             return
+        self.target = replace(self.target, beside=numbers_beside(self._settings.references))
         self._opening_target = self.target
         self._opener.open(self.target, self._patch, self._patch_folder, self._prepare)
 

@@ -1,5 +1,7 @@
 """Targets from the settings, and their descriptions."""
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
@@ -47,6 +49,16 @@ def remembered_target(settings: Settings) -> Target:
     except UnderfootError:
         floor, settings.simulation = default_floor(), ""
     return make_target(settings, "simulator", "", floor)
+
+
+def numbers_beside(references: Mapping[str, str]) -> tuple[int, ...]:
+    """Return the numbers on the tiles' line of the sensors among the references of calibrations.
+
+    >>> numbers_beside({"fsr": "9.1:0.05:120", "plate": "/dev/ttyACM0 12.2:0.001 9.1:0.05", "response": "USB 2.0: Mic"})
+    (9, 12)
+    """
+    words = " ".join(references.values()).split()
+    return tuple(sorted({int(found[1]) for word in words if (found := re.match(r"(\d{1,5})\.[1-4]:[-+.\d]", word))}))
 
 
 def target_text(target: Target) -> str:

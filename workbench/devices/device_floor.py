@@ -5,7 +5,7 @@ of the floor.
 """
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,8 @@ class DeviceFloor:
     """The force of `floor` as received over `transport`, from session frame `frame` on; a `ForceSource`.
 
     It reads from `start` to `close`. `rate` is session frames per second, `rate_hz` samples per second of each tile;
-    `profiles`, by tile id, convert readings to newtons; `form` is that of `Parser`.
+    `profiles`, by tile id, convert readings to newtons; `form` is that of `Parser`. Numbers `beside` those of the tiles
+    are left out in silence: a load cell's, say.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class DeviceFloor:
         rate_hz: float = SENSOR_HZ,
         frame: int = 0,
         form: str = "auto",
+        beside: Sequence[int] = (),
     ) -> None:
         require(20.0 <= rate_hz <= 100_000.0, "rate_hz", rate_hz, "20 to 100000 Hz")
         self.floor, self.rate_hz = floor, rate_hz
@@ -62,7 +64,7 @@ class DeviceFloor:
         self._queued = 0  # written by the reading thread, read by `pull`
         self._conversion = Conversion(floor, profiles or {})
         self._health = SensorHealth(floor, rate_hz)
-        self._unknown_tiles: set[int] = set()
+        self._beside, self._unknown_tiles = frozenset(beside), set[int]()
         self._announced: set[str] = set()
         self._overflowed = 0
         self._silence = SilentTiles(floor.ids, self._since_s)
@@ -130,7 +132,7 @@ class DeviceFloor:
         """
         known = samples["tile"] < len(self.floor.tiles)
         if not known.all():
-            self._unknown_tiles.update(samples["tile"][~known].tolist())
+            self._unknown_tiles.update(set(samples["tile"][~known].tolist()) - self._beside)
             samples = samples[known]
         is_force = samples["kind"] == FORCES
         if not is_force.all():

@@ -44,6 +44,8 @@ class Target(Struct, frozen=True):
     """Parameter file of simulated tiles, or people, as `simulation_of` returns it."""
     sensor_hz: float = SENSOR_HZ
     """Sample rate of hardware."""
+    beside: tuple[int, ...] = ()
+    """Numbers on the tiles' line that are no tile's: of load cells and displacement sensors."""
     accelerometers: tuple[Accelerometer, ...] = ()
     round_trip_frames: int = 0
     """Measured round trip of the sound device; 0 if not measured."""
@@ -132,7 +134,9 @@ def source_of(target: Target, frame: int = 0) -> ForceSource:
     profiles = profiles_of(target.profiles, target.floor)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
-        return DeviceFloor(transport, target.floor, target.rate, profiles, target.sensor_hz, frame)
+        return DeviceFloor(
+            transport, target.floor, target.rate, profiles, target.sensor_hz, frame, beside=target.beside
+        )
     if target.kind != "simulator":
         allowed = ", ".join((*WITHOUT_HARDWARE, *TRANSPORTS))
         raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: {allowed}")
