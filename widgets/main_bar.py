@@ -388,11 +388,11 @@ class Readout(QFrame):
         theme.set_role(self._value, "alarm" if alarm else "")
 
     def show_count(self, count: int) -> None:
-        """Show a count of errors, red for a while after it has grown."""
+        """Show a count of errors, red for a while after it has grown; none is no alarm, as in a new session."""
         if count > self._count:
             self._red_until = time.monotonic() + ALARM_S
         self._count = count
-        self.show_value(str(count), alarm=time.monotonic() < self._red_until)
+        self.show_value(str(count), alarm=count > 0 and time.monotonic() < self._red_until)
 
     @property
     def is_alarm(self) -> bool:

@@ -163,9 +163,10 @@ def test_the_window_says_that_nothing_plays_while_a_tile_of_hardware_is_calibrat
     window = quiet_window(qtbot, tmp_path)
     window.status.show_session("Playing on: serial")
     window.status.show_floor(True)
-    window.main_bar.set_health(Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 0.0, 96_000, 0.25, 1), 4)
+    window.main_bar.set_health(Health(True, 0.114, 0.6, 2, 0, 0.0033, 0.0006, 0.0107, 0.0, 96_000, 0.25, 1), 4)
     window.controller.release()
     assert window.main_bar.engine.text() == "off"
+    assert (window.main_bar.xruns.text(), window.main_bar.xruns.is_alarm) == ("0", False)
     assert window.status.session == "Nothing plays while a tile is calibrated"
     window.controller.play_or_stop()
     assert window.status.session == "Nothing plays while a tile is calibrated"
