@@ -80,8 +80,8 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self.transform_patch: Callable[[Patch], Patch] = unchanged
         """The patch to play for the window's patch: with the requests of other programs."""
-        self._opening_target = self.target
-        """As requested; the session's own target may have values of its profiles in addition."""
+        self._opening_target: Target | None = self.target
+        """As requested; the session's own target may have values of its profiles in addition. None if those changed."""
         self._last_target: tuple[Target, tuple[str, str, str]] | None = None
         """Of the last session that was opened, with kind, source and simulation in the settings."""
         self._failure = ""
@@ -211,6 +211,8 @@ class SessionController(QObject):
         """Have the engine use part `kind` of a profile that was just written."""
         if folder != Path(self.target.profiles or "."):
             self.target = replace(self.target, profiles=str(folder))
+        if self.session is None and kind != "plate":
+            self._opening_target = None  # a session that is being opened may have read the profile as it was
         if kind == "response":
             self.send(TileEqualiser.of_profile(profile.tile, profile))
             self.equaliser_changed.emit(profile.tile)

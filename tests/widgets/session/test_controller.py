@@ -1,8 +1,10 @@
 """The controller: sessions that are opened, released and opened again, on one simulated floor after another."""
 
+import threading
 from pathlib import Path
 
 import pytest
+from polling import Poll
 from PySide6.QtTest import QSignalSpy
 from windows import LONG_MS, noise_patch
 
@@ -165,6 +167,21 @@ def test_a_part_of_a_profile_that_a_session_reads_when_it_opens_is_used_at_once(
     opened = QSignalSpy(controller.opened)
     controller.use_profile(Profile(tile="t1"), kind, tmp_path)
     qtbot.waitUntil(lambda: opened.count() == 1, timeout=LONG_MS)
+
+
+def test_a_profile_that_changes_while_a_session_is_being_opened_is_used_by_it(controller, qtbot, tmp_path):
+    """As where two earlier calibrations are put into use one after the other: the second waited for the next start."""
+    measured = Latency(made="2026-01-01", round_trip_ms=10.0, rate_hz=48_000, block=controller.target.block)
+    profile = Profile(tile="t1", latency=measured)
+    controller.set_target(
+        Target(default_floor(), accelerometers=(Accelerometer("t1", 0, 100.0),), profiles=str(tmp_path))
+    )
+    controller.start()
+    Poll()(lambda: "open session" not in {thread.name for thread in threading.enumerate()}, "it has read the profiles")
+    profile.save(tmp_path / "t1.json")
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.use_profile(profile, "latency", tmp_path)
+    assert controller.session.target.round_trip_frames == 480
 
 
 def test_forces_that_cannot_be_read_leave_the_floor_and_the_reason_to_be_read(qtbot, tmp_path):
