@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
+from underfoot.calibration.science.centroid_fit import centroid
+from underfoot.calibration.science.clicks import click_delays, click_train
 from underfoot.calibration.science.load_checks import require_weight
 from underfoot.calibration.science.pair_plausibility import require_plausible
+from underfoot.calibration.science.plate_stiffness import line_of
 from underfoot.calibration.science.press_checks import is_steady, require_place, require_signal, require_unclipped
 from underfoot.calibration.science.recording_checks import require_not_silent, require_same_sweep
+from underfoot.calibration.science.response import equalise, flatness_db, usable_band_hz
+from underfoot.calibration.science.sweep import train
+from underfoot.calibration.science.tones import harmonics, tone_series
 from underfoot.errors import BadMeasurement, BadValue
 
 REST = np.full(4, 1000.0)
@@ -98,3 +104,38 @@ def test_octaves_that_arrive_late_are_of_another_sweep(late_ms, same):
     else:
         with pytest.raises(BadMeasurement, match=r"some octaves arrive (59|60|61) ms later"):
             require_same_sweep(response, 20.0, 4000.0, 16_000.0)
+
+
+SIGNAL = np.linspace(0.0, 1.0, 100)
+TRAIN, ONSETS = click_train(20, 48_000.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: click_train(0, 48_000.0, 0.5), "count"),
+        (lambda: click_train(5, 48_000.0, np.nan), "level"),
+        (lambda: click_train(5, 0.0, 0.5), "rate_hz"),
+        (lambda: click_delays(TRAIN, ONSETS[:0], TRAIN, 48_000.0), "onsets"),
+        (lambda: click_delays(TRAIN, ONSETS + 0.5, TRAIN, 48_000.0), "onsets"),
+        (lambda: click_delays(TRAIN[:, None], ONSETS, TRAIN, 48_000.0), "played"),
+        (lambda: train(np.ones((3, 2)), 2, 48_000.0), "sweep"),
+        (lambda: train(SIGNAL, 2, 48_000.0, -1.0), "quiet_s"),
+        (lambda: tone_series(0.5, 48_000.0, -1.0), "quiet_s"),
+        (lambda: tone_series(0.5, 0.0, 0.1), "rate_hz"),
+        (lambda: harmonics(SIGNAL, 0.0, 48_000.0), "frequency_hz"),
+        (lambda: harmonics(SIGNAL, 300.0, 0.0), "rate_hz"),
+        (lambda: line_of(0.5, SIGNAL, SIGNAL[1:]), "displacement_mm"),
+        (lambda: line_of(0.5, SIGNAL[:, None], SIGNAL), "force_n"),
+        (lambda: line_of(np.nan, SIGNAL, SIGNAL), "position"),
+        (lambda: centroid(np.ones((5, 3)), np.ones((4, 2))), "forces_n"),
+        (lambda: centroid(np.ones((5, 4)), np.ones((3, 2))), "sensors_m"),
+        (lambda: flatness_db(SIGNAL, SIGNAL[1:]), "relative_db"),
+        (lambda: usable_band_hz(SIGNAL[:0], SIGNAL[:0]), "relative_db"),
+        (lambda: equalise(np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]), np.ones((9, 2))), "signal"),
+    ],
+)
+def test_what_a_script_gives_in_a_wrong_shape_is_named_in_one_line(call, name):
+    """NumPy said something of its own, or the answer was wrong."""
+    with pytest.raises(BadValue, match=rf"^{name} is .*; allowed: [^\n]+$"):
+        call()

@@ -3,6 +3,7 @@
 import numpy as np
 from msgspec.structs import replace
 
+from underfoot.errors import require
 from underfoot.floor.centroid_correction import CentroidCorrection, nonlinear_terms
 from underfoot.kernels import Floats
 
@@ -47,6 +48,9 @@ def parameter_count(sensed: str, order: int) -> int:
 
 def centroid(forces_n: Floats, sensors_m: Floats) -> Floats:
     """Return plain centroids (n, 2) of corner forces (n, 4): equation 5.3, tared."""
+    forces_n, sensors_m = np.asarray(forces_n, dtype=np.float64), np.asarray(sensors_m, dtype=np.float64)
+    require(sensors_m.shape == (4, 2), "sensors_m", sensors_m.shape, "shape (4, 2)")
+    require(forces_n.shape[-1:] == (4,), "forces_n", forces_n.shape, "shape (n, 4)")
     return np.asarray((forces_n @ sensors_m) / forces_n.sum(axis=-1, keepdims=True))
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import HUGE, TINY, integer, number
 from underfoot.errors import BadMeasurement, require
 from underfoot.kernels import Floats
 from underfoot.models.signals.random import stream_key, uniform
@@ -38,6 +39,9 @@ def click_train(count: int, rate_hz: float, level: float, seed: int = 1) -> tupl
     >>> float(train.max()), len(onsets), int(onsets[0])
     (0.5, 3, 24000)
     """
+    count = integer("count", count, 1, 100_000, "1 to 100000")
+    number("rate_hz", rate_hz, 1000.0, HUGE, "at least 1000 Hz")
+    number("level", level, TINY, 1.0, "above 0, at most 1")
     key = stream_key("clicks", seed)
     steps_s = [NEAREST_S + (FURTHEST_S - NEAREST_S) * uniform(key, k) for k in range(count)]
     onsets = np.round(rate_hz * (0.5 + np.cumsum([0.0, *steps_s[:-1]]))).astype(np.int64)
@@ -80,6 +84,11 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], recording: ArrayL
         received.shape,
         "finite samples of one channel",
     )
+    require(sent.ndim == 1, "played", sent.shape, "one channel, shape (frames,)")
+    onsets = np.asarray(onsets)
+    is_frames = onsets.ndim == 1 and onsets.size > 0 and np.issubdtype(onsets.dtype, np.integer)
+    within = is_frames and onsets[0] >= 0 and bool((np.diff(onsets) > 0).all())
+    require(within, "onsets", onsets, "rising frames, from 0: the starts of the clicks")
     lag = _lag(sent, received)
     before, after, search = (round(s * rate_hz) for s in (_BEFORE_S, _AFTER_S, _SEARCH_S))
     starts = onsets + lag - before - search

@@ -12,9 +12,10 @@ from itertools import cycle
 import numpy as np
 from scipy import stats
 
+from underfoot.arguments import number, numbers
 from underfoot.devices.plate import PlateCalibration
 from underfoot.drawing import Drawing, series
-from underfoot.errors import BadMeasurement
+from underfoot.errors import BadMeasurement, require
 from underfoot.kernels import Floats
 from underfoot.quantities import counted
 
@@ -64,6 +65,10 @@ def line_of(position: float, force_n: Floats, displacement_mm: Floats) -> Footst
     >>> line_of(0.5, 20.0 + 90.0 * x, x).stiffness_n_mm.round(6)
     np.float64(90.0)
     """
+    number("position", position, 0.0, 1.0, "0 to 1")
+    force_n, displacement_mm = numbers("force_n", force_n), numbers("displacement_mm", displacement_mm)
+    same = force_n.size == displacement_mm.size
+    require(same, "displacement_mm", f"{displacement_mm.size} samples", f"{force_n.size}, as of force_n")
     travel_mm = float(np.ptp(displacement_mm)) if len(displacement_mm) else 0.0
     if len(force_n) < LEAST_SAMPLES or travel_mm < LEAST_TRAVEL_MM:
         raise BadMeasurement(

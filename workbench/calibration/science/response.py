@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from underfoot.arguments import numbers
 from underfoot.calibration.science.tones import DistortionOverLevel
 from underfoot.calibration.science.transfer_function import SweepMeasurement
 from underfoot.errors import BadValue, require
@@ -84,6 +85,7 @@ def flatness_db(frequencies_hz: Floats, relative_db: Floats) -> float:
     >>> flatness_db(np.array([50.0, 100.0, 200.0]), np.array([-9.0, 1.0, -1.0]))
     1.0
     """
+    _require_response(frequencies_hz, relative_db)
     inside = (frequencies_hz >= INNER_HZ[0]) & (frequencies_hz <= INNER_HZ[1])
     require(bool(inside.any()), "band_hz", INNER_HZ, "a band that was measured")
     return 0.5 * float(np.ptp(relative_db[inside]))
@@ -95,6 +97,7 @@ def usable_band_hz(frequencies_hz: Floats, relative_db: Floats) -> tuple[float, 
     >>> usable_band_hz(np.array([40.0, 50.0, 200.0, 700.0, 800.0]), np.array([-20.0, -9.0, 0.0, 1.0, -11.0]))
     (50.0, 700.0)
     """
+    _require_response(frequencies_hz, relative_db)
     good = relative_db >= -USABLE_DB
     middle = int(np.argmin(np.abs(np.log(frequencies_hz / 200.0))))
     if not good[middle]:
@@ -118,6 +121,14 @@ def equalise(sections: Floats, signal: Floats) -> Floats:
     >>> equalise(np.array([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]]), np.ones(2))
     array([0.5, 0.5])
     """
-    out = np.zeros(signal.size)
-    cascade.run(np.zeros(1, cascade.STATE)[0], cascade.coefficients(sections), np.ascontiguousarray(signal), out)
+    given = numbers("signal", signal)
+    out = np.zeros(given.size)
+    cascade.run(np.zeros(1, cascade.STATE)[0], cascade.coefficients(sections), given, out)
     return out
+
+
+def _require_response(frequencies_hz: Floats, relative_db: Floats) -> None:
+    """Raise `BadValue` unless these are decibels at frequencies, both (n,)."""
+    shapes = np.shape(frequencies_hz), np.shape(relative_db)
+    good = shapes[0] == shapes[1] and len(shapes[0]) == 1 and shapes[0][0] > 0
+    require(good, "relative_db", shapes[1], f"one for each of the frequencies, {shapes[0]}, at least one")

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import HUGE, number, numbers
 from underfoot.errors import require
 from underfoot.kernels import Floats
 
@@ -43,8 +44,9 @@ def train(sweep: ArrayLike, passes: int, rate_hz: float, quiet_s: float = 0.6) -
     13
     """
     require(1 <= passes <= 100, "passes", passes, "1 to 100")
-    gap = np.zeros(round(quiet_s * rate_hz))
-    return np.concatenate([gap, np.tile(np.concatenate([np.asarray(sweep, dtype=np.float64), gap]), passes)])
+    one = numbers("sweep", sweep)
+    gap = np.zeros(round(number("quiet_s", quiet_s, 0.0, HUGE, "0 s or more") * rate_hz))
+    return np.concatenate([gap, np.tile(np.concatenate([one, gap]), passes)])
 
 
 def find_passes(played: Floats, rate_hz: float) -> tuple[NDArray[np.int64], Floats]:

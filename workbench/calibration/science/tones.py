@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from underfoot.arguments import HUGE, TINY, number
 from underfoot.calibration.science.recording_checks import signal_of
 from underfoot.kernels import Floats
 
@@ -32,6 +33,9 @@ def tone_series(level: float, rate_hz: float, quiet_s: float) -> Floats:
     >>> round(len(tones) / 8000.0, 3), round(float(np.abs(tones).max()), 3)
     (7.95, 0.5)
     """
+    number("level", level, TINY, 1.0, "above 0, at most 1")
+    number("rate_hz", rate_hz, 1000.0, HUGE, "at least 1000 Hz")
+    number("quiet_s", quiet_s, 0.0, HUGE, "0 s or more")
     frames, gap = round(_TONE_S * rate_hz), np.zeros(round(_GAP_S * rate_hz))
     time_s = np.arange(frames) / rate_hz
     fade = np.clip(np.minimum(time_s, time_s[::-1]) / 0.05, 0.0, 1.0)
@@ -69,6 +73,8 @@ def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: 
     array([1.  , 0.05, 0.  ])
     """
     recording = signal_of("recorded", recorded)
+    number("rate_hz", rate_hz, TINY, HUGE, "above 0 Hz")
+    number("frequency_hz", frequency_hz, TINY, 0.45 * rate_hz, "above 0, at most 0.45 of the rate")
     time_s = np.arange(recording.size) / rate_hz
     kept = [k for k in range(1, orders + 1) if k * frequency_hz <= 0.45 * rate_hz]
     angle = 2.0 * math.pi * frequency_hz * np.outer(time_s, kept)
