@@ -8,7 +8,9 @@ import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
+from underfoot.calibration.procedure import PageProgress
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import plate_of
@@ -156,6 +158,20 @@ def test_back_while_the_simulated_hand_presses_lets_go_and_the_page_is_measured_
     hands.click(hands.wizard.going)
     hands.wait(lambda: hands.wizard.snapshot.page.key == "sensor1-fall1" or hands.refused)
     assert not hands.refused
+
+
+def test_the_live_force_is_in_sight_in_the_smallest_window(hands, workspace):
+    """By it a press is led. It was cut off below a picture that could have been smaller."""
+    workspace.resize(1024, 568)
+    hands.begin("fsr")
+    for key in ("sensor1-tare", "sensor1-rise1"):
+        hands.wait(hands.wizard.going.isEnabled)
+        hands.click(hands.wizard.going)
+        hands.wait(lambda key=key: hands.wizard.snapshot.page.key == key)
+    page = hands.wizard.page
+    page.show_live(PageProgress("Press harder, up to 600 N.", 0.5, (("force", 12.0, "N"),)))
+    QApplication.processEvents()
+    assert page.quantities.visibleRegion().boundingRect() == page.quantities.rect()
 
 
 def test_places_want_forces_first(hands, workspace):

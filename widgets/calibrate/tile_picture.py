@@ -58,7 +58,7 @@ class TilePicture(QWidget):
             self.update()
 
     def sizeHint(self) -> QSize:
-        return QSize(320, 288)
+        return QSize(320, 176)  # it grows where there is room; in a low window a page that scrolls gives no less
 
     def minimumSizeHint(self) -> QSize:
         return QSize(160, 128)
