@@ -282,6 +282,16 @@ def test_a_tile_that_sends_nothing_is_said_to_do_so_in_the_time_of_the_window(mo
         line.close()
 
 
+def test_tab_goes_from_the_reference_to_begin_below_it(hands, workspace):
+    """It came to the field, which is above Begin, after the figures below it."""
+    hands.click(workspace.choice.cards["plate"])
+    field = workspace.overview.editor.field
+    field.setFocus()
+    hands.wait(field.hasFocus)
+    QTest.keyClick(field, Qt.Key.Key_Tab)
+    assert QApplication.focusWidget() is workspace.overview.begin
+
+
 def test_latency_suggests_the_block_set_under_audio():
     """What is measured with another one is not used by a session."""
     target = Target(default_floor(), block=512)
