@@ -279,15 +279,19 @@ class _Worker:
                 self._send(whole=True)
             return
         if is_back:
-            self._rejection = "" if self._rejection == self._silence else self._rejection
-            self._silence = ""
-            self._send(whole=True)
+            self._end_silence()
+
+    def _end_silence(self) -> None:
+        """Forget what was said of a line that is back."""
+        self._rejection = "" if self._rejection == self._silence else self._rejection
+        self._silence = ""
+        self._send(whole=True)
 
     def _step(self) -> None:
         if not step(self.procedure, self.rig, self._values):
             self._pause_until_s = time.monotonic() + _NO_READINGS_S
-        elif self._silence and self._silence == self._rejection:
-            self._silence = self._rejection = ""
+        elif self._silence:
+            self._end_silence()
 
     def _run_checked(self, action: Callable[[], None]) -> None:
         """Do something that may be refused, and send the result."""
