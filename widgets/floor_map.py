@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import Floor
-from underfoot.quantities import quantity
+from underfoot.quantities import fixed, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.floor_trails import Trails
 from underfoot.widgets.pictures import blank_picture
@@ -302,7 +302,7 @@ class FloorMap(QWidget):
             line = 14 if area.width() < 88.0 else 0
             if load_n > _MIN_SHOWN_N:
                 painter.setPen(QColor(theme.TEXT))
-                place, text = area.adjusted(0, line, 0, 0), f"{load_n:.0f} N"
+                place, text = area.adjusted(0, line, 0, 0), f"{fixed(load_n)} N"
                 painter.drawText(place, Qt.AlignmentFlag.AlignRight, text)
                 self._figures.append(painter.boundingRect(place, Qt.AlignmentFlag.AlignRight, text))
             if self._untared[row] and area.width() >= 48.0:

@@ -59,6 +59,15 @@ def number(value: float, digits: int = 3) -> str:
     return f"−{text}" if value < 0 else text
 
 
+def fixed(value: float, decimals: int = 0) -> str:
+    """Format a finite `value` with so many decimals, in groups of three.
+
+    >>> fixed(-1234.5678, 1), fixed(-0.2)
+    ('−1\\u202f234.6', '0')
+    """
+    return f"{round(value, decimals) + 0.0:,.{decimals}f}".replace(",", _DIGIT_GROUP).replace("-", "−")
+
+
 def pretty_unit(unit: str) -> str:
     """Return a unit as it is displayed.
 

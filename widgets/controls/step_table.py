@@ -34,6 +34,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.floor.footsteps import Step
+from underfoot.quantities import fixed
 from underfoot.records.tables import step_table
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import Menu
@@ -352,7 +353,7 @@ def _cell_text(value: str | float, column: Column) -> str:
         return UNKNOWN if value == "unknown" else value
     if not math.isfinite(value):
         return UNKNOWN
-    return f"{value:,.{column.decimals}f}".replace(",", "\u202f").replace("-", "−")
+    return fixed(value, column.decimals)
 
 
 def _cell(value: str | float) -> str:

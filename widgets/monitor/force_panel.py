@@ -10,7 +10,7 @@ from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.floor.footsteps import Step
-from underfoot.quantities import number
+from underfoot.quantities import fixed, number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.monitor.force_history import ForceHistory
@@ -107,7 +107,7 @@ class ForcePanel(QWidget):
             when = f"at {number(hover_s)} s"
         self.when.setText(when)
         for label, value in zip(self.readouts, values, strict=True):
-            label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
+            label.setText(f"{fixed(value)} N" if math.isfinite(value) else "– N")
 
     def _head(self) -> list[QWidget | None]:
         self._tile_label = theme.label("", "muted")
@@ -118,7 +118,7 @@ class ForcePanel(QWidget):
             key = theme.label(f'<span style="color:{theme.PALETTE[colour]}">■</span> {name}', "small")
             key.setTextFormat(Qt.TextFormat.RichText)
             figure = theme.label("– N", "small")
-            figure.setFixedWidth(figure.fontMetrics().horizontalAdvance("−0000 N") - theme.GRID)
+            figure.setFixedWidth(figure.fontMetrics().horizontalAdvance(f"{fixed(-8888)} N") - theme.GRID)
             self.readouts.append(figure)
             legend += [key, figure]
         self.following = tool_button("crosshairs", "Follow", "Select the tile of each new footstep", checkable=True)

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
-from underfoot.quantities import quantity
+from underfoot.quantities import fixed, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.floor_map import FloorMap
@@ -95,18 +95,18 @@ def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floa
     """Return one line: time, force of all tiles and of the selected one, its commanded and measured vibration.
 
     >>> from underfoot.floor.layout import default_floor
-    >>> corners = np.array([[100.0, 200.0, 200.0, 100.0], [0.0, 0.0, 0.0, 0.0]])
+    >>> corners = np.array([[400.0, 700.0, 200.0, 100.0], [0.0, 0.0, 0.0, 0.0]])
     >>> values = CursorValues(0.0, 0, corners, {"commanded": Vibration(0.5, -9.03, 200.0)})
     >>> readout_text(default_floor(1, 2), values, np.zeros(3), 1.5)
-    '1.500 s  ·  all tiles 600 N  ·  tile t1 600 N  ·  commanded 0.5 m/s² at 200 Hz, −9.0 dB'
+    '1.500 s  ·  all tiles 1\\u202f400 N  ·  tile t1 1\\u202f400 N  ·  commanded 0.5 m/s² at 200 Hz, −9.0 dB'
     """
     parts = [time_text(time_s)]
     if values.corners_n is None:
         parts.append("no force sample here")
     else:
         loads = values.corners_n.sum(axis=1) - baseline_n[:-1]
-        parts.append(f"all tiles {_rounded(float(np.nansum(loads)))} N")
-        parts.append(f"tile {floor.tiles[values.tile].id} {_rounded(float(np.nan_to_num(loads[values.tile])))} N")
+        parts.append(f"all tiles {fixed(float(np.nansum(loads)))} N")
+        parts.append(f"tile {floor.tiles[values.tile].id} {fixed(float(np.nan_to_num(loads[values.tile])))} N")
     parts += [f"{source} {vibration_text(one)}" for source, one in values.vibration.items()]
     return "  ·  ".join(parts)
 
@@ -132,8 +132,4 @@ def vibration_text(one: Vibration) -> str:
     """
     if not math.isfinite(one.level_db):
         return "still"
-    return f"{quantity(one.peak_m_s2, 'm/s^2')} at {one.frequency_hz:.0f} Hz, {one.level_db:.1f} dB".replace("-", "−")
-
-
-def _rounded(force_n: float) -> str:
-    return f"{round(force_n)}".replace("-", "−")
+    return f"{quantity(one.peak_m_s2, 'm/s^2')} at {fixed(one.frequency_hz)} Hz, {fixed(one.level_db, 1)} dB"

@@ -137,7 +137,7 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     times = recorded_s + np.arange(1, 200) / 1000.0
     at_m, on = np.linspace(0.1, 0.2, 199), np.ones((199, 2), bool)
     foot = ContactRows(times, np.full(199, 1000), at_m, at_m, np.full(199, 600.0), on)
-    still = ForceUpdate(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), (foot,))
+    still = ForceUpdate(times, np.full((199, 2, 4), 300.0), np.zeros(2), np.zeros(2, bool), (), (foot,))
     monitor.add_forces(still)
     monitor.draw()
     assert monitor.map.grab().toImage() == floor
@@ -147,7 +147,7 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     assert not np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
     for _ in range(6):  # figures are readable: not every tick changes them
         monitor.draw()
-    assert monitor.force.when.text() == "now"
+    assert (monitor.force.when.text(), monitor.force.readouts[0].text()) == ("now", "1\u202f200 N")
 
 
 def test_what_is_not_on_the_screen_is_not_drawn(monitor, recorded):
