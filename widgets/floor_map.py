@@ -141,11 +141,15 @@ class FloorMap(QWidget):
         self._deviating = np.asarray(deviating)
 
     def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
-        """Set the contacts at `now_s`."""
+        """Set the contacts at `now_s`, and show their trails up to then."""
         self._contacts, self._now_s = contacts, now_s
+        self._trails.catch_up()
 
     def add_trails(self, rows: ContactRows) -> None:
-        """Extend the trails of contacts by their recent positions."""
+        """Extend the trails of contacts by their recent positions, from the next `set_contacts` on.
+
+        A paused map may be painted anew, beneath the mouse: it keeps its trails until then.
+        """
         self._trails.add(rows)
 
     # --- geometry ---

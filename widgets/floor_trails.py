@@ -28,12 +28,24 @@ class Trails:
     """Keeps the trails of contacts, and paints them; that of a contact that ended is a cached picture, which fades."""
 
     def __init__(self) -> None:
+        self._coming: deque[ContactRows] = deque()
+        """Positions of the last seconds that are not shown yet."""
         self._by_contact: dict[int, deque[tuple[float, float, float]]] = {}
         self._finished: dict[int, tuple[QPoint, QPixmap]] = {}
         """Pictures of trails whose contact has ended, and their positions."""
 
     def add(self, rows: ContactRows) -> None:
-        """Extend the trails of contacts by their recent positions."""
+        """Add recent positions of contacts, which `catch_up` shows."""
+        self._coming.append(rows)
+        while self._coming[0].time_s[-1] < rows.time_s[0] - TRAIL_S:
+            self._coming.popleft()
+
+    def catch_up(self) -> None:
+        """Extend the trails by all positions that were added."""
+        while self._coming:
+            self._extend(self._coming.popleft())
+
+    def _extend(self, rows: ContactRows) -> None:
         for id in [id for id, trail in self._by_contact.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
             del self._by_contact[id]
             self._finished.pop(id, None)

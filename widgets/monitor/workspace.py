@@ -123,9 +123,8 @@ class MonitorWorkspace(Workspace):
         """Add force samples and contacts."""
         self.force.add_forces(update)
         self._latest = update
-        if not self.time.is_paused:  # the map may be painted anew then, beneath the mouse
-            for rows in update.contact_rows:
-                self.map.add_trails(rows)
+        for rows in update.contact_rows:
+            self.map.add_trails(rows)
         if self.force.following.isChecked():
             self._show_latest(update)
         self.time.advance_to(float(update.time_s[-1]))

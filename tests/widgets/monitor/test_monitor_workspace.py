@@ -5,7 +5,7 @@ import pytest
 from made_steps import SPIKE, STEP
 from measured import DATA, walk
 from on_screen import place_on, show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel
 
 from underfoot.drawing.shapes import Text
@@ -148,6 +148,22 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     for _ in range(6):  # figures are readable: not every tick changes them
         monitor.draw()
     assert (monitor.force.when.text(), monitor.force.readouts[0].text()) == ("now", "1\u202f200 N")
+
+
+def test_feet_that_came_down_in_a_pause_have_trails_after_it(monitor):
+    """Those of its last three seconds, which are still seen."""
+    monitor.pause()
+    x_m, on = np.linspace(0.05, 0.55, 100), np.ones((100, 4), bool)
+    for foot, y_m in enumerate((0.1, 0.5)):
+        times_s = 5.0 * foot + np.arange(100) / 100.0
+        rows = ContactRows(times_s, np.full(100, foot), x_m, np.full(100, y_m), np.full(100, 600.0), on)
+        monitor.add_forces(ForceUpdate(times_s, np.zeros((100, 4, 4)), np.zeros(4), np.zeros(4, bool), (), (rows,)))
+    paused = monitor.map.grab().toImage()
+    monitor.resume()
+    monitor.draw()
+    resumed = monitor.map.grab().toImage()
+    places = [monitor.map.to_screen().map(QPointF(0.5, y_m)).toPoint() for y_m in (0.1, 0.5)]
+    assert [resumed.pixel(at) != paused.pixel(at) for at in places] == [False, True]
 
 
 def test_what_is_not_on_the_screen_is_not_drawn(monitor, recorded):
