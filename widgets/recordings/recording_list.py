@@ -1,7 +1,8 @@
 """The list of recordings: those in the program's folder, and added files and folders."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +56,7 @@ class Summaries(QObject):
         self._stop_event = threading.Event()
         self._is_closed = False
 
-    def read(self, paths: Sequence[Path]) -> None:
+    def read(self, paths: Iterable[Path]) -> None:
         """Read these recordings instead of the previous request; do nothing after `close`."""
         self._stop_event.set()
         if self._is_closed:
@@ -87,6 +88,20 @@ class Summaries(QObject):
                 self.found.emit(summary_of(path))
             except (UnderfootError, OSError) as error:
                 self.failed.emit(path, str(error))
+
+
+class _Row(QListWidgetItem):
+    """A recording, in the order of when it was begun: a mark in an old one writes its file anew.
+
+    Until its summary is read it counts as begun when its file was last written.
+    """
+
+    def __init__(self, path: Path, begun_s: float) -> None:
+        super().__init__(path.stem)
+        self.begun_s = begun_s
+
+    def __lt__(self, other: object) -> bool:
+        return isinstance(other, _Row) and self.begun_s < other.begun_s
 
 
 class RecordingList(QWidget):
@@ -139,8 +154,8 @@ class RecordingList(QWidget):
         chosen = self.chosen_path()
         self.list.blockSignals(True)
         self.list.clear()
-        for path in paths:
-            item = QListWidgetItem(path.stem)
+        for path, written_s in paths.items():
+            item = _Row(path, written_s)
             item.setData(_PATH, path)
             item.setSizeHint(QSize(0, 60))
             item.setToolTip(str(path))
@@ -149,6 +164,7 @@ class RecordingList(QWidget):
                 self._show(self._known[path])
             else:
                 item.setIcon(_icon(np.zeros(0, np.float32)))
+        self._sort()
         self.list.blockSignals(False)
         if chosen is not None:
             self.mark(chosen)
@@ -213,8 +229,8 @@ class RecordingList(QWidget):
 
     # --- files ---
 
-    def _paths(self) -> list[Path]:
-        """Return the recordings in all folders, and the single files, newest first."""
+    def _paths(self) -> dict[Path, float]:
+        """Return when the recordings in all folders, and the single files, were last written, the latest first."""
         found: dict[Path, float] = {}
         for place in (self._folder(), *map(Path, self._added)):
             try:
@@ -224,7 +240,7 @@ class RecordingList(QWidget):
                         found[file.absolute()] = file.stat().st_mtime
             except OSError:
                 continue
-        return sorted(found, key=lambda path: -found[path])
+        return dict(sorted(found.items(), key=lambda one: -one[1]))
 
     def _request_name(self, path: Path, name: str) -> None:
         if name != path.stem:
@@ -273,8 +289,13 @@ class RecordingList(QWidget):
 
     # --- display ---
 
-    def _items(self) -> list[QListWidgetItem]:
-        return [self.list.item(row) for row in range(self.list.count())]
+    def _items(self) -> list[_Row]:
+        items = (self.list.item(row) for row in range(self.list.count()))
+        return [item for item in items if isinstance(item, _Row)]
+
+    def _sort(self) -> None:
+        if any(above < below for above, below in pairwise(self._items())):
+            self.list.sortItems(Qt.SortOrder.DescendingOrder)
 
     def update_colours(self) -> None:
         """Redraw the pictures in the current colours."""
@@ -284,11 +305,13 @@ class RecordingList(QWidget):
     def _add_summary(self, summary: Summary) -> None:
         self._known[summary.path] = summary
         self._show(summary)
+        self._sort()
         self._filter()
 
     def _show(self, summary: Summary) -> None:
         for item in self._items():
             if item.data(_PATH) == summary.path:
+                item.begun_s = summary.begun.timestamp()
                 item.setText(f"{summary.path.stem}\n{summary_text(summary)}")
                 item.setIcon(_icon(summary.force_n))
                 typed = floor_text(summary.floor).replace(" × ", "x")  # no keyboard has the sign

@@ -3,6 +3,7 @@
 import csv
 import math
 import multiprocessing
+import os
 import shutil
 import sqlite3
 from contextlib import closing
@@ -63,13 +64,18 @@ def drag(axis, begin, end, modifiers=Qt.KeyboardModifier.NoModifier):
 
 
 def test_the_list_says_when_how_long_on_which_floor_and_is_searched(workspace, folder, walk, qtbot):
-    for name in ("monday", "tuesday"):
+    for day, name in enumerate(("tuesday", "monday")):  # a mark in Monday's writes that file anew
         shutil.copy(walk, folder / f"{name}.underfoot")
+        with closing(sqlite3.connect(folder / f"{name}.underfoot", isolation_level=None)) as file:
+            file.execute("insert into about values ('begun', ?)", [f"2026-11-{24 - day}T10:00:00"])
+        os.utime(folder / f"{name}.underfoot", (86_400.0 * day, 86_400.0 * day))
     (folder / "notes.txt").write_text("no recording")
     workspace.recordings.refresh()
-    items = [workspace.recordings.list.item(row) for row in range(workspace.recordings.list.count())]
+    shown = workspace.recordings.list
+    items = [shown.item(row) for row in range(shown.count())]
     assert sorted(item.text().split("\n")[0] for item in items) == ["monday", "tuesday"]
     qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items))
+    assert [shown.item(row).text().split("\n")[0] for row in range(2)] == ["tuesday", "monday"]
     qtbot.keyClicks(workspace.recordings.search, "tues")
     assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
     qtbot.keyClicks(workspace.recordings.search, " 1x2")
