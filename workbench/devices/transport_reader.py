@@ -40,10 +40,10 @@ class TransportReader:
         self.parser = Parser(form)
         self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
-        self._silence = Recurrence()
+        self._silence, self._losses = Recurrence(), Recurrence()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
-        self.is_open = self._is_missed = False
+        self.is_open = self._is_missed = self._is_loss_told = False
 
     def start(self) -> None:
         """Start reading; returns at once, also without a device."""
@@ -77,8 +77,7 @@ class TransportReader:
                 self._read()
             except DeviceError as error:
                 if not self._is_missed:
-                    self.trouble = f"{error}; waiting for it"
-                    self.notices.append(self.trouble)
+                    self._tell_loss(f"{error}; waiting for it")
                 self._is_missed = True
             self.is_open = False
             with suppress(DeviceError):
@@ -92,7 +91,8 @@ class TransportReader:
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)
             if self._is_missed:  # what opens, but cannot be read, is not back
-                self.notices.append(f"{self.transport.name} is back")
+                if self._is_loss_told:
+                    self.notices.append(f"{self.transport.name} is back")
                 self._is_missed, self.trouble = False, ""
             self.is_open = True
             now_s = time.monotonic()
@@ -110,6 +110,13 @@ class TransportReader:
                 is_told = self._tell_silence(now_s, unread, first)
             if len(data):
                 self._stop.wait(_BATCH_S)
+
+    def _tell_loss(self, line: str) -> None:
+        """Tell that the transport is gone. Two programs that take a hub from each other do so ten times a second."""
+        self.trouble = line
+        self._is_loss_told = self._losses.says(time.monotonic())
+        if self._is_loss_told:
+            self.notices.append(line + (f"; {LAST}" if self._losses.is_last else ""))
 
     def _tell_silence(self, now_s: float, unread: int, first: bytes) -> bool:
         """Tell that no frame comes, of `unread` bytes that begin with `first`; return whether that was said.

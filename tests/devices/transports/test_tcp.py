@@ -8,6 +8,7 @@ from free_ports import free_port
 from made_frames import rows
 
 from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.recurrence import LAST, OFTEN
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.devices.transports import transport_of
 from underfoot.devices.transports.tcp import SEND_TIMEOUT_S, TcpSender, TcpTransport
@@ -48,9 +49,13 @@ def read(transport, size):
 
 
 class CountingTransport(TcpTransport):
-    """A connection that knows how many bytes were read of it."""
+    """A connection that knows how many times it was opened, and how many bytes were read of it since."""
 
-    count = 0
+    opened = count = 0
+
+    def open(self):
+        super().open()
+        self.opened, self.count = self.opened + 1, 0
 
     def read(self):
         data = super().read()
@@ -143,6 +148,26 @@ def test_the_emulator_sends_to_whoever_connected_last(sender, connect):
     assert read(second, 3) == b"two"
     with pytest.raises(DeviceError, match="went away"):
         first.read()
+
+
+def test_two_programs_that_take_a_hub_from_each_other_say_so_five_times(sender, connect, until, monkeypatch):
+    """They did ten times a second."""
+    monkeypatch.setattr("underfoot.devices.transport_reader.RETRY_S", 0.001)
+    transport = CountingTransport.of(sender.name)
+    reader = TransportReader(transport, lambda samples, when: None)
+    reader.start()
+    try:
+        until(lambda: sender.send(b"x", [1]) and transport.count, "it is read")
+        for _ in range(OFTEN + 2):
+            opened = transport.opened
+            connect()  # the other program
+            until(lambda opened=opened: sender.send(b"x", [1]) and transport.opened > opened and transport.count)
+        lines = reader.take_notices()
+    finally:
+        reader.close()
+    gone = f"tcp:{sender.name} went away: the connection was closed, perhaps for another program; waiting for it"
+    back = f"tcp:{sender.name} is back"
+    assert lines == [*[gone, back] * (OFTEN - 1), f"{gone}; {LAST}", back]
 
 
 def test_the_emulator_lets_go_of_a_reader_that_takes_nothing(sender, connect):

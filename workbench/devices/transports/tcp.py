@@ -144,7 +144,7 @@ class TcpTransport(Transport):
         except OSError as error:
             raise DeviceError(f"{self.name} went away: {reason(error)}") from None
         if not count:
-            raise DeviceError(f"{self.name} went away: the connection was closed")
+            raise DeviceError(f"{self.name} went away: the connection was closed, perhaps for another program")
         return self._data[:count]
 
     def close(self) -> None:
