@@ -63,6 +63,9 @@ def test_csv_is_read_again_to_the_last_bit_with_its_floor(path, recorded, tmp_pa
     with (tmp_path / "walk.marks.csv").open() as file:
         assert list(csv.DictReader(file)) == [{"time_s": "1.000000", "text": 'a "quoted" mark'}]
     assert len((tmp_path / "walk.contacts.csv").read_text().splitlines()) > 1000
+    refused = CliRunner().invoke(cli, ["export", str(output), "-o", str(tmp_path / "again.c3d")]).exception
+    assert isinstance(refused, BadFile)
+    assert str(refused).startswith(f"{output} is not a recording; allowed: one (`underfoot monitor FILE --record")
 
 
 @pytest.mark.parametrize("source", ["commanded", "measured"])

@@ -34,11 +34,15 @@ class _Formats(click.Command):
 @click.option("--to", "to_s", type=float, metavar="S", help="Export up to this second; by default the last.")
 def export(recording: Path, output: Path, vibration: str, from_s: float | None, to_s: float | None) -> None:
     """Write RECORDING for other programs."""
+    from underfoot.errors import BadFile
     from underfoot.records.exports import ExportSource, write_export
-    from underfoot.records.recording import Recording
+    from underfoot.records.recording import Recording, is_recording
     from underfoot.records.survey import RecordedForces
 
     require_outputs_writable(output, inputs=[recording])
+    if recording.is_file() and not is_recording(recording):
+        makes = "`underfoot monitor FILE --record RECORDING` makes one of a force CSV or a C3D file"
+        raise BadFile(f"{recording} is not a recording; allowed: one ({makes})")
     told = [time.monotonic()]
 
     def progress(text: str, share: float) -> bool:
