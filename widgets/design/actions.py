@@ -56,6 +56,7 @@ ACTIONS = (
     CanvasAction("duplicate", "Duplicate", ("Ctrl+D",)),
     CanvasAction("delete", "Delete", ("Delete", "Backspace")),
     CanvasAction("select all", "Select all", _KEY.SelectAll),
+    CanvasAction("find", "Find…", _KEY.Find),
     CanvasAction("next", "Next node", ("N",)),
     CanvasAction("previous", "Previous node", ("Shift+N",)),
     CanvasAction("keep", "Keep selected, and go on to another", ("K",)),
@@ -156,7 +157,7 @@ def context_menu(
         heard = menu.addMenu("Hear")
         heard.addActions([actions[name] for name in MARK_ACTIONS if name in actions])
     act_here("paste")
-    menu.addActions([actions[name] for name in ("select all", "tidy")])
+    menu.addActions([actions[name] for name in ("find", "select all", "tidy")])
     if chosen.selected > 1:
         align = menu.addMenu("Align")
         align.addActions([actions[alignment.name] for alignment in ALIGNMENTS])

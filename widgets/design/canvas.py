@@ -29,6 +29,7 @@ from underfoot.widgets.design.edge_scrolling import EdgeScrolling
 from underfoot.widgets.design.frame_drag import FrameDrag
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
 from underfoot.widgets.design.grouping_view import GroupingView
+from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_list import MIME
@@ -71,13 +72,16 @@ class Canvas(GroupingView):
         self._stepping = Stepping(self)
         self.edge_scrolling = EdgeScrolling(self, self._is_held)
         self.search = NodeSearch(self.patch_scene, self)
+        self.item_search = ItemSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
         self.actions_by_name = make_actions(self, self._handlers())
         self.addActions(list(self.actions_by_name.values()))
         self.search.add_requested.connect(self.add)
         self.search.replace_requested.connect(self.replace)
         self.search.disconnect_requested.connect(self._disconnect)
-        self.search.closed.connect(self.setFocus)
+        self.item_search.chosen.connect(self.show_item)
+        for search in (self.search, self.item_search):
+            search.closed.connect(self.setFocus)
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
@@ -100,6 +104,7 @@ class Canvas(GroupingView):
             "duplicate": self.duplicate,
             "delete": self.delete,
             "select all": self.select_all,
+            "find": self.item_search.ask,
             "next": lambda: self._stepping.step(1),
             "previous": lambda: self._stepping.step(-1),
             "keep": self._stepping.keep,

@@ -2,8 +2,8 @@
 
 from collections.abc import Collection
 
-from PySide6.QtCore import QEvent, QMimeData, QRect, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter
+from PySide6.QtCore import QEvent, QMimeData, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QLineEdit,
     QListWidgetItem,
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
 from underfoot.patch.node import NodeType, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.design.headed_list import HeadedList, Index
+from underfoot.widgets.design.named_list import NamedList
 from underfoot.widgets.design.node_geometry import accent
 from underfoot.widgets.escape import is_escape_override
 
@@ -25,11 +25,9 @@ FAMILIES = (
     *("Modulation", "Outputs"),
 )
 """The order of the families; others follow."""
-_ROW_PX = 24
-_TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
 
 
-class NodeList(HeadedList):
+class NodeList(NamedList):
     """Families and their node types. `chosen` carries the type on Enter or double click."""
 
     chosen = Signal(str)
@@ -37,7 +35,7 @@ class NodeList(HeadedList):
     """A node that was dragged from here was dropped, or given up."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
-        super().__init__(parent, "Nodes", _ROW_PX, _paint_node)
+        super().__init__(parent, "Nodes")
         self._registry = registry
         self._allowed: Collection[str] | None = None
         self._preferred: Collection[str] = ()
@@ -53,14 +51,11 @@ class NodeList(HeadedList):
 
     def filter_by(self, text: str) -> None:
         """Show the types that match the text; the best match is current."""
-        self.clear()
+        super().filter_by(text)
         allowed, real = self._allowed, {t: type for t, type in self._registry.items() if not type.missing}
         there = real if allowed is None else {t: type for t, type in real.items() if t in allowed}
         if self._first and not text.strip():
-            item = QListWidgetItem(self._first, self)
-            item.setData(_TYPE, NO_NODE)
-            item.setData(_COLOUR, theme.MUTED)
-            item.setData(_NOTE, "")
+            self.add(NO_NODE, self._first, theme.MUTED)
             self.setCurrentRow(0)
         if text.strip():
             fitting = [type for type in there.values() if rank(type, text) >= 0]
@@ -70,44 +65,23 @@ class NodeList(HeadedList):
                 return max(fits, 1), type.type not in self._preferred, fits, type.label.lower()
 
             for type in sorted(fitting, key=order):
-                self._add(type, type.family)
+                self._add_type(type, type.family)
             if not fitting:
                 others = [(rank(type, text), type.label) for type in real.values() if rank(type, text) >= 0]
-                self._add_words(f"{min(others)[1]} does not fit here" if others else "No node has these words")
+                self.add_words(f"{min(others)[1]} does not fit here" if others else "No node has these words")
             self.setCurrentRow(0)
             return
         for family, types in grouped(there).items():
-            self._add_words(family.upper())
+            self.add_words(family.upper())
             for type in types:
-                self._add(type, "")
+                self._add_type(type)
 
-    def _add_words(self, text: str) -> None:
-        """Add a row of text that cannot be selected."""
-        QListWidgetItem(text, self).setFlags(Qt.ItemFlag.NoItemFlags)
-
-    def _add(self, type: NodeType, note: str) -> None:
-        item = QListWidgetItem(type.label, self)
-        item.setData(_TYPE, type.type)
-        item.setData(_COLOUR, accent(type))
-        item.setData(_NOTE, note)
-        item.setToolTip(pretty_text(type.doc))
-
-    def current(self) -> str:
-        """Return the current type, or ""."""
-        item = self.currentItem()
-        return (item.data(_TYPE) or "") if item else ""
+    def _add_type(self, type: NodeType, note: str = "") -> None:
+        self.add(type.type, type.label, accent(type), note, pretty_text(type.doc))
 
     def types(self) -> list[str]:
         """Return the visible types."""
-        found = (self.item(i).data(_TYPE) for i in range(self.count()))
-        return [type for type in found if type and type != NO_NODE]
-
-    def step(self, by: int) -> None:
-        """Move the current row by `by` nodes."""
-        rows = [i for i in range(self.count()) if self.item(i).data(_TYPE)]
-        if rows:
-            at = rows.index(self.currentRow()) + by if self.currentRow() in rows else (0 if by > 0 else -1)
-            self.setCurrentRow(rows[at % len(rows)])
+        return [type for type in self.ids() if type != NO_NODE]
 
     def startDrag(self, actions: Qt.DropAction) -> None:
         super().startDrag(actions)
@@ -115,8 +89,8 @@ class NodeList(HeadedList):
 
     def mimeData(self, items: list[QListWidgetItem]) -> QMimeData:  # type: ignore[override]
         data = QMimeData()
-        if items and items[0].data(_TYPE):
-            data.setData(MIME, items[0].data(_TYPE).encode())
+        if items and (type := items[0].data(Qt.ItemDataRole.UserRole)):
+            data.setData(MIME, type.encode())
         return data
 
     def mimeTypes(self) -> list[str]:
@@ -201,26 +175,3 @@ def rank(type: NodeType, text: str) -> int:
     if not words or label.startswith(words[0]):
         return 0
     return 1 if any(part.startswith(words[0]) for part in label.split()) else (2 if words[0] in label else 3)
-
-
-def _paint_node(painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
-    """Paint a node with a bar in its colour."""
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(theme.mixed(theme.current_colour(index.data(_COLOUR)), theme.PANEL, 0.7)))
-    painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)
-    painter.setFont(theme.font())
-    painter.setPen(QColor(theme.TEXT))
-    align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-    room = rect.adjusted(20, 0, -4, 0)
-    cut = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, room.width())
-    painter.drawText(room, align, cut)
-    if index.data(_NOTE):
-        _paint_note(painter, room.adjusted(painter.fontMetrics().horizontalAdvance(cut), 0, -2, 0), index)
-
-
-def _paint_note(painter: QPainter, room: QRect, index: Index) -> None:
-    """Paint the note in small type at the end of the line, if the name leaves space."""
-    painter.setFont(theme.font(theme.SMALL_PX))
-    if painter.fontMetrics().horizontalAdvance(index.data(_NOTE)) + theme.GRID <= room.width():
-        painter.setPen(QColor(theme.MUTED))
-        painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, index.data(_NOTE))

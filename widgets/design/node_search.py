@@ -2,20 +2,18 @@
 
 from collections.abc import Callable, Collection
 
-from PySide6.QtCore import QPoint, QPointF, QSize, Qt, Signal
-from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
+from PySide6.QtCore import QPoint, QPointF, Signal
+from PySide6.QtWidgets import QWidget
 
-from underfoot.widgets import theme
 from underfoot.widgets.design.connecting import WireDrag
-from underfoot.widgets.design.node_list import NO_NODE, NodeList, SearchField
+from underfoot.widgets.design.node_list import NO_NODE, NodeList
 from underfoot.widgets.design.patch_editing import port_of
 from underfoot.widgets.design.rewiring import types_for_wire, types_of_unit, types_that_fit
 from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.search_popup import SearchPopup
 
-_SIZE = QSize(248, 320)
 
-
-class NodeSearch(QFrame):
+class NodeSearch(SearchPopup):
     """Asks for a node to add, to insert into a wire, to connect to a port, or to put in another's place, and closes."""
 
     add_requested = Signal(str, QPointF, object, object, object)
@@ -24,34 +22,16 @@ class NodeSearch(QFrame):
     replace_requested = Signal(str)
     disconnect_requested = Signal(object)
     """The `Wire` that was pulled off and is to be removed."""
-    closed = Signal()
+
+    list: NodeList
 
     def __init__(self, scene: PatchScene, view: QWidget) -> None:
-        super().__init__(view)
-        self._scene, self._view = scene, view
+        super().__init__(view, NodeList(scene.registry))
+        self._scene = scene
         self._use: Callable[[str], object] = self.replace_requested.emit
         self._held: WireDrag | None = None
-        self.setObjectName("search")
-        self.setStyleSheet(
-            f"#search {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
-            f"QListWidget {{ background: {theme.PANEL}; }}"
-        )
-        self.setFixedSize(_SIZE)
-        self.field = SearchField("Add a node", self, closes=True)
-        self.list = NodeList(scene.registry, self)
-        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.list.setDragEnabled(False)
-        self.list.itemClicked.connect(lambda: self._done(self.list.current()))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(8, 8, 8, 8)
-        column.setSpacing(8)
-        column.addWidget(self.field)
-        column.addWidget(self.list)
-        self.field.textChanged.connect(self.list.filter_by)
-        self.field.stepped.connect(self.list.step)
-        self.field.return_pressed.connect(self._take_current)
-        self.field.escaped.connect(lambda: self._done(""))
-        self.hide()
+        self.chosen.connect(lambda type: self._use(type))
+        self.closed.connect(self._let_go)
 
     def ask_for_addition(self, at: QPoint, place: QPointF) -> None:
         """Ask, `at` a point of the view, for a node to add at a place in the scene; on a wire it is inserted."""
@@ -94,34 +74,14 @@ class NodeSearch(QFrame):
     def _open(
         self, at: QPoint, allowed: Collection[str] | None, hint: str, first: str = "", preferred: Collection[str] = ()
     ) -> None:
-        """Open at a point of the view, moved inside it if necessary. It offers all types, or only `allowed`, with
+        """Open at a point of the view. It offers all types, or only `allowed`, with
         `preferred` ones first. `first` is the text of a further choice at the top, for which `NO_NODE` is used.
         """
-        room = self._view.rect()
-        self.setFixedHeight(min(_SIZE.height(), room.height() - 16))
-        x, y = room.width() - self.width() - 8, room.height() - self.height() - 8
-        self.move(max(min(at.x(), x), 8), max(min(at.y(), y), 8))
-        self.field.clear()
-        self.field.setPlaceholderText(hint)
         self.list.set_allowed(allowed, first, preferred)
-        self.list.filter_by("")
-        self.show()
-        self.raise_()
-        self.field.setFocus()
+        self.open_at(at, hint)
 
-    def _take_current(self) -> None:
-        """Use the current type. Words that none has stay, with what the list says of them, to be corrected."""
-        if self.list.current() or not self.field.text().strip():
-            self._done(self.list.current())
-
-    def _done(self, type: str) -> None:
-        if self.isHidden():
-            return
-        self.hide()
-        if type:
-            self._use(type)
+    def _let_go(self) -> None:
         if self._held is not None:
             self._held.end()
             self._held = None
         self._scene.highlight()
-        self.closed.emit()

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QPainter, QResizeEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsView, QWidget
 
-from underfoot.patch.groups import chain
+from underfoot.patch.groups import chain, innermost
 from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.design.breadcrumbs import Breadcrumbs
@@ -222,6 +222,20 @@ class PatchView(QGraphicsView):
             self.setTransform(view[0])
             self._centre_on(view[1])
         self.setFocus()
+
+    def show_item(self, id: str) -> None:
+        """Show and select a node, note or group, in the sub-patch that it is in."""
+        groups = self.document.patch.groups
+        of_group = chain(groups, id) if id in {group.id for group in groups} else []
+        around = of_group[:-1] or chain(groups, innermost(groups).get(id, ""))
+        collapsed = {group.id for group in groups if group.collapsed}
+        level = next((one for one in reversed(around) if one in collapsed), "")
+        if level != self.inside:
+            self.open_group(level)
+        members = self.document.patch.group(id).members if of_group else (id,)
+        shown = list(dict.fromkeys(self.patch_scene.group_view.shown_as[member] for member in members))
+        self.patch_scene.select(shown)
+        self.ensure_visible(shown)
 
     def leave_group(self) -> None:
         """Show the group that encloses the open one, or the whole patch."""

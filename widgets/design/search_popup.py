@@ -1,0 +1,71 @@
+"""A field over the canvas with the list that it searches."""
+
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
+
+from underfoot.widgets import theme
+from underfoot.widgets.design.named_list import NamedList
+from underfoot.widgets.design.node_list import SearchField
+
+_SIZE = QSize(248, 320)
+
+
+class SearchPopup(QFrame):
+    """Asks for a row of a list, by words or arrow keys. It closes by a choice, by Escape, or when the focus leaves."""
+
+    chosen = Signal(str)
+    """The id of the chosen row."""
+    closed = Signal()
+
+    list: NamedList
+
+    def __init__(self, view: QWidget, shown: NamedList) -> None:
+        super().__init__(view)
+        self._view, self.list = view, shown
+        self.setObjectName("search")
+        self.setStyleSheet(
+            f"#search {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
+            f"QListWidget {{ background: {theme.PANEL}; }}"
+        )
+        self.setFixedSize(_SIZE)
+        self.field = SearchField("", self, closes=True)
+        shown.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        shown.setDragEnabled(False)
+        shown.itemClicked.connect(lambda: self._close(shown.current()))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(8, 8, 8, 8)
+        column.setSpacing(8)
+        column.addWidget(self.field)
+        column.addWidget(shown)
+        self.field.textChanged.connect(shown.filter_by)
+        self.field.stepped.connect(shown.step)
+        self.field.return_pressed.connect(self._take_current)
+        self.field.escaped.connect(lambda: self._close(""))
+        self.hide()
+
+    def open_at(self, at: QPoint, hint: str) -> None:
+        """Open at a point of the view, moved inside it if necessary; `hint` says what is asked for."""
+        room = self._view.rect()
+        self.setFixedHeight(min(_SIZE.height(), room.height() - 16))
+        x, y = room.width() - self.width() - 8, room.height() - self.height() - 8
+        self.move(max(min(at.x(), x), 8), max(min(at.y(), y), 8))
+        self.field.clear()
+        self.field.setPlaceholderText(hint)
+        self.field.setAccessibleName(hint)
+        self.list.filter_by("")
+        self.show()
+        self.raise_()
+        self.field.setFocus()
+
+    def _take_current(self) -> None:
+        """Use the current row. Words that none has stay, with what the list says of them, to be corrected."""
+        if self.list.current() or not self.field.text().strip():
+            self._close(self.list.current())
+
+    def _close(self, id: str) -> None:
+        if self.isHidden():
+            return
+        self.hide()
+        if id:
+            self.chosen.emit(id)
+        self.closed.emit()
