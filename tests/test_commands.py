@@ -16,6 +16,7 @@ from free_ports import free_port
 from underfoot import __version__, commands
 from underfoot.__main__ import cli
 from underfoot.commands.render import line_of
+from underfoot.engine.target import simulation_of
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
@@ -237,7 +238,10 @@ def test_presets_are_named_without_a_folder(underfoot, folder):
     done = underfoot("render", "wood", "--force", "corridor", "--seconds", "0.3", "-o", "wood.wav")
     assert done.status == 0
     assert (folder / "wood.wav").is_file()
-    assert underfoot("tile", "tiles-2x2").out.startswith("30.5 x 30.5 cm")
+    assert underfoot("tile", "tiles-2x2", "--simulation", "plywood-tile").out.startswith("30.5 x 30.5 cm")
+    assert simulation_of("simulator:plywood-tile") == str(preset_files.simulations()["plywood-tile"])
+    centroids = underfoot("calibrate", "places", "--presses", "none.csv", "--floor", "tiles-6x6")
+    assert centroids.error.startswith("underfoot: none.csv cannot be read")  # after the floor
     refused = underfoot("render", "granite")
     assert refused.status == 1
     assert refused.error.startswith(

@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 
 
 class FileOrPreset(click.Path):
-    """A file, or the name of a preset of this kind ("patches", "floors", "walks") if there is no such file."""
+    """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these."""
 
     def __init__(self, kind: str, path_type: type = Path) -> None:
         super().__init__(path_type=path_type)
@@ -35,6 +35,7 @@ class FileOrPreset(click.Path):
 
 PATCH = FileOrPreset("patches")
 FLOOR = FileOrPreset("floors")
+SIMULATION = FileOrPreset("simulations")
 FORCES = FileOrPreset("walks", str)
 """Where forces come from: a file, a preset walk, or other words, which stay as they are."""
 

@@ -9,7 +9,7 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
-from underfoot.commands.files import FILE, PATCH, RUN_CODE
+from underfoot.commands.files import FILE, PATCH, RUN_CODE, SIMULATION
 
 if TYPE_CHECKING:
     from underfoot.engine.levels import Level, PatchLevels
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("patches", metavar="[PATCH]...", type=PATCH, nargs=-1)
 @click.option("--profile", type=FILE, help="Profile of the tile; by default none.")
-@click.option("--simulation", type=FILE, help="Parameter file of the simulated tile.")
+@click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tile.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
 def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:

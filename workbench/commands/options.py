@@ -7,8 +7,8 @@ from typing import TypeVar
 
 import click
 
-from underfoot.commands.files import FILE
-from underfoot.options import options_of
+from underfoot.commands.files import FILE, FLOOR
+from underfoot.options import Option, options_of
 
 Options = TypeVar("Options")
 
@@ -18,7 +18,7 @@ def click_parameters(owner: type) -> list[click.Parameter]:
     return [
         click.Option(
             [one.flag, one.name],
-            type=FILE if one.type is Path else one.type,
+            type=_type_of(one),
             is_flag=one.type is bool,
             default=one.default,
             show_default=one.type is int and one.default is not None,
@@ -26,6 +26,12 @@ def click_parameters(owner: type) -> list[click.Parameter]:
         )
         for one in options_of(owner)
     ]
+
+
+def _type_of(one: Option) -> click.Path | type:
+    if one.type is not Path:
+        return one.type
+    return FLOOR if one.name == "floor" else FILE  # a floor is a preset, too, as in all commands
 
 
 def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:

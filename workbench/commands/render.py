@@ -15,7 +15,7 @@ import click
 from underfoot.clock import RATE_HZ
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, SIMULATION, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
@@ -78,7 +78,7 @@ class RenderOptions:
 )
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: how each is driven.")
-@click.option("--simulation", type=FILE, help="Parameter file of the simulated tiles.")
+@click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tiles.")
 @click.option("--measured", type=FILE, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")
 @click.option("--under-foot", type=FILE, help="WAV file of the simulated acceleration under the foot, m/s^2.")
 @click.option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.files import FILE, FLOOR
+from underfoot.commands.files import FILE, FLOOR, SIMULATION
 from underfoot.commands.options import takes_options
 from underfoot.errors import BadValue
 
@@ -38,7 +38,7 @@ class TileDesignOptions:
 @click.command()
 @click.argument("floor", type=FLOOR)
 @click.option("--report", type=FILE, help="Folder for a page with pictures, and all figures as JSON.")
-@click.option("--simulation", type=FILE, help="Parameters of the tile; by default the thesis's materials.")
+@click.option("--simulation", type=SIMULATION, help="Parameters of the tile; by default the thesis's materials.")
 @click.option("--search", is_flag=True, help="Search plates over modulus and thickness instead (section 4.4.2).")
 @click.option("--modulus", metavar="LOW:HIGH", help="Young's modulus, GPa; 1:220 by default.")
 @click.option("--thickness", metavar="LOW:HIGH", help="Thickness, mm; 5:50 by default.")

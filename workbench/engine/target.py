@@ -56,11 +56,19 @@ class Target(Struct, frozen=True):
 def simulation_of(text: str) -> str | None:
     """Return the simulation in a target's text: a parameter file or people, "" for neither; None if not simulated.
 
+    A preset may be named instead of its file.
+
     >>> simulation_of("simulator"), simulation_of("simulator:people=2"), simulation_of("walk.csv")
     ('', 'people=2', None)
     """
-    kind, _, path = text.partition(":")
-    return path if kind == "simulator" else None
+    kind, _, named = text.partition(":")
+    if kind != "simulator":
+        return None
+    if not named or Path(named).suffix or Path(named).exists():
+        return named
+    from underfoot.patch.preset_files import simulations  # which most starts need not load
+
+    return str(simulations().get(named, named))
 
 
 def live_target(name: str, floor: str | Path | None = None, sensor_hz: float | None = None) -> Target | None:
