@@ -63,9 +63,16 @@ class StepPanel(QWidget):
         self._show_count()
 
     def start_new_table(self) -> None:
-        """Begin an empty table; unsaved footsteps are stored in a file. Called at a new session, and at the end."""
-        count = len(self.table.steps.steps)
-        if count and not self._is_saved and self.folder is not None:
+        """Begin an empty table; unsaved footsteps are stored in a file, and a line says so."""
+        count, path = len(self.table.steps.steps), self.keep()
+        if path is not None:
+            self.notified.emit(f"{counted(count, 'footstep')} of the session before kept as {path}.")
+        if self._is_saved or self.folder is None:
+            self.clear()
+
+    def keep(self) -> Path | None:
+        """Store unsaved footsteps in a file, and return it; None if there are none, or a line says why they are not."""
+        if not self._is_saved and self.folder is not None:
             path = self.folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.csv"
             try:
                 make_folder(self.folder)
@@ -74,9 +81,10 @@ class StepPanel(QWidget):
                 self.table.export(path)
             except (UnderfootError, OSError) as error:
                 self.notified.emit(str(error))
-                return
-            self.notified.emit(f"{counted(count, 'footstep')} of the session before kept as {path}.")
-        self.clear()
+                return None
+            self._is_saved = True
+            return path
+        return None
 
     def clear(self) -> None:
         """Remove all footsteps."""

@@ -89,8 +89,8 @@ class MonitorWorkspace(Workspace):
         return SHORTCUTS
 
     def close_down(self) -> None:
-        """Store the table of unsaved footsteps."""
-        self.steps.start_new_table()
+        """Store the table of unsaved footsteps; only a failure is said, or it would seem that they were lost."""
+        self.steps.keep()
 
     def set_active(self, active: bool) -> None:
         """Read vibration from the session only while this workspace is shown."""

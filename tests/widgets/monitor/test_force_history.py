@@ -145,3 +145,9 @@ def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tm
     monitor.set_session(default_floor(), RATE, True)
     monitor.close_down()
     assert list((tmp_path / "footsteps").iterdir()) == [file]
+    file.unlink()
+    monitor.add_steps([STEP])
+    said.clear()
+    monitor.close_down()
+    assert len(list((tmp_path / "footsteps").iterdir())) == 1
+    assert said == []  # the window calls what is said now what could not be kept
