@@ -194,6 +194,8 @@ def test_a_folder_of_patches_is_not_rendered_into_a_sound_file(refused, folder):
     assert "--output a.wav is the name of a sound file; allowed for mine, which makes 1 file: a folder, as a" in told
     (folder / "taken").write_text("x")
     assert "--output taken is a file; allowed for mine" in refused("render", "mine", "-o", "taken")
+    assert "; allowed for gravel wood, which makes 2 files" in refused("render", "gravel", "wood", "-o", "taken")
+    assert "; allowed for 4 patches, which makes 4 files" in refused("render", *["wood", "mine"] * 2, "-o", "taken")
 
 
 def test_what_serve_cannot_read_is_what_was_given(refused):

@@ -237,8 +237,10 @@ def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[st
         return [None] * len(names)
     if options.output.is_file() or options.output.suffix == ".wav":
         what = "is a file" if options.output.is_file() else "is the name of a sound file"
+        given = [_shown(path) for path in options.patches]
+        told = " ".join(given) if len(given) <= 3 else f"{len(given)} patches"
         raise BadFile(
-            f"--output {options.output} {what}; allowed for {' '.join(map(str, options.patches))}, which makes "
+            f"--output {options.output} {what}; allowed for {told}, which makes "
             f"{len(names)} file{'s' if len(names) > 1 else ''}: a folder, as {options.output.with_suffix('')}"
         )
     outputs = [options.output / name for name in names]
