@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from underfoot import __version__
-from underfoot.commands.desktop import desktop
+from underfoot.commands.desktop import PLACES, desktop
 
 ROOT = Path(__file__).resolve().parents[1]
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="menus of Linux desktops")
@@ -24,8 +24,10 @@ def written(tmp_path, monkeypatch):
     result = CliRunner().invoke(desktop)
     assert result.exit_code == 0
     yield tmp_path
-    assert CliRunner().invoke(desktop, ["--remove"]).exit_code == 0
-    assert not [path for path in tmp_path.rglob("underfoot.*") if path.is_file()]
+    for said in ("removed", "there is no"):
+        removed = CliRunner().invoke(desktop, ["--remove"])
+        assert (removed.exit_code, removed.output.count(said)) == (0, len(PLACES))
+        assert not [path for path in tmp_path.rglob("underfoot.*") if path.is_file()]
 
 
 def arguments(entry):

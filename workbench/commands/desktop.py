@@ -32,11 +32,14 @@ def desktop(remove: bool) -> None:
     root = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     for name, place in PLACES.items():
         path = root / place
-        if remove:
-            path.unlink(missing_ok=True)
-        else:
+        if not remove:
             _write(name, path)
-        print(f"{'removed' if remove else 'wrote'} {path}")
+            print(f"wrote {path}")
+        elif path.is_file():
+            path.unlink()
+            print(f"removed {path}")
+        else:
+            print(f"there is no {path}")
     for program, folder in (
         ("update-mime-database", root / "mime"),
         ("update-desktop-database", root / "applications"),
