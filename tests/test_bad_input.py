@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -273,6 +274,15 @@ def test_a_window_that_could_not_show_what_was_named_is_not_opened(refused, fold
     for patch, message in (("missing.json", "no such file"), ("patch.json", "is not JSON")):
         assert message in refused("--patch", patch, "--screenshot", "pictures")
     assert "cannot be made a folder" in refused("--screenshot", "patch.json/pictures")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="XDG_DATA_HOME is of Linux")
+def test_a_window_whose_settings_have_no_place_is_not_opened(refused, folder, monkeypatch):
+    (folder / "taken").write_bytes(b"")
+    monkeypatch.setenv("XDG_DATA_HOME", str(folder / "taken"))
+    told = refused()
+    assert "taken/underfoot cannot be written: not a directory; the window keeps settings" in told
+    assert "name another place in XDG_DATA_HOME" in told
 
 
 def test_a_value_that_is_not_finite_names_its_node_and_writes_nothing(refused, folder, monkeypatch):

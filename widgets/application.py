@@ -14,8 +14,11 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from underfoot.commands.ending import ended_by_signals
+from underfoot.commands.files import require_folders_writable
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
+from underfoot.errors import BadFile
+from underfoot.files import make_folder
 from underfoot.widgets.garbage_collection import collect_in_this_thread, freeze_loaded
 from underfoot.widgets.recolour import choose_colours
 from underfoot.widgets.session.settings import Settings
@@ -44,7 +47,7 @@ def run(
     no sound and stores no settings.
     """
     with tempfile.TemporaryDirectory() as passing, ExitStack() as stack:
-        folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
+        folder = Path(passing) if screenshot_dir else data_folder()
         app = application(Settings.load(folder))
         window = MainWindow(folder, target, patch_path, engine)
         window.settings.first_steps_done |= screenshot_dir is not None
@@ -64,6 +67,17 @@ def run(
     if window.is_restarting:
         _restart(restart_options if _has_same_forces(window.controller.target, target) else ())
     return status
+
+
+def data_folder() -> Path:
+    """Return the user's folder of settings and unsaved work, made if missing; `BadFile` if it cannot be written."""
+    folder = Path(platformdirs.user_data_dir("underfoot"))
+    try:
+        require_folders_writable(folder)
+        return make_folder(folder)
+    except BadFile as error:
+        needed = "make it writable, or on Linux name another place in XDG_DATA_HOME"
+        raise BadFile(f"{error}; the window keeps settings and unsaved work there: {needed}") from None
 
 
 def application(settings: Settings) -> QApplication:

@@ -141,8 +141,10 @@ def open_window(
             except OSError as error:
                 raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
         _require_qt()
-        from underfoot.widgets.application import run
+        from underfoot.widgets.application import data_folder, run
 
+        if screenshot is None:
+            data_folder()  # refused here, the engine is ended
         unless_opened.pop_all()
     options = ["--target", target, *(["--floor", str(floor)] if floor else [])] if opened else []
     return run(opened, patch, screenshot, engine, recording, options)
