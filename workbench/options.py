@@ -6,26 +6,31 @@ from typing import TypeVar, get_args
 from underfoot.errors import require
 
 Value = TypeVar("Value")
-_DOC, _FLAG = "doc", "flag"
+_DOC, _FLAG, _PRESETS = "doc", "flag", "presets"
 
 
 @dataclass(frozen=True)
 class Option:
-    """Option: the field's `name`, its `flag` on the command line, the `type` of its value, its default and help."""
+    """Option: the field's `name`, its `flag` on the command line, the `type` of its value, its default and help.
+
+    `presets` is the kind of presets that may be named instead of a file, "" for none.
+    """
 
     name: str
     flag: str
     type: type
     default: object
     doc: str
+    presets: str = ""
 
 
-def option(doc: str, default: Value, flag: str = "") -> Value:
+def option(doc: str, default: Value, flag: str = "", presets: str = "") -> Value:
     """Declare a field of a frozen dataclass as an option of a command; `level_db` becomes `--level-db` by default.
 
-    The field's type is str, int, float, Path, or one of them or None; bool is a switch.
+    The field's type is str, int, float, Path, or one of them or None; bool is a switch. Of a Path, `presets` is the
+    function of `preset_files` for the presets that may be named, too.
     """
-    found: Value = field(default=default, metadata={_DOC: doc, _FLAG: flag})
+    found: Value = field(default=default, metadata={_DOC: doc, _FLAG: flag, _PRESETS: presets})
     return found
 
 
@@ -36,12 +41,12 @@ def options_of(owner: type) -> tuple[Option, ...]:
     ... class Playing:
     ...     level: float | None = option("How loud to play.", None)
     >>> options_of(Playing)
-    (Option(name='level', flag='--level', type=<class 'float'>, default=None, doc='How loud to play.'),)
+    (Option(name='level', flag='--level', type=<class 'float'>, default=None, doc='How loud to play.', presets=''),)
     """
     found = []
     for one in fields(owner):
         kinds = [kind for kind in get_args(one.type) or (one.type,) if kind is not type(None)]
         require(len(kinds) == 1 and isinstance(kinds[0], type), one.name, one.type, "one type, or that type or None")
         flag = one.metadata[_FLAG] or f"--{one.name.replace('_', '-')}"
-        found.append(Option(one.name, flag, kinds[0], one.default, one.metadata[_DOC]))
+        found.append(Option(one.name, flag, kinds[0], one.default, one.metadata[_DOC], one.metadata[_PRESETS]))
     return tuple(found)

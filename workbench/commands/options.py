@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import click
 
-from underfoot.commands.files import FILE, FLOOR
+from underfoot.commands.files import FILE, FileOrPreset
 from underfoot.options import Option, options_of
 
 Options = TypeVar("Options")
@@ -29,9 +29,9 @@ def click_parameters(owner: type) -> list[click.Parameter]:
 
 
 def _type_of(one: Option) -> click.Path | type:
-    if one.type is not Path:
-        return one.type
-    return FLOOR if one.name == "floor" else FILE  # a floor is a preset, too, as in all commands
+    if one.presets:
+        return FileOrPreset(one.presets)
+    return FILE if one.type is Path else one.type
 
 
 def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 class TileOptions:
     """Options that choose the tile, and where the result is written."""
 
-    floor: Path | None = option("Floor JSON with the tile and its sensors; by default the default floor.", None)
+    floor: Path | None = option(
+        "Floor JSON with the tile and its sensors; by default the default floor.", None, presets="floors"
+    )
     tile: str = option("The tile; by default the only one in the file, or the floor's first.", "")
     serial: str = option("The tile's serial number, stored in its profile.", "")
     operator: str = option("Operator's name for the report; by default the account name.", "")
