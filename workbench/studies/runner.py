@@ -239,8 +239,8 @@ class Runner:
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
-        self._why_stopped = f"stopped {reason}" if reason.startswith("by ") else f"stopped: {reason}"
-        self._hint = f"S{self._why_stopped[1:]}."
+        colon = "" if reason.startswith("by ") else ":"
+        self._why_stopped, self._hint = f"stopped{colon} {reason}", f"Stopped{colon} {reason}."
         self._apparatus.mark(STOP, self.page)
         self.note(f"stopped: {reason}")
 

@@ -33,7 +33,7 @@ def add_people(findings: Findings, people: Sequence[Row], estimates: Sequence[Ma
         if len(numbers) == len(given) and len(set(numbers)) > 2:
             of = [name for name, ranked in values.items() if len(set(ranked)) > 2]
             tests += [spearman(f"{name}, {label}", values[name], numbers) for name in of]
-        elif len(words) == len(given) and "." not in label and _are_groups(words):
+        elif len(words) == len(given) and "." not in label and _are_groups(words):  # STAGE.NAME was asked later
             findings.tables.append(_means(label, words, values))
             tests += [one_way_anova(f"{name}, {label}", _split(of, words)) for name, of in values.items()]
     if tests:
