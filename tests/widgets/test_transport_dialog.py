@@ -1,9 +1,12 @@
 """The menu and the dialog of every transport follow from what it declares."""
 
+from threading import Event
+
 import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QLabel, QPushButton
+from windows import LONG_MS
 
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
@@ -30,14 +33,14 @@ def test_a_target_is_told_in_its_words(transport):
 
 def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, monkeypatch):
     monkeypatch.setattr(transport, "suggestions", classmethod(lambda cls: ["first", "second"]))
-    chosen = []
+    chosen, answers = [], Event()
 
-    def use(address):
+    def require(address):
+        assert answers.wait(60.0)
         if address == "nowhere":
             raise BadValue("address is 'nowhere'; allowed: one that is there")
-        chosen.append(address)
 
-    dialog = TransportDialog(transport, "a floor", use)
+    dialog = TransportDialog(transport, "a floor", require, chosen.append)
     qtbot.addWidget(dialog)
     show(qtbot, dialog)
     shown = [label.text() for label in dialog.findChildren(QLabel)]
@@ -48,11 +51,15 @@ def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, mon
     for text, said in (("  ", ""), ("nowhere", "address is 'nowhere'; allowed: one that is there")):
         dialog.address.setEditText(text)
         qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+        if said:  # the window goes on while the hardware is waited for
+            assert "Connecting…" in [button.text() for button in dialog.findChildren(QPushButton)]
+            qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+            answers.set()
+        qtbot.waitUntil(lambda said=said: dialog.refusal.text() == said, timeout=LONG_MS)
         assert not chosen
         assert dialog.isVisible()
         assert dialog.refusal.isVisible() == bool(said)
-        assert dialog.refusal.text() == said
     dialog.address.setEditText(f" {transport.scheme}:there ")
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
-    assert chosen == ["there"]
+    qtbot.waitUntil(lambda: chosen == ["there"], timeout=LONG_MS)
     assert not dialog.isVisible()

@@ -56,7 +56,11 @@ class TargetChooser:
         floor = self._controller.target.floor
         title = floor.title or counted(len(floor.tiles), "tile")
         dialog = TransportDialog(
-            TRANSPORTS[scheme], title, lambda address: self._selection.use_transport(scheme, address), self._window
+            TRANSPORTS[scheme],
+            title,
+            lambda address: self._selection.require_transport(scheme, address),
+            lambda address: self._selection.use_transport(scheme, address),
+            self._window,
         )
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()

@@ -52,16 +52,18 @@ class TargetSelection:
         """
         self._set_target("replay", str(path), floor_of(path))
 
+    def require_transport(self, scheme: str, address: str) -> None:
+        """Raise `UnderfootError` if hardware on a transport cannot be opened. May wait for it, in any thread."""
+        present = self._controller.target
+        if (scheme, address) != (present.kind, present.source):  # which the session has, and nobody else can open
+            require_source(make_target(self._settings, scheme, address, present.floor))
+
     def use_transport(self, scheme: str, address: str) -> None:
-        """Use hardware on a transport, with the layout of the present floor; `UnderfootError` if it cannot be opened.
+        """Use hardware on a transport, with the layout of the present floor.
 
         It is not kept in the settings: at the next start it may be absent.
         """
-        present = self._controller.target
-        target = make_target(self._settings, scheme, address, present.floor)
-        if (scheme, address) != (present.kind, present.source):  # which the session has, and nobody else can open
-            require_source(target)
-        self._controller.set_target(target)
+        self._controller.set_target(make_target(self._settings, scheme, address, self._controller.target.floor))
 
     def set_sound(self, sound: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
         """Use this sound device (None: none, "": the default one), at this rate and block size in frames.
