@@ -61,13 +61,13 @@ def _data(drawing: "Drawing") -> dict[str, Any]:
 def _lines(id: str, drawings: "tuple[Drawing, ...]") -> list[str]:
     """Return one line per series with the range of each distribution."""
     lines = [id]
+    width = max((len(series.name) for drawing in drawings for series in drawing.series), default=0)
     for drawing in drawings:
         lines.append(f"  {drawing.title}: {drawing.y} over {drawing.x}")
         for series in drawing.series:
             top = int(series.y.argmax()) if len(series.y) else -1
             if top >= 0 and math.isfinite(series.y[top]):
                 ends = f"{series.x.min():.4g} to {series.x.max():.4g}"
-                lines.append(
-                    f"    {series.name or 'found':22} from {ends}, most at {series.x[top]:.4g}: {series.y[top]:.4g}"
-                )
+                name = (series.name or "found").ljust(width)
+                lines.append(f"    {name} from {ends}, most at {series.x[top]:.4g}: {series.y[top]:.4g}")
     return lines
