@@ -17,6 +17,15 @@ from underfoot.version import __version__
 _LEFT_S = 3600.0
 
 
+def names_file(text: str) -> bool:
+    """Return whether a word names a file: it has a suffix, or is there. Else it may be the name of a preset.
+
+    >>> names_file("mine.json"), names_file("gravel")
+    (True, False)
+    """
+    return bool(os.path.splitext(text)[1]) or os.path.exists(text)
+
+
 def path_of(path: str | os.PathLike[str]) -> Path:
     """Return the path of a file given as text or as a path; `BadValue` for anything else.
 

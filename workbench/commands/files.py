@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from underfoot.errors import BadFile
-from underfoot.files import require_replaceable
+from underfoot.files import names_file, require_replaceable
 
 FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
@@ -23,14 +23,15 @@ class FileOrPreset(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
         named = super().convert(value, param, ctx)
-        if os.path.splitext(named)[1] or os.path.exists(named):
+        text = str(value)
+        if names_file(text):
             return named
         from underfoot.patch import preset_files
 
         presets = getattr(preset_files, self._kind)()
-        if str(named) not in presets and self.type is Path:
-            raise BadFile(f"{named} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
-        return self.coerce_path_result(presets.get(str(named), named))
+        if text not in presets and self.type is Path:
+            raise BadFile(f"{text} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
+        return self.coerce_path_result(presets.get(text, named))
 
 
 PATCH = FileOrPreset("patches")

@@ -12,6 +12,7 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transport import asked
 from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
 from underfoot.errors import BadValue, DeviceError
+from underfoot.files import names_file
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import profiles_of
@@ -64,7 +65,7 @@ def simulation_of(text: str) -> str | None:
     kind, _, named = text.partition(":")
     if kind != "simulator":
         return None
-    if not named or Path(named).suffix or Path(named).exists():
+    if not named or names_file(named):
         return named
     from underfoot.patch.preset_files import simulations  # which most starts need not load
 
