@@ -61,7 +61,7 @@ WORKSPACES = {
     path.parent.name for path in (ROOT / "widgets").glob("*/__init__.py") if "WorkspaceDeclaration(" in path.read_text()
 }
 WIDGET_LEVELS = (
-    {"theme", "escape", "garbage_collection", "pictures", "polled_process"},
+    {"theme", "escape", "background", "garbage_collection", "pictures", "polled_process"},
     {"plots", "controls", "floor_trails"},
     {"floor_map", "level_slider", "menu", "status_line", "main_bar", "dialogs"},
     {"session"},

@@ -1,6 +1,5 @@
 """The audio dialog: which cards play, how fast and in which blocks, and which tile is on which channel."""
 
-import threading
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, Signal
@@ -24,6 +23,7 @@ from underfoot.devices.sound import MAX_CHANNELS
 from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.dialogs.card_rows import CardRows, Device, index_of
 
 RATES_HZ = (44_100, 48_000, 96_000)
@@ -43,8 +43,6 @@ class AudioDialog(QDialog):
     """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block, accelerometers."""
     pulse_requested = Signal(str)
     """The tile on which a pulse should play."""
-    devices_found = Signal(list)
-    """The devices that there are."""
 
     def __init__(
         self,
@@ -65,7 +63,7 @@ class AudioDialog(QDialog):
             "beside commanded vibration, and recordings keep it."
         )
         self._floor, self._find, self._cancel_search = floor, find, cancel_search
-        self._search_thread: threading.Thread | None = None
+        self.search = BackgroundWorker(self)
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
         self.length = theme.label("", "small")
@@ -94,30 +92,23 @@ class AudioDialog(QDialog):
         self.rate.currentIndexChanged.connect(self._update_note)
         self.cards.changed.connect(self._update_note)
         self.resize(60 * theme.GRID, 60 * theme.GRID)
-        self.devices_found.connect(self._show_devices)
+        self.search.found.connect(self._show_devices)
         self.cards.search_again.clicked.connect(self.find_devices)
         self.find_devices()
 
     def find_devices(self) -> None:
         """Look which cards there are now. What plays goes on."""
-        if self._search_thread is None:
+        if not self.search.is_busy:
             self.devices = None
             self.cards.search_again.setEnabled(False)
-            self._search_thread = threading.Thread(
-                target=lambda: self.devices_found.emit(list(self._find())), name="look for sound devices", daemon=True
-            )
-            self._search_thread.start()
+            self.search.compute(lambda _: list(self._find()))
             self._update_note()
 
     def hideEvent(self, event: QHideEvent) -> None:
         self._cancel_search()
-        self._end_search()
+        self.search.stop()
+        self.search.join()
         super().hideEvent(event)
-
-    def _end_search(self) -> None:
-        if self._search_thread is not None:
-            self._search_thread.join()
-            self._search_thread = None
 
     def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
         """Show the present settings."""
@@ -139,7 +130,6 @@ class AudioDialog(QDialog):
             self.block.addItem(f"{block} frames", block)
 
     def _show_devices(self, devices: list[Device]) -> None:
-        self._end_search()
         self.cards.search_again.setEnabled(True)
         self.devices = devices
         self.cards.show_devices(devices)

@@ -1,18 +1,14 @@
 """Asks for the address of hardware on a transport, as the transport declares it."""
 
-import threading
 from collections.abc import Callable
-from concurrent.futures import Future
+from typing import Any
 
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.devices.transport import Transport
-from underfoot.errors import UnderfootError
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-
-_LOOK_MS = 20
+from underfoot.widgets.background import BackgroundWorker, Task
 
 
 class TransportDialog(QDialog):
@@ -32,10 +28,9 @@ class TransportDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self._require, self._use, self._scheme = require, use, transport.scheme
-        self._address = ""
-        self._answer: Future[str] | None = None
-        self._look = QTimer(self, interval=_LOOK_MS)
-        self._look.timeout.connect(self._take_answer)
+        self._trial = BackgroundWorker(self)
+        self._trial.found.connect(self._connected)
+        self._trial.failed.connect(self._show_refusal)
         self.setWindowTitle(transport.title)
         self.address = QComboBox()
         self.address.setEditable(True)
@@ -69,45 +64,33 @@ class TransportDialog(QDialog):
     def accept(self) -> None:
         """Take what was typed or chosen; nothing is no address. The scheme may be before it, as on the command line."""
         address = self.address.currentText().strip().removeprefix(f"{self._scheme}:")
-        if not address or self._answer is not None:
+        if not address or self._trial.is_busy:
             return
+
+        def allowed(_: Task) -> list[Any]:
+            self._require(address)
+            return [address]
+
         self._connect.setText("Connecting…")
         self._connect.setEnabled(False)
-        self._refuse("")
-        self._address, self._answer = address, Future()
-        threading.Thread(target=_ask, args=(self._require, address, self._answer), name="connect", daemon=True).start()
-        self._look.start()
+        self.refusal.hide()
+        self._trial.compute(allowed)
 
-    def _take_answer(self) -> None:
-        """Use the address that `require` has allowed, or show why not."""
-        if self._answer is None or not self._answer.done():
-            return
-        self._look.stop()
-        refusal, self._answer = self._answer.result(), None
+    def done(self, result: int) -> None:
+        """Close, and wait for no answer any more."""
+        super().done(result)
+        self._trial.stop()
+
+    def _connected(self, addresses: list[str]) -> None:
+        """Use the address that `require` has allowed."""
+        self._use(*addresses)
+        super().accept()
+
+    def _show_refusal(self, why: str) -> None:
+        """Show why an address is refused."""
         self._connect.setText("Connect")
         self._connect.setEnabled(True)
-        self._refuse(refusal)
-        if refusal:
-            self.address.setFocus()  # which the button has lost
-        else:
-            self._use(self._address)
-            super().accept()
-
-    def _refuse(self, why: str) -> None:
-        """Show why an address is refused, "" for nothing."""
         self.refusal.setText(pretty_text(why))
-        self.refusal.setVisible(bool(why))
+        self.refusal.show()
         self.adjustSize()
-
-
-def _ask(require: Callable[[str], object], address: str, answer: "Future[str]") -> None:
-    """Answer with the reason for which an address is refused, "" for none."""
-    try:
-        require(address)
-    except UnderfootError as error:
-        answer.set_result(str(error))
-    except BaseException as error:
-        answer.set_exception(error)
-        raise
-    else:
-        answer.set_result("")
+        self.address.setFocus()  # which the button has lost

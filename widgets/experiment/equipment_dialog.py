@@ -1,12 +1,11 @@
 """The equipment of studies in this window: plate, masking sound, trigger, LSL streams."""
 
-import threading
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
 import msgspec
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -22,12 +21,14 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.devices.plate import SIMULATED, split_plate
+from underfoot.devices.sound import Card
 from underfoot.engine.card_search import CardSearch
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import default_floor
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.choice_box import name_control
 
 DEFAULT_DEVICE = "the default device"
@@ -39,9 +40,6 @@ class EquipmentDialog(QDialog):
 
     `calibrated` is the suggestion for an empty plate field: `PORT:FILE` of the plate that was calibrated last.
     """
-
-    devices_found = Signal(list)
-    """Names of the sound devices that there are."""
 
     def __init__(
         self,
@@ -81,15 +79,18 @@ class EquipmentDialog(QDialog):
         self.use_button.clicked.connect(self._accept_choice)
         self.try_out.clicked.connect(self._try_out)
         self.buttons.rejected.connect(self.reject)
-        self.devices_found.connect(self._show_devices)
-        self._end_search: Callable[[], None] = lambda: None
+        self._cards, self.search = CardSearch(), BackgroundWorker(self)
+        self.search.found.connect(self._show_devices)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self._find_devices()
+        self._cards = cards = CardSearch()
+        self.search.compute(lambda _: cards.find())  # a sound server that hangs is waited for
 
     def hideEvent(self, event: QHideEvent) -> None:
-        self._end_search()
+        self._cards.give_up()
+        self.search.stop()
+        self.search.join()
         super().hideEvent(event)
 
     def choice(self) -> EquipmentChoice:
@@ -126,25 +127,8 @@ class EquipmentDialog(QDialog):
             return
         self._show_note(f"Opened: {chosen.text}." if chosen.text else "Nothing is chosen.", "good")
 
-    def _find_devices(self) -> None:
-        """Look for devices in a thread, since a sound server that hangs is waited for."""
-        self._end_search()
-        search = CardSearch()
-        thread = threading.Thread(
-            target=lambda: self.devices_found.emit([card.name for card in search.find()]),
-            name="look for sound devices",
-            daemon=True,
-        )
-
-        def end() -> None:
-            search.give_up()
-            thread.join()
-
-        self._end_search = end
-        thread.start()
-
-    def _show_devices(self, names: list[str]) -> None:
-        for name in dict.fromkeys(names):
+    def _show_devices(self, cards: list[Card]) -> None:
+        for name in dict.fromkeys(card.name for card in cards):
             if self.masking.findText(name) < 0:
                 self.masking.addItem(name)
 

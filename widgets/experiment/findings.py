@@ -18,7 +18,7 @@ from underfoot.experiments.table import rows_of
 from underfoot.quantities import counted
 from underfoot.studies.results import analysed_files, written_files
 from underfoot.studies.simulated import simulate_locally
-from underfoot.widgets.experiment.background import Task
+from underfoot.widgets.background import Task
 from underfoot.widgets.experiment.people_dialog import SimulatedPeople
 from underfoot.widgets.experiment.studies import StudyFile
 

@@ -18,7 +18,7 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
-from underfoot.widgets.experiment.background import BackgroundWorker
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow

@@ -27,11 +27,11 @@ from underfoot.patch.patch import Patch
 from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.choice_box import ChoiceBox, name_control
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.controls.undo_actions import DocumentLine
-from underfoot.widgets.experiment.background import BackgroundWorker
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, LEAST_CONTROL_PX, FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
 

@@ -14,7 +14,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
 from underfoot.quantities import counted
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.background import BackgroundWorker, Task
+from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.experiment.findings import analysed_in_process, simulated_study, written_in_process
 from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPeople, people_text
 from underfoot.widgets.experiment.results_menu import ResultsButton

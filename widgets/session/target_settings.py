@@ -1,7 +1,7 @@
 """Targets from the settings, and their descriptions."""
 
-import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
@@ -58,7 +58,15 @@ def numbers_beside(references: Mapping[str, str]) -> tuple[int, ...]:
     (9, 12)
     """
     words = " ".join(references.values()).split()
-    return tuple(sorted({int(found[1]) for word in words if (found := re.match(r"(\d{1,5})\.[1-4]:[-+.\d]", word))}))
+    if not words:
+        return ()
+    from underfoot.calibration.rigs.device import load_cell_of  # which most windows need not load at their start
+
+    found = set[int]()
+    for word in words:
+        with suppress(BadValue):
+            found.add(load_cell_of(word).tile)
+    return tuple(sorted(found))
 
 
 def target_text(target: Target) -> str:

@@ -20,7 +20,7 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
     dialog.set_values(device, rate, block)
     show(qtbot, dialog)
     assert dialog.note.text() == "Looking for sound devices…"
-    with qtbot.waitSignal(dialog.devices_found):
+    with qtbot.waitSignal(dialog.search.found):
         let_go.set()
     return dialog
 
@@ -110,7 +110,7 @@ def test_a_card_that_was_plugged_in_since_is_found_by_looking_again(qtbot):
     cards = list(CARDS)
     dialog = opened(qtbot, cards, "Headphones")
     cards.append(("New card", 18, 48_000.0))
-    with qtbot.waitSignal(dialog.devices_found):
+    with qtbot.waitSignal(dialog.search.found):
         qtbot.mouseClick(dialog.cards.search_again, Qt.MouseButton.LeftButton)
     assert dialog.cards.rows[0].device_box.findData("New card") > 0
     assert dialog.values()[0] == "Headphones"

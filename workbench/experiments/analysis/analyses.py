@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 from underfoot.errors import BadMeasurement, BadValue, require
@@ -25,7 +26,7 @@ from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.analysis.stages import stages_compared
+from underfoot.experiments.analysis.stages import Estimates, stages_compared
 from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
@@ -85,7 +86,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
     Raises `BadValue` for an unknown method, or a missing column.
     """
     found: list[Findings] = []
-    parts: dict[str, dict[str, Sequence[Row]]] = {}
+    people: dict[str, dict[str, Callable[[], Estimates]]] = {}
     _check_truths(rows)
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
         require(method in ANALYSES, "method", method, ", ".join(ANALYSES))
@@ -109,29 +110,24 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 "`underfoot analyse --protocol` takes those of the study."
             )
         findings.remarks += _spoiled(row for row in rows if row.get("stage", "") == stage and not row.get("practice"))
-        _add_people(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
+        plain = settings_of(protocol, stage, replace(settings, bootstrap=0))
+        of_people = people.setdefault(method, {})[stage] = cache(partial(_estimates, part, analysis, plain))
+        _add_people(findings, part, of_people)
         found.append(findings)
-        parts.setdefault(method, {})[stage] = part
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
-    found += _stages_compared(parts, protocol, settings)
+    found += _stages_compared(people)
     return found if protocol is None else [*found, *questionnaires(rows, protocol), *counterbalance(rows, protocol)]
 
 
-def _stages_compared(
-    methods: Mapping[str, Mapping[str, Sequence[Row]]], protocol: Protocol | None, settings: Settings
-) -> list[Findings]:
-    """Compare the stages of each method, if two people or more did each of them."""
+def _stages_compared(methods: Mapping[str, Mapping[str, Callable[[], Estimates]]]) -> list[Findings]:
+    """Compare the stages of each method that has several, if two people or more did each of them."""
     found = []
     for method, stages in methods.items():
-        people = [len(grouped(part, "participant")) for part in stages.values()]
-        if len(people) > 1 and min(people) > 1:
-            plain = replace(settings, bootstrap=0)
-            estimates = {
-                stage: _estimates(part, ANALYSES[method], settings_of(protocol, stage, plain))
-                for stage, part in stages.items()
-            }
-            found.append(stages_compared(ANALYSES[method].name or METHODS[method].name, estimates))
+        if len(stages) > 1:
+            estimates = {stage: of_people() for stage, of_people in stages.items()}
+            if min(map(len, estimates.values())) > 1:
+                found.append(stages_compared(ANALYSES[method].name or METHODS[method].name, estimates))
     return found
 
 
@@ -221,8 +217,8 @@ def _check_cells(rows: Sequence[Row]) -> None:
             require(good, place + name, value, f"a whole number, 1 to {_MOST_STIMULI}")
 
 
-def _add_people(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
+def _add_people(findings: Findings, rows: Sequence[Row], estimates: Callable[[], Estimates]) -> None:
     """Add what of the estimates of each person follows what they were asked, of enough people."""
     people = grouped(rows, "participant").values()
     if len(people) >= LEAST_PEOPLE and any(name.startswith(OF_PERSON) for name in columns_of(rows)):
-        add_people(findings, [part[0] for part in people], list(_estimates(rows, analysis, settings).values()))
+        add_people(findings, [part[0] for part in people], list(estimates().values()))

@@ -1,4 +1,4 @@
-"""Simulation, analysis and measurement in a thread, so that the window stays responsive; each can be stopped."""
+"""What takes time, in a thread, so that the window stays responsive; each can be stopped."""
 
 import threading
 from collections.abc import Callable
@@ -66,7 +66,7 @@ class BackgroundWorker(QObject):
                 signal.emit(result)
 
         self._threads = [thread for thread in self._threads if thread.is_alive()]
-        self._threads.append(threading.Thread(target=work, name="findings"))
+        self._threads.append(threading.Thread(target=work, name="background", daemon=True))
         self._threads[-1].start()
 
     def stop(self) -> None:
