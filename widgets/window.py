@@ -106,6 +106,8 @@ class MainWindow(QMainWindow):
         self.actions_by_name = self._make_actions()
         self._build()
         self._connect()
+        for line in self._settings_file.refused:
+            self.show_message(line)
         self.open_patch.restore_or_open(patch_path, default_patch=first_patch())
         self._show_title()
         remembered = self.settings.workspace

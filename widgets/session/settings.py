@@ -2,10 +2,12 @@
 
 import base64
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 
-from underfoot.errors import UnderfootError
+from underfoot.documents import placed, plain_json
+from underfoot.errors import BadFile
 from underfoot.files import read_file, write_file
 from underfoot.network.plan import LISTEN_PORT, SEND_PORT, TUIO_PORT, loopback
 from underfoot.widgets.controls.true_scale import Placement
@@ -63,8 +65,8 @@ class Settings(msgspec.Struct):
     columns: int = 2
     simulation: str = ""
     sound: str | None = ""
-    rate: int = 48_000
-    block: int = 128
+    rate: Annotated[int, msgspec.Meta(ge=8000, le=192_000)] = 48_000
+    block: Annotated[int, msgspec.Meta(ge=8, le=8192)] = 128
     accelerometers: str = ""
     level_db: float = LOW_LEVEL_DB
     folder: str = ""
@@ -78,7 +80,7 @@ class Settings(msgspec.Struct):
     study_equipment: dict[str, str | bool | None] = {}
     study_lapses: bool = False
     theme: str = "dark"
-    text_size: int = 100
+    text_size: Annotated[int, msgspec.Meta(ge=TEXT_SIZES[0], le=TEXT_SIZES[-1])] = 100
     geometry: str = ""
     splitters: dict[str, str] = {}
     workspace: str = ""
@@ -92,20 +94,35 @@ class Settings(msgspec.Struct):
     @staticmethod
     def load(folder: Path) -> "Settings":
         """Load the settings in `folder`; the defaults if there are none, or they cannot be read."""
-        return Settings.read(folder) or Settings()
+        return Settings.read(folder)[0] or Settings()
 
     @staticmethod
-    def read(folder: Path) -> "Settings | None":
-        """Return the settings in `folder`; None if there are none, or they cannot be read."""
+    def read(folder: Path) -> "tuple[Settings | None, list[str]]":
+        """Return the settings in `folder`, and a line for each that has its default because it is not allowed.
+
+        None if there are none, or if the file cannot be read: then the line says why.
+        """
+        path = file_in(folder)
+        if not path.exists():
+            return None, []
         try:
-            return msgspec.json.decode(read_file(folder / "settings.json"), type=Settings)
-        except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError):
-            return None
+            raw = plain_json(read_file(path), str(path))
+        except BadFile as error:
+            return None, [str(error)]
+        if not isinstance(raw, dict):
+            return None, [f"{path} is not an object of settings"]
+        made, refused = Settings(), []
+        for name in filter(raw.__contains__, Settings.__struct_fields__):
+            try:
+                setattr(made, name, getattr(msgspec.convert({name: raw[name]}, Settings), name))
+            except msgspec.ValidationError as error:
+                refused.append(f"{path}: {placed(error, raw)}; {getattr(made, name)!r} is used")
+        return made, refused
 
     def save(self, folder: Path) -> None:
         """Save the settings in `folder`, creating it if needed."""
         folder.mkdir(parents=True, exist_ok=True)
-        write_file(folder / "settings.json", msgspec.json.format(msgspec.json.encode(self), indent=1))
+        write_file(file_in(folder), msgspec.json.format(msgspec.json.encode(self), indent=1))
 
     def copy(self) -> "Settings":
         """Return a copy that shares no list with these settings."""
@@ -157,6 +174,11 @@ class Settings(msgspec.Struct):
     @window_bytes.setter
     def window_bytes(self, data: bytes) -> None:
         self.geometry = base64.b64encode(data).decode()
+
+
+def file_in(folder: Path) -> Path:
+    """Return the file of the settings in a folder."""
+    return folder / "settings.json"
 
 
 def _merged(before: object, mine: object, theirs: object) -> object:

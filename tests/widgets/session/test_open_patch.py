@@ -14,6 +14,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
+from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.session import settings_file
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.settings import Settings
@@ -227,12 +228,29 @@ def test_work_that_cannot_be_read_is_kept_beside_the_next_and_that_is_said(qtbot
         window.leave()
 
 
-@pytest.mark.parametrize(
-    "text", ["", "{", '{"level_db": "loud"}', "\udcff".encode(errors="surrogateescape").decode("latin-1")]
-)
-def test_settings_that_cannot_be_read_are_the_first_ones(tmp_path, text):
+@pytest.mark.parametrize("text", ["", "{", "[1]", "\udcff".encode(errors="surrogateescape").decode("latin-1")])
+def test_settings_that_cannot_be_read_are_the_first_ones_and_kept_beside_them(qtbot, tmp_path, text):
+    """As after an edit by hand: recent files and stars were gone with the next start, and nothing said so."""
     (tmp_path / "settings.json").write_text(text)
     assert Settings.load(tmp_path) == Settings()
+    owner = QObject()
+    file = SettingsFile(tmp_path, pytest.fail, owner)
+    assert len(file.refused) == 1
+    file.close()
+    assert (tmp_path / file.refused[0].rpartition(" ")[2]).read_text() == text
+    assert Settings.load(tmp_path) == file.settings == Settings()
+
+
+def test_a_setting_that_is_not_allowed_is_the_usual_one_and_that_is_said(qtbot, tmp_path):
+    """A rate or a block of 0 ended the engine at each start, and a text in its place all other settings with it."""
+    given = {"rate": 0, "block": 10**9, "level_db": "loud", "stars": ["gravel.json"]}
+    (tmp_path / "settings.json").write_text(json.dumps(given, indent=1))
+    window = quiet_window(qtbot, tmp_path)
+    assert window.settings == Settings(stars=["gravel.json"], first_steps_done=True)
+    said = dialog_of(window, FileErrorDialog).error_text.text()
+    assert said == "Line 4: level_db is 'loud'; allowed: a number; -30.0 is used"
+    window.close()
+    assert Settings.read(tmp_path) == (window.settings, [])
 
 
 def test_the_name_offered_for_a_patch_can_be_a_file_s_whatever_its_title(qtbot, tmp_path):
