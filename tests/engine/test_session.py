@@ -167,7 +167,7 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     assert 0.0 < (start - end) / 48_000 < back + 0.5  # the time without an engine is a gap
     playing.until(lambda: np.isfinite(playing.played(playing.end - 2_400, 2_400)).all(), "it has played for so long")
     sounding = playing.played(playing.end - 2_400, 2_400)[:, 0]
-    assert np.argmax(np.abs(np.fft.rfft(sounding))) == 5  # of the patch that was passed, 100 Hz
+    assert np.argmax(np.abs(np.fft.rfft(sounding))) == 10  # 200 Hz, as was set
     assert np.abs(sounding).max() == pytest.approx(0.2, rel=0.05)
     playing.until(lambda: "standby" in session.pids, "another engine stands by")
 
@@ -261,6 +261,24 @@ def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(pla
     playing.until(lambda: playing.of(Preview), "the preview comes")
     assert [preview.ticket for preview in playing.of(Preview)] == [ticket]
     session.edit(patch_of(("noise.out", "tile-output.acceleration")))
+    playing.done(Swap)
+
+
+def test_an_engine_that_dies_while_a_patch_is_compiled_is_back_with_the_numbers_set_since(playing):
+    """It came back with those that the patch was compiled with: a tone that was turned down was loud again."""
+    session = playing.session
+    playing.until(lambda: "compiler" in session.pids)
+    session.send(Set("tone", "frequency", 200.0))
+    os.kill(session.pids["compiler"], signal.SIGSTOP)  # so that it compiles for as long as is needed
+    session.edit(session.patch.add("noise", REGISTRY))
+    session.send(Set("tone", "amplitude", 2.0))
+    os.kill(session.pids["engine"], signal.SIGKILL)
+    playing.started()
+    playing.play(4_800)
+    sounding = playing.played(playing.end - 2_400, 2_400)[:, 0]
+    assert np.argmax(np.abs(np.fft.rfft(sounding))) == 10
+    assert np.abs(sounding).max() == pytest.approx(0.1, rel=0.05)
+    os.kill(session.pids["compiler"], signal.SIGCONT)
     playing.done(Swap)
 
 

@@ -9,6 +9,7 @@ import math
 import time
 from collections import defaultdict
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -52,7 +53,7 @@ from underfoot.engine.rings import CLOSED, Reader
 from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz, is_simulated, plates_of
-from underfoot.errors import DeviceError
+from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.profile import profiles_of, round_trip_frames
 from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
@@ -110,7 +111,7 @@ class Session:
         self._setup: Setup | None = None  # the program last sent to the engine; the first waits for a recorder's file
         self._started = False  # whether the engine plays it
         self._standby_due = math.inf
-        self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # programs that can be played at once
+        self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what plays, with numbers set since
         self._awaited: tuple[bool, float] | None = None  # `anew` and `settle_s` of the present patch while not compiled
         self._is_refused = False  # whether an earlier patch plays instead of the present one
         self._compile_progress = CompileProgress()
@@ -222,6 +223,8 @@ class Session:
                 if self._is_refused or not is_ramped:
                     self._request_compile()
                     return
+                with suppress(BadValue):  # of a node that is only in the patch that is being compiled
+                    self._compiled = self._compiled[0].set(node, name, value, self.registry), self._compiled[1]
         if self._started:
             self._engine.send(command)
 
@@ -394,7 +397,7 @@ class Session:
         """Send the waiting engine its configuration, after a requested recording has started."""
         if self._setup is None and self._recorder.awaits_file:
             return
-        patch, scopes = (self.patch, self.scopes) if self.is_compiled else self._compiled
+        self._compiled = patch, scopes = self._playable
         if self._setup is None:
             self._recorder.send(RecordAbout("patch", patch.dumps().decode()))
             self._recorder.send(RecordAbout("corrections", self._equalisers_text()))
@@ -425,9 +428,14 @@ class Session:
         for equaliser in self._equalisers.values():
             if equaliser not in setup.equalisers:
                 self._engine.send(equaliser)
-        patch = self.patch.dumps()
-        if self.is_compiled and (patch, self.scopes) != (setup.patch, setup.scopes):
-            self._engine.send(Swap(patch, self.scopes))
+        self._compiled = patch, scopes = self._playable
+        if (patch.dumps(), scopes) != (setup.patch, setup.scopes):
+            self._engine.send(Swap(patch.dumps(), scopes))
+
+    @property
+    def _playable(self) -> tuple[Patch, tuple[str, ...]]:
+        """The patch and scopes that can be played at once: while another patch is compiled, what plays until then."""
+        return (self.patch, self.scopes) if self.is_compiled else self._compiled
 
     def _handle_engine_reports(self) -> None:
         for message in self._engine.receive():
