@@ -122,8 +122,8 @@ def test_a_simulated_tile_whose_file_is_gone_is_an_ideal_one(tmp_path):
 
 
 def test_hardware_is_chosen_in_a_dialog(window, qtbot):
-    """A real pseudo-terminal, with an emulated floor behind it on which a walker walks; chosen again, it begins anew,
-    where another program was said to have it.
+    """A real pseudo-terminal, with an emulated floor behind it on which a walker walks; chosen again,
+    in other words, it begins anew, where another program was said to have it.
     """
     sender = PtySender()
     emulator = Emulator(sender, SimulatedFloor(default_floor()))
@@ -149,7 +149,7 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
         qtbot.waitUntil(lambda: not window.findChildren(TransportDialog))
         window.main_bar.target_chosen.emit("transport serial")
         dialog = window.findChild(TransportDialog)
-        dialog.address.setEditText(sender.name)
+        dialog.address.setEditText(f"{sender.name}@1000000")
         with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
             qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     finally:

@@ -5,6 +5,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from underfoot.devices.accelerometers import accelerometers_of
+from underfoot.devices.transports import transport_of
 from underfoot.engine.target import require_source
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tile_parameters import TileParameters
@@ -55,8 +56,9 @@ class TargetSelection:
     def require_transport(self, scheme: str, address: str) -> None:
         """Raise `UnderfootError` if hardware on a transport cannot be opened. May wait for it, in any thread."""
         present = self._controller.target
-        if (scheme, address) != (present.kind, present.source):  # which the session has, and nobody else can open
-            require_source(make_target(self._settings, scheme, address, present.floor))
+        wanted = transport_of(scheme, address)
+        if scheme != present.kind or wanted.device != transport_of(scheme, present.source).device:
+            require_source(make_target(self._settings, scheme, address, present.floor))  # the session has no other open
 
     def use_transport(self, scheme: str, address: str) -> None:
         """Use hardware on a transport, with the layout of the present floor.

@@ -82,6 +82,11 @@ class Transport(ABC):
     def suggestions(cls) -> list[str]:
         """Return addresses that the dialog offers, the likeliest first."""
 
+    @property
+    def device(self) -> str:
+        """What only one can have open, in the same words for each way of writing its address."""
+        return self.name
+
     @abstractmethod
     def open(self) -> None:
         """Open it; raise `DeviceError` if that fails."""

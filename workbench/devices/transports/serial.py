@@ -134,6 +134,11 @@ class SerialTransport(Transport):
 
         return [port.device for port in comports()]
 
+    @property
+    def device(self) -> str:
+        """The port behind links, at any rate."""
+        return os.path.realpath(self.path)
+
     def open(self) -> None:
         """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
         try:

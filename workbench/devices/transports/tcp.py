@@ -118,6 +118,11 @@ class TcpTransport(Transport):
         """Return the emulator's address, as an example."""
         return ["127.0.0.1:9001"]
 
+    @property
+    def device(self) -> str:
+        """The hub, which listens to whoever connected last."""
+        return f"{'127.0.0.1' if self.host in ('', 'localhost') else self.host}:{self.port}"
+
     def open(self) -> None:
         """Connect; raise `DeviceError` if nobody answers."""
         try:

@@ -100,6 +100,11 @@ class UdpTransport(Transport):
         """Return the address that stands for all network interfaces of this machine."""
         return ["0.0.0.0:9000"]
 
+    @property
+    def device(self) -> str:
+        """The port: who listens to it at all addresses has it at each."""
+        return str(self.port)
+
     def open(self) -> None:
         """Listen; raise `DeviceError` if that fails."""
         try:
