@@ -220,6 +220,7 @@ def test_an_accelerometer_is_reported_before_anything_plays(underfoot, walk):
         (["serial:/dev/nope"], "serial:/dev/nope cannot be opened: there is no such port"),
         (["udp:127.0.0.1"], "allowed: HOST:PORT"),
         (["udp:203.0.113.7:9000"], "udp:203.0.113.7:9000 cannot be listened at: "),
+        (["simulator:nix"], "simulator is 'nix'; allowed: PARAMETERS.json, people=N,path=PATH, child-walking,"),
         (["simulator:none.json"], "underfoot: none.json cannot be read: no such file"),
         (["udp:127.0.0.1:9999", "--profiles", "nope"], "nope"),
     ],

@@ -11,7 +11,7 @@ from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transport import asked
 from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
-from underfoot.errors import BadValue, DeviceError
+from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import names_file
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
@@ -57,7 +57,7 @@ class Target(Struct, frozen=True):
 def simulation_of(text: str) -> str | None:
     """Return the simulation in a target's text: a parameter file or people, "" for neither; None if not simulated.
 
-    A preset may be named instead of its file.
+    A preset may be named instead of its file. `BadValue` for a name that is none's.
 
     >>> simulation_of("simulator"), simulation_of("simulator:people=2"), simulation_of("walk.csv")
     ('', 'people=2', None)
@@ -65,11 +65,13 @@ def simulation_of(text: str) -> str | None:
     kind, _, named = text.partition(":")
     if kind != "simulator":
         return None
-    if not named or names_file(named):
+    if not named or "=" in named or names_file(named):
         return named
     from underfoot.patch.preset_files import simulations  # which most starts need not load
 
-    return str(simulations().get(named, named))
+    presets = simulations()
+    require(named in presets, "simulator", named, f"PARAMETERS.json, people=N,path=PATH, {', '.join(presets)}")
+    return str(presets[named])
 
 
 def live_target(name: str, floor: str | Path | None = None, sensor_hz: float | None = None) -> Target | None:
