@@ -133,7 +133,7 @@ def test_monitor_passes_on_what_a_session_has_to_say(underfoot, folder, rehearse
     said = underfoot("monitor", "simulator", "--seconds", "0.35", "--steps", "steps.csv")
     assert said.status == 0
     assert said.error.splitlines() == [
-        "underfoot: there is no sound card",
+        "underfoot: there is no sound card; going on without sound",
         "underfoot: node gain made a value that is not finite, on tile t2 at frame 4711",
         "underfoot: the engine was lost and is started again: killed",
         "underfoot: tile t4 has no channel",

@@ -15,6 +15,7 @@ from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import target_forms
 from underfoot.engine.reports import (
     NOTHING,
+    SOUND_CARD,
     Compiling,
     Fault,
     Health,
@@ -194,7 +195,9 @@ def messages_of(report: Report, health: Health) -> Iterator[str]:
             yield text
         case Notice(text) if not health.running and not health.frame:
             raise DeviceError(text)
-        case Notice(text) | Started(notice=text) if text:
+        case Started(where, notice) if notice:
+            yield notice if where == SOUND_CARD else f"{notice}; going on without sound"
+        case Notice(text) if text:
             yield text
         case Compiling(ready, total):
             yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"

@@ -1,6 +1,7 @@
 """Several sound cards: which channels go where, two real streams on two clocks, and a card that goes and comes back."""
 
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
 from underfoot.devices.sound import devices
 from underfoot.engine.card_search import CardSearch
 from underfoot.engine.commands import Level, Panic
-from underfoot.engine.reports import Notice, OutputChanged
+from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 
@@ -68,6 +69,14 @@ def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
         playing.session.send(Panic())
         for heard in (left, right):
             until(lambda heard=heard: not heard()[-4800:].any(), "a panic silences both", seen=heard.summary)
+
+
+def test_where_the_first_card_is_missing_the_second_is_a_sound_card_that_plays(two_sinks, until):
+    """It was called a session without sound, which the window lets sound at once, with nobody asked."""
+    with playing_on(until, "none=18; right=18") as playing:
+        started = playing.started()
+        assert started.where == SOUND_CARD
+        assert re.fullmatch("sound device 'none' cannot play .*; silent: t1, t2, .*, t18", started.notice)
 
 
 def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_anew_here(null_sink):

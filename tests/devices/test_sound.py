@@ -1,6 +1,7 @@
 """Real PortAudio into a PulseAudio null sink, judged by the samples that arrive there."""
 
 import itertools
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -104,8 +105,7 @@ def test_without_a_sound_card_the_session_goes_on_and_says_so_once(until, monkey
     with live(hum(), until, sound=sound) as playing:
         started = playing.started()
         assert started.where == "the simulator, without sound"
-        assert started.notice.endswith("; going on without sound")
-        assert "\n" not in started.notice
+        assert re.fullmatch(r"there is no sound device|sound device 'no such card' cannot play .*", started.notice)
         playing.play(9_600)
         assert playing.played(playing.end - 480, 480).any()
         assert len(playing.of(Started)) == 1

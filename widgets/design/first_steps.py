@@ -14,6 +14,8 @@ STEPS = {
     "turn": "Select a node, and drag the slider of a number at the right: it is heard at once.",
 }
 """The steps in order; each ends when the user has done it."""
+SILENT_TEXT = "No sound card plays, so that nothing sounds: choose one under Audio (Ctrl+,)."
+"""What stands for the first step meanwhile."""
 ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind Ctrl+P, every key behind F1."
 
 
@@ -29,6 +31,7 @@ class FirstSteps(QFrame):
         super().__init__(parent)
         self.is_wanted: Callable[[], bool] = lambda: False
         self._done: set[str] = set()
+        self._is_silent = False
         self.setObjectName("steps")
         self.setStyleSheet(f"#steps {{ background: {theme.PANEL}; border-bottom: 1px solid {theme.LINE}; }}")
         self.close_button = QToolButton()
@@ -61,6 +64,13 @@ class FirstSteps(QFrame):
             if not self.remaining:
                 self.done.emit()
 
+    def note_output(self, is_playing: bool, has_sound: bool) -> None:
+        """Take the first step as done once something sounds; while no sound card plays, say so in its place."""
+        self._is_silent = not has_sound
+        self._show_next()
+        if is_playing and has_sound:
+            self.mark_done("play")
+
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         if not self.is_wanted():
@@ -69,7 +79,8 @@ class FirstSteps(QFrame):
     def _show_next(self) -> None:
         left = self.remaining
         self._count.setText("FIRST STEPS  " + "".join("○" if name in left else "●" for name in STEPS))
-        self.text.setText(STEPS[left[0]] if left else ALL_DONE_TEXT)
+        text = STEPS[left[0]] if left else ALL_DONE_TEXT
+        self.text.setText(SILENT_TEXT if self._is_silent and text == STEPS["play"] else text)
         theme.set_role(self.text, "" if left else "good")
 
     def _dismiss(self) -> None:

@@ -143,10 +143,15 @@ class DesignWorkspace(Workspace):
 
     def _prepare_first_steps(self, context: WorkspaceContext) -> None:
         """Show the three steps of a first start, until the user dismisses them."""
-        settings = context.settings
+        settings, controller = context.settings, context.controller
         steps = self._first_steps
+
+        def note_output(_: object) -> None:
+            steps.note_output(controller.is_playing, controller.has_sound)
+
         steps.is_wanted = lambda: not settings.first_steps_done
-        context.controller.playing_changed.connect(lambda on: steps.mark_done("play") if on else None)
+        for changed in (controller.playing_changed, controller.bridge.started, controller.bridge.output_changed):
+            changed.connect(note_output)
         self.struck.connect(lambda *_: steps.mark_done("press"))
         self.pressed.connect(lambda *_: steps.mark_done("press"))
         self.inspector.edited.connect(lambda *_: steps.mark_done("turn"))

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, RecordingFile, Started
+from underfoot.engine.reports import SOUND_CARD, OutputChanged, RecordingFile, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
@@ -73,7 +73,7 @@ class SessionController(QObject):
         self._opener = SessionOpener(registry, engine, self)
         self._profiles = profiles
         self.target = self._with_profiles(target)
-        self.is_playing = True
+        self.is_playing = self.has_sound = True  # whether a card plays is known once the engine has started
         self._is_silent_start = False
         self._registry, self._settings = registry, settings
         self._patch = Patch()
@@ -99,7 +99,9 @@ class SessionController(QObject):
         self._opener.failed.connect(self._fall_back)
         self._opener.recording_file_changed.connect(self._use_recording_file)
         self.bridge.recording_file_changed.connect(self._use_recording_file)
+        self.bridge.started.connect(self._use_output)
         self.bridge.started.connect(self._end_silent_start)
+        self.bridge.output_changed.connect(self._use_output)
         self.bridge.ticked.connect(self._notice_lost_recording)
 
     # --- lifecycle ---
@@ -371,9 +373,12 @@ class SessionController(QObject):
         if self.session is not None:
             self.session.send(command)
 
+    def _use_output(self, report: Started | OutputChanged) -> None:
+        self.has_sound = report.where == SOUND_CARD
+
     def _end_silent_start(self, report: Started) -> None:
         """End the silent start: without a sound card, nobody is startled by sound."""
-        if self._is_silent_start and report.where != SOUND_CARD:
+        if self._is_silent_start and not self.has_sound:
             self.play()
         elif self._is_silent_start:
             self._is_silent_start = False

@@ -45,7 +45,8 @@ class Pacer:
     def where(self) -> str:
         """The device that plays, as in `Started`."""
         forces_from = "the simulator" if self._target.kind == "simulator" else self._target.kind
-        return SOUND_CARD if self._stream is not None else f"{forces_from}, without sound"
+        plays = self._stream is not None or self._further.any_playing
+        return SOUND_CARD if plays else f"{forces_from}, without sound"
 
     def open(self) -> str:
         """Open the sound card, if one is wanted; return the reason if that fails."""
@@ -61,7 +62,9 @@ class Pacer:
             self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, recorded)
         except DeviceError as error:
             self._status.put(Field.STREAM_LATENCY_S, 0.0)
-            return "; ".join((f"{error}; {self._without_sound()}", *self._further.open()))
+            further = self._further.open()
+            silent = [self._without_sound()] if self._further.any_playing else []
+            return "; ".join((str(error), *silent, *further))
         self._status.put(Field.ROUND_TRIP_S, target.round_trip_frames / target.rate)
         self._publish_latency(self._stream)
         if accelerometers:

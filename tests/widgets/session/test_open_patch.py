@@ -14,6 +14,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.first_steps import SILENT_TEXT, FirstSteps
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.session import settings_file
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
@@ -72,6 +73,9 @@ def test_why_there_is_no_sound_stands_at_the_right_and_hides_no_message(qtbot, t
     window.start()
     qtbot.waitUntil(lambda: "no such card" in window.status.session, timeout=LONG_MS)
     assert not any("no such card" in line for line in said)
+    assert window.status.session.count("without sound") == 1
+    steps = window.findChild(FirstSteps)  # nobody has pressed Space, and nothing has sounded
+    assert (steps.remaining[0], steps.text.text()) == ("play", SILENT_TEXT)
 
 
 def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_path):
