@@ -1,5 +1,7 @@
 """Masking sounds: their spectrum, level and clicks; and that a real card plays them on the channel asked for."""
 
+import os
+import signal
 import subprocess
 import sys
 
@@ -34,8 +36,9 @@ def test_the_loop_has_no_seam_and_whole_beats():
     assert abs(plain[0] - plain[-1]) < 6.0 * np.diff(plain).std()
 
 
-def test_a_card_plays_it_on_its_channel(null_sink, until):
-    """It stops and goes on as it is told. Once its card was gone, the study went on without it, in silence."""
+@pytest.mark.parametrize("hangs", [False, True])
+def test_a_card_plays_it_on_its_channel(null_sink, until, hangs):
+    """It stops and goes on as it is told. Once its card was gone, or its server hung, the study went on without it."""
     script = """
 from underfoot.experiments.protocol import Sounds
 from underfoot.studies.masking import Masking
@@ -56,8 +59,14 @@ masking.close()
         played = heard()[-4800:]
         print(file=player.stdin, flush=True)
         until(lambda: len(heard()) and np.abs(heard()[-2400:, 3]).max() < 1e-3, "it fades away", seen=heard.summary)
-        null_sink.stop()
+        server = min(null_sink.threads())
+        if hangs:
+            os.kill(server, signal.SIGSTOP)
+        else:
+            null_sink.stop()
         said, _ = player.communicate("\n")
+        if hangs:
+            os.kill(server, signal.SIGCONT)
     assert (player.returncode, said.startswith("the masking sound has stopped")) == (0, True)
     assert np.abs(played[:, [0, 1, 2]]).max() == 0.0
 

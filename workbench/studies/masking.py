@@ -5,6 +5,7 @@ It uses its own stream, because headphones are often on another card than the ti
 
 import math
 import os
+import threading
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,14 @@ LOOP_S = 20.0
 LOWEST_HZ, HIGHEST_HZ = 30.0, 16_000.0
 CLICK_S, CLICK_HZ = 0.02, 1000.0
 FADE_S = 0.5
-_GONE = "the masking sound has stopped; is its sound card there? Leave the session, and continue it to hear it again"
+STILL_LOOKS, LOOK_S = 8, 0.25
+"""Looks in a row, and seconds between two, at which a card has asked for nothing until it is given up. Looks are
+counted, and not time: this process may have stood still itself.
+"""
+_GONE = (
+    "the masking sound has stopped; is its sound card there, and does its server answer? Leave the session, and "
+    "continue it to hear it again"
+)
 
 
 def is_audible(sounds: Sounds) -> bool:
@@ -92,7 +100,8 @@ class _Player:
         self._loop, self._channel = sound_loop(sounds), sounds.channel
         self._at, self._gain, self._target = 0, 0.0, 0.0
         self._step = 1.0 / (FADE_S * RATE_HZ)
-        self._is_closing = False
+        self._is_closing = threading.Event()
+        self._blocks = 0
         try:
             most = int(library.query_devices(device_of(device), "output")["max_output_channels"])
             require(sounds.channel < most, "sounds.channel", sounds.channel, f"0 to {most - 1} on this device")
@@ -109,6 +118,7 @@ class _Player:
         except (library.PortAudioError, ValueError) as error:
             where = device or "the default device"
             raise DeviceError(f"masking sound cannot be played on {where}: {in_one_line(error)}") from None
+        threading.Thread(target=self._watch, name="watch", daemon=True).start()
 
     def start(self) -> None:
         """Fade in."""
@@ -120,16 +130,25 @@ class _Player:
 
     def close(self) -> None:
         """Close the device."""
-        self._is_closing = True
+        self._is_closing.set()
         self._stream.close()
 
     def _finish(self) -> None:
         """End the process with the stream, which nobody would miss: its device has gone."""
-        if not self._is_closing:
+        if not self._is_closing.is_set():
             os._exit(1)
+
+    def _watch(self) -> None:
+        """End the process, too, where the device asks for nothing any more, as where a sound server hangs."""
+        before, looks = 0, 0
+        while looks < STILL_LOOKS and not self._is_closing.wait(LOOK_S):
+            looks = looks + 1 if self._blocks == before else 0
+            before = self._blocks
+        self._finish()
 
     def _fill(self, out: NDArray[np.float32], frames: int, time: object, status: object) -> None:
         out[:] = 0.0
+        self._blocks += 1
         done = 0
         while done < frames:
             part = self._loop[self._at : self._at + frames - done]
