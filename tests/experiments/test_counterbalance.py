@@ -156,6 +156,19 @@ def test_an_interrupted_session_goes_on_in_its_order(tmp_path):
     file.close()
 
 
+def test_a_session_that_was_begun_with_other_rows_goes_on_with_them_to_its_end():
+    """Earlier versions gave each stage the row of the number alone; what a person had answered was refused."""
+    protocol = made([rated(id, order="counterbalanced") for id in ("one", "two")], ["one", "two"])
+    earlier = Study(made([rated("one", order="counterbalanced")]), "P03")
+    begun = [page.trial for page in walked(earlier) if page.trial is not None]
+    assert begun[0].facts["block_row"] != trials(walked(Study(protocol, "P03")), "one")[0].facts["block_row"]
+    for kept in (1, 4, 6):  # within a block, in the next one, and with a stage to come
+        study = Study(protocol, "P03", earlier.entries[:kept])
+        walked(study)
+        assert [entry.trial for entry in study.entries[:6]] == begun
+        assert study.is_done
+
+
 @pytest.mark.parametrize("protocol", [TWO, made([rated("one", order="counterbalanced")])])
 def test_an_id_without_a_number_is_refused_before_there_is_a_session(protocol, tmp_path):
     with pytest.raises(BadValue, match="participant is 'Ann'; allowed: an id with a number"):

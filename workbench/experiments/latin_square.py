@@ -51,12 +51,14 @@ def number_of_row(participant: str, size: int) -> int:
 class Turn(NamedTuple):
     """A participant, in a study of which so many `stages` change places, too; 0 if none do.
 
-    `rows_before` have had their turn in stages before, of as many stimuli.
+    `rows_before` have had their turn in stages before, of as many stimuli. `begun` is the row that the stage was begun
+    with, if that is known: an earlier version may have given another one. 0 if it follows from the participant.
     """
 
     participant: str = "1"
     stages: int = 0
     rows_before: int = 0
+    begun: int = 0
 
     def row(self, size: int) -> int:
         """Return the number of the participant's row of so many stimuli, from 1.
@@ -66,8 +68,8 @@ class Turn(NamedTuple):
         >>> Turn("P01", rows_before=3).row(4)
         4
         """
-        rows = rows_of(size)
-        return 1 + (self._own_row(size) - 1 + self.rows_before) % rows
+        row = self.begun or self._own_row(size) + self.rows_before
+        return 1 + (row - 1) % rows_of(size)
 
     def _own_row(self, size: int) -> int:
         """Return the row in the first stage of so many stimuli."""

@@ -15,7 +15,7 @@ import msgspec
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.duration import usual_s
 from underfoot.experiments.latin_square import Turn
-from underfoot.experiments.method import COUNTERBALANCED, Method
+from underfoot.experiments.method import BLOCK_ROW, COUNTERBALANCED, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import ask, needs_answer, unanswered, yes_or_no
@@ -92,8 +92,10 @@ class Study:
         self.protocol, self.participant = protocol, participant
         self._stages = all_stages(protocol, participant)
         self.entries: list[Entry] = []
+        before = list(entries)
+        self._rows_begun = _rows_begun(before)
         self._begin()
-        for number, entry in enumerate(entries, 1):
+        for number, entry in enumerate(before, 1):
             self._take_again(entry, number)
 
     @property
@@ -227,7 +229,8 @@ class Study:
         if self._at < len(self._stages):
             stage = self._stages[self._at]
             if stage.method is not None:
-                self._method = method_of(self.protocol, stage, self.participant)
+                begun = self._rows_begun.get(stage.id, 0)
+                self._method = method_of(self.protocol, stage, self.participant, begun)
         self._page = self._made()
 
     def _made(self) -> Page:
@@ -299,15 +302,29 @@ class Study:
         return [usual_s(self.protocol, stage) for stage in self._stages]
 
 
-def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
-    """Return a stage's method at its first trial, with this participant's random order."""
+def _rows_begun(entries: Iterable[Entry]) -> dict[str, int]:
+    """Return the row of the first block of each stage whose stimuli are counterbalanced, as its first trial has it."""
+    found: dict[str, int] = {}
+    for entry in entries:
+        row = entry.trial.facts.get(BLOCK_ROW) if entry.trial is not None else None
+        if isinstance(row, int):
+            found.setdefault(entry.stage, row)
+    return found
+
+
+def method_of(protocol: Protocol, stage: Stage, participant: str, begun_row: int = 0) -> Method:
+    """Return a stage's method at its first trial, with this participant's random order.
+
+    Where an earlier version began the stage, `begun_row` is the row of a Latin square that it began with.
+    """
     use = stage.method
     if use is None:
         raise BadValue(f"stage {stage.id!r} has no method")
     require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
     draws = SeededRandom(protocol.seed, participant, stage.id)
-    return METHODS[use.kind](given, protocol.stimuli, draws, turn_of(protocol, stage, participant))
+    turn = turn_of(protocol, stage, participant)._replace(begun=begun_row)
+    return METHODS[use.kind](given, protocol.stimuli, draws, turn)
 
 
 def turn_of(protocol: Protocol, stage: Stage, participant: str) -> Turn:
