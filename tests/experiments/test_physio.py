@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from made_studies import first_answers, made_protocol
 
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.physio import write_physio
-from underfoot.experiments.store import Excerpt, SessionFile
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import rows_of
 from underfoot.experiments.trial_files import write_bids
 

@@ -15,8 +15,9 @@ from made_patches import patch_of
 from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import Excerpt, SessionFile
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files

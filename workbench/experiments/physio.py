@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from underfoot.experiments.store import Excerpt, SessionFile
+from underfoot.experiments.excerpts import Excerpt
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.trial_files import bids_label, bids_task
 from underfoot.files import make_folder, write_file
 

@@ -6,7 +6,6 @@ transaction, flushed to disk. After a crash at any time the file can be opened, 
 page.
 """
 
-import json
 import os
 import platform
 import re
@@ -21,11 +20,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.documents import parse, placed
 from underfoot.errors import BadFile, in_one_line
+from underfoot.experiments.excerpts import Excerpt, Packed, packed, unpacked
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
 from underfoot.experiments.stimuli import parameters_of, patch_path, path_beside, settings_kept
@@ -49,28 +47,6 @@ create table stretch (
 ) without rowid;
 create table note (id integer primary key, at text not null, entry integer not null, body text not null);
 """
-_LARGEST = 1 << 30
-"""Bytes of a stretch: an hour and a half of a tile's vibration."""
-_Packed = tuple[object, ...]
-"""A stretch as a row of its table, without the entry."""
-_TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<i2"}
-
-
-@dataclass(frozen=True)
-class Excerpt:
-    """Samples recorded during a presentation, [frame, column].
-
-    `kind` is "force" (N, per corner), "vibration" (commanded acceleration, m/s^2, per tile) or "measured" (an
-    accelerometer's signal, m/s^2). `part` is the index of the interval. `first` is the time of the first row, in
-    seconds of the session, and `rate_hz` the rate of the rows.
-    """
-
-    kind: str
-    part: int
-    first: float
-    rate_hz: float
-    columns: tuple[str, ...]
-    values: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -113,8 +89,8 @@ class SessionFile:
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
         self.path, self._base = path, base
         self._packer = ThreadPoolExecutor(1, "packing")
-        self._begun: list[tuple[Excerpt, Future[_Packed]]] = []
-        self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
+        self._begun: list[tuple[Excerpt, Future[Packed]]] = []
+        self._waiting: list[tuple[str, Entry, list[Packed]]] = []
         """Writes that the disk has refused, with their times, to be written before anything else."""
         self._felt = 0
         """The number of the entry of a trial that was felt, until its answer replaces it; 0 if there is none."""
@@ -301,14 +277,11 @@ class SessionFile:
         found = []
         with self._readable("stretch"):
             rows = self._base.execute(
-                "select kind, part, first, rate_hz, columns, scale, shape, data from stretch where entry = ? "
+                "select part, kind, first, rate_hz, columns, scale, shape, data from stretch where entry = ? "
                 "order by part, kind",
                 (number,),
             )
-            for kind, part, first, rate_hz, columns, scale, shape, data in rows:
-                values = np.frombuffer(_unpacked(data), _TYPES[kind]).reshape(json.loads(shape))
-                names = tuple(json.loads(columns))
-                found.append(Excerpt(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
+            found += [unpacked(row) for row in rows]
         return found
 
     # --- writing ---
@@ -318,7 +291,7 @@ class SessionFile:
 
         Ten seconds of four tiles take half a second, during which the participant answers.
         """
-        self._begun += [(excerpt, self._packer.submit(_packed, excerpt)) for excerpt in excerpts]
+        self._begun += [(excerpt, self._packer.submit(packed, excerpt)) for excerpt in excerpts]
 
     def add(self, entry: Entry, excerpts: Iterable[Excerpt] = ()) -> int:
         """Store an entry with its excerpts durably, and return its number, from 1.
@@ -381,9 +354,9 @@ class SessionFile:
         (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
         return int(last) - (self._felt > 0)
 
-    def _packed_one(self, excerpt: Excerpt) -> _Packed:
+    def _packed_one(self, excerpt: Excerpt) -> Packed:
         begun = next((future for one, future in self._begun if one is excerpt), None)
-        return begun.result() if begun is not None else _packed(excerpt)
+        return begun.result() if begun is not None else packed(excerpt)
 
     def replace_last(self, entry: Entry) -> None:
         """Replace the last entry, such as for a trial that is spoiled afterwards; its excerpts are kept."""
@@ -460,27 +433,6 @@ def _copy_files_of_settings(protocol: Protocol, registry: Registry, before: Path
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
     names = {stimulus.patch for stimulus in protocol.stimuli.values() if stimulus.patch}
     return {name: patch_path(name, folder).read_bytes() for name in sorted(names)}
-
-
-def _unpacked(data: bytes) -> bytes:
-    """Decompress data, up to `_LARGEST` bytes, because a few bytes can expand to any size."""
-    unpacking = zlib.decompressobj()
-    values = unpacking.decompress(data, _LARGEST)
-    if not unpacking.eof:
-        raise ValueError("a stretch is cut short, or too large")
-    return values
-
-
-def _packed(excerpt: Excerpt) -> _Packed:
-    """Return an excerpt as a row of the table; vibration has 16 bits relative to its largest value."""
-    values = np.asarray(excerpt.values, np.float64)
-    scale = 1.0
-    if _TYPES[excerpt.kind] == "<i2":
-        scale = (float(np.abs(values).max(initial=0.0)) or 1.0) / 32767.0
-        values = np.round(values / scale)
-    data = zlib.compress(np.ascontiguousarray(values, _TYPES[excerpt.kind]).tobytes(), 1)
-    columns, shape = json.dumps(excerpt.columns), json.dumps(values.shape)
-    return (excerpt.part, excerpt.kind, excerpt.first, excerpt.rate_hz, columns, scale, shape, data)
 
 
 def time_of_day() -> str:

@@ -7,8 +7,8 @@ import numpy as np
 
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.session import Session
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import Excerpt
 from underfoot.experiments.study import Page
 from underfoot.patch.patch import Patch
 from underfoot.studies.equipment import Equipment

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.experiments.store import Excerpt
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.presenter import AUDIBLE, Presenter
 

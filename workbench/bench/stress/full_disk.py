@@ -15,8 +15,9 @@ from underfoot.engine.reports import Notice, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import Excerpt, SessionFile
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
 from underfoot.files import write_file
 from underfoot.nodes import REGISTRY

@@ -14,8 +14,9 @@ from underfoot.devices.plate import PlateCalibration
 from underfoot.engine.commands import Level, Play, to_text
 from underfoot.engine.session_replay import replay
 from underfoot.errors import UnderfootError
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import Excerpt, SessionFile
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Page, Study
 from underfoot.experiments.table import rows_of
 from underfoot.experiments.trial_files import read_csv, write_csv
