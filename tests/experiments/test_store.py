@@ -80,6 +80,25 @@ def test_the_file_holds_all_that_is_needed_to_read_it_alone(tmp_path):
     assert os.listdir(tmp_path) == ["a.session"]
 
 
+def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path):
+    """Two windows each stored their answers to the same pages, and no study went on with both."""
+    path = tmp_path / "a.session"
+    with closing(made(path)) as file, closing(SessionFile.open(path)) as other:
+        study = file.study(preset_protocol("identification-impact"))
+        file.add(study.answer(first_answers(study.page)))
+        assert len(other.entries()) == 1
+        with pytest.raises(BadFile, match="is gone on with in another window or terminal; end it there first"):
+            other.add(study.answer(first_answers(study.page)))
+        file.close()
+        other.write_waiting()
+        assert len(other.entries()) == 2
+    kept = path.read_bytes()
+    with closing(SessionFile.open(path)) as file:
+        assert len(file.entries()) == 2
+        assert os.listdir(tmp_path) == ["a.session"]  # so it can also be read from a folder that cannot be written
+    assert path.read_bytes() == kept
+
+
 def test_stretches_come_back_as_they_were(tmp_path):
     file = made(tmp_path / "a.session")
     study = file.study(preset_protocol("identification-impact"))

@@ -7,7 +7,7 @@ import pytest
 from made_studies import made_protocol
 from people import open_session, taking_part
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import rows_of
 from underfoot.studies.phase import Phase
@@ -29,6 +29,8 @@ def test_a_trial_that_was_felt_when_the_program_is_killed_is_kept_and_told(until
     with open_session(until) as session:
         with taking_part(session, PROTOCOL, path, until) as person:
             runner = person.runner
+            with closing(SessionFile.open(path)) as other, pytest.raises(BadFile, match="gone on with in another"):
+                other.hold()
             person.until_phase(Phase.READY)
             assert not runner.file.has_felt
             person.press(600.0)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -33,6 +34,9 @@ from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.version import __version__
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 APPLICATION_ID = 0x55464558  # "UFEX"
 VERSION = 1
@@ -84,6 +88,8 @@ def _way_to(folder: Path | None, beside: Path) -> dict[str, str]:
 class SessionFile:
     """A session file that can be continued. `create` makes a new file and `open` opens an existing one; call `close` at
     the end.
+
+    Reading changes nothing. The first write, or `hold` before it, keeps other programs from writing.
     """
 
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
@@ -95,6 +101,7 @@ class SessionFile:
         self._felt = 0
         """The number of the entry of a trial that was felt, until its answer replaces it; 0 if there is none."""
         self._unpacked: TemporaryDirectory[str] | None = None
+        self._held: BaseFileLock | None = None
 
     @staticmethod
     def create(
@@ -154,9 +161,6 @@ class SessionFile:
                     raise BadFile(f"{path} is not a session of a study")
                 if version > VERSION:
                     raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
-                base.execute("pragma journal_mode = wal")
-                base.execute("pragma wal_autocheckpoint = 0")  # `add` runs checkpoints in a thread
-                base.execute("pragma synchronous = full")  # answers survive a power cut
             except (sqlite3.Error, UnicodeDecodeError) as error:
                 raise BadFile(f"{path} is not a session of a study: {in_one_line(error)}") from None
             unless_opened.pop_all()
@@ -286,6 +290,27 @@ class SessionFile:
 
     # --- writing ---
 
+    def hold(self) -> None:
+        """Let nobody else go on with the session until `close`; raise `BadFile` if somebody does, or it is read-only.
+
+        Two writers would store each their own answers to the same pages, of which no study can go on.
+        """
+        if self._held is not None:
+            return
+        from filelock import FileLock, Timeout  # 50 ms, and not needed to read
+
+        try:
+            self._base.execute("pragma journal_mode = wal")
+            self._base.execute("pragma wal_autocheckpoint = 0")  # `add` runs checkpoints in a thread
+            self._base.execute("pragma synchronous = full")  # answers survive a power cut
+            lock = FileLock(f"{self.path}-lock", 0, thread_local=False)
+            lock.acquire()
+        except Timeout:
+            raise BadFile(f"{self.path} is gone on with in another window or terminal; end it there first") from None
+        except (sqlite3.Error, OSError) as error:
+            raise BadFile(f"{self.path} cannot be written: {in_one_line(error)}") from None
+        self._held = lock
+
     def begin_packing(self, excerpts: Iterable[Excerpt]) -> None:
         """Begin to compress excerpts in a thread, before `add` needs them.
 
@@ -374,9 +399,15 @@ class SessionFile:
     def close(self) -> None:
         """Write the log (WAL) back to the file, and close it."""
         self._packer.shutdown(cancel_futures=True)
-        with suppress(sqlite3.Error):  # another process reads the file: the log stays beside it
-            self._base.execute("pragma journal_mode = delete")
+        if self._held is not None:
+            with suppress(sqlite3.Error):  # another process reads the file: the log stays beside it
+                self._base.execute("pragma journal_mode = delete")
         self._base.close()
+        if self._held is not None:
+            with suppress(OSError):  # Windows removes it with the next line
+                os.unlink(self._held.lock_file)
+            self._held.release()
+            self._held = None  # the next one's is not to be removed
         if self._unpacked is not None:
             self._unpacked.cleanup()
 
@@ -389,6 +420,7 @@ class SessionFile:
             raise BadFile(f"{self.path}: table {table} cannot be read: {in_one_line(error)}") from None
 
     def _transaction(self) -> "_Transaction":
+        self.hold()
         return _Transaction(self._base, self.path)
 
 

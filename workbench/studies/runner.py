@@ -50,6 +50,7 @@ class Runner:
         """Begin or continue the study at the state of the file; `folder` contains the protocol's patches."""
         require_on_floor(protocol, session.target.floor)
         require_fields(protocol, session.target.floor)
+        file.hold()
         self.session, self.file, self.protocol = session, file, protocol
         self.study: Study = file.study(protocol)
         target = session.target
