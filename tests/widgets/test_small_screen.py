@@ -4,12 +4,13 @@ from itertools import combinations
 
 import pytest
 from on_screen import show
-from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidget
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
+from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QVBoxLayout, QWidget
 from recordings_shown import recordings_shown
 from study_hand import Hand
 
 from underfoot.nodes import REGISTRY
+from underfoot.widgets.controls.scrolled import Scrolled
 from underfoot.widgets.design.workspace import DesignWorkspace
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.scenes.workspace import ScenesWorkspace
@@ -159,3 +160,33 @@ def area_of(*parts, qtbot):
 def ancestors(widget):
     while widget := widget.parentWidget():
         yield widget
+
+
+def test_a_page_that_grows_where_there_is_room_shows_no_scroll_bar_meanwhile(qtbot):
+    """For one picture there was one, beside each question of a study."""
+    page, held, part = QWidget(), QWidget(), QWidget()
+    for around, inside in ((page, scrolled := Scrolled(held)), (held, part)):
+        QVBoxLayout(around).addWidget(inside)
+    qtbot.addWidget(page)
+    page.resize(400, 600)
+    show(qtbot, page)
+    seen = Seen(scrolled.verticalScrollBar(), QEvent.Type.Show)
+    part.setMinimumHeight(400)
+    qtbot.waitUntil(lambda: scrolled.height() >= 400)
+    assert not seen.count
+    part.setMinimumHeight(800)
+    qtbot.waitUntil(scrolled.verticalScrollBar().isVisible)
+    assert seen.count == 1
+
+
+class Seen(QObject):
+    """Counts a widget's events of one kind."""
+
+    def __init__(self, widget, kind):
+        super().__init__(widget)
+        self.kind, self.count = kind, 0
+        widget.installEventFilter(self)
+
+    def eventFilter(self, watched, event):
+        self.count += event.type() == self.kind
+        return False

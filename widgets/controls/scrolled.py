@@ -44,6 +44,7 @@ class Scrolled(QScrollArea):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.LayoutRequest:
+            self._grow()
             self._fit()
         return super().eventFilter(watched, event)
 
@@ -55,6 +56,14 @@ class Scrolled(QScrollArea):
         """Return the height of what is held in the present width; Qt's own would be that in the least width."""
         held = self._held
         return held.heightForWidth(self.viewport().width()) if held.hasHeightForWidth() else held.sizeHint().height()
+
+    def _grow(self) -> None:
+        """Take the room for what is held before that has its new height: for one picture a bar would be seen."""
+        self.updateGeometry()
+        around = self.parentWidget()
+        layout = around.layout() if around is not None else None
+        if layout is not None:
+            layout.activate()
 
     def _fit(self) -> None:
         self._held.resize(self.viewport().width(), max(self._height(), self.viewport().height()))
