@@ -16,7 +16,8 @@ from underfoot.commands.calibrate import command_of
 from underfoot.commands.rigs import RIGS
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import PARTS, Profile
+from underfoot.floor.profile import Profile
+from underfoot.floor.profile_parts import PARTS
 from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.options import option, options_of
 

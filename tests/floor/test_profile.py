@@ -270,18 +270,18 @@ def test_what_speaks_against_a_profile_is_said():
     assert "profile is of serial A7, this tile is B8" in profile.flags("t1", TODAY, "B8")
     late = profile.flags("t1", date(2024, 8, 2))
     assert late == (
-        "fsr calibration of t1 is 93 days old; measure again after 90",
-        "centroid calibration of t1 is 92 days old; measure again after 90",
-        "response calibration of t1 is 91 days old; measure again after 90",
+        "Forces of t1: measured 93 days ago; measure again after 90",
+        "Places of t1: measured 92 days ago; measure again after 90",
+        "Vibration of t1: measured 91 days ago; measure again after 90",
     )
     assert "after today" in profile.flags("t1", date(2024, 5, 1))[0]
     assert profile.centroid is not None
     bad = msgspec.structs.replace(profile.centroid, error=31.0)
     said = Profile(tile="t1", centroid=bad).flags("t1", TODAY)
-    assert said == ("centroid calibration of t1 errs by 31 mm; 20 allowed",)
+    assert said == ("Places of t1: errs by 31 mm; 20 allowed",)
     partly = msgspec.structs.replace(profile.centroid, error=3.0, good=False)
     said = Profile(tile="t1", centroid=partly).flags("t1", TODAY)
-    assert said == ("centroid calibration of t1 errs by 3 mm; 20 allowed, but not all of it is good: read its verdict",)
+    assert said == ("Places of t1: errs by 3 mm; 20 allowed, but not all of it is good: read its verdict",)
 
 
 @pytest.mark.parametrize(

@@ -61,10 +61,10 @@ def test_a_profile_that_is_too_old_is_flagged(driver):
         driver.workspace.profiles.follow(default_floor())
     lines = flagged.args[0]
     assert len(lines) == 2
-    assert "days old" in lines[0]
-    assert lines[1] == "response calibration of t2 errs by 2 dB; 1 allowed"
+    assert "days ago" in lines[0]
+    assert lines[1] == "Vibration of t2: errs by 2 dB; 1 allowed"
     driver.workspace.choice.map.choose_tile("t2")
-    assert "days old" in driver.workspace.choice.flags.text()
+    assert "days ago" in driver.workspace.choice.flags.text()
 
 
 def test_a_profile_that_cannot_be_read_is_said(driver):

@@ -307,7 +307,7 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
     assert window.controller.session is session
     assert Profile.load(f"{window.controller.target.profiles}/t2.json").acceleration_per_unit == 31.0
     assert window.main_bar.warnings.isVisible()
-    assert "days old" in window.main_bar.warnings.toolTip()
+    assert "days ago" in window.main_bar.warnings.toolTip()
     window.workspaces.choose("Design")
     qtbot.mouseClick(window.main_bar.warnings, Qt.MouseButton.LeftButton)
     assert window.workspaces.chosen == "Calibrate"

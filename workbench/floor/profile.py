@@ -24,6 +24,7 @@ from underfoot.files import read_file, write_file
 from underfoot.floor.centroid_correction import CentroidCorrection
 from underfoot.floor.curves import Curve, require_numbers
 from underfoot.floor.layout import LOADS, Floor
+from underfoot.floor.profile_parts import PARTS
 from underfoot.models.filtering import cascade
 from underfoot.models.tile.fsr_hysteresis import STATE
 from underfoot.parameters import IDENTIFIER
@@ -31,7 +32,6 @@ from underfoot.version import __version__
 
 FORMAT = "underfoot-profile"
 VERSION = 1
-PARTS = ("fsr", "centroid", "response", "latency", "plate")
 OLD_DAYS = 90
 """A part older than this is flagged: rubber creeps, resistors wear, screws work loose."""
 NOMINAL_ACCELERATION = 20.0
@@ -309,14 +309,14 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         for kind, part in parts:
             days = (today - date.fromisoformat(part.made)).days
             if days > OLD_DAYS:
-                found.append(f"{kind} calibration of {self.tile} is {days} days old; measure again after {OLD_DAYS}")
+                found.append(f"{PARTS[kind]} of {self.tile}: measured {days} days ago; measure again after {OLD_DAYS}")
             elif days < 0:
-                found.append(f"{kind} calibration of {self.tile} is dated {part.made}, after today")
+                found.append(f"{PARTS[kind]} of {self.tile}: dated {part.made}, after today")
             if not part.good or part.error > part.error_allowed > 0.0:
                 errs = f"errs by {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
                 if part.error <= part.error_allowed:  # as where one sensor of four errs more
                     errs += ", but not all of it is good: read its verdict"
-                found.append(f"{kind} calibration of {self.tile} {errs if part.error_unit else 'has no known error'}")
+                found.append(f"{PARTS[kind]} of {self.tile}: {errs if part.error_unit else 'its error is not known'}")
         if self.fsr is not None:
             found += [
                 f"sensor {j + 1} of {self.tile} is not calibrated: {curve.uncalibrated}"

@@ -16,6 +16,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue, require
+from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Numbers, Parameter, Rows
@@ -50,7 +51,7 @@ class CentroidCalibration(Calibration):
     """Calibration of the contact centroid, and the options of its command."""
 
     kind = "centroid"
-    name = "Places"
+    name = PARTS[kind]
     title = "Places: where a foot stands"
     about = (
         "The tile is pressed at places that are shown on it, or on the floor by a projector. The result corrects where "

@@ -17,6 +17,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
@@ -47,7 +48,7 @@ class FsrCalibration(Calibration):
     """Calibration of forces, and the options of its command."""
 
     kind = "fsr"
-    name = "Forces"
+    name = PARTS[kind]
     title = "Forces: readings to newtons"
     about = (
         "Each sensor is loaded with known forces, rising and falling, and one force is held for a while. The result "

@@ -13,6 +13,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadFile, BadMeasurement
+from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Count, Number
@@ -32,7 +33,7 @@ class LatencyCalibration(Calibration):
     """Measurement of the round trip, and the options of its command."""
 
     kind = "latency"
-    name = "Latency"
+    name = PARTS[kind]
     title = "Latency: from the program to the tile and back"
     about = (
         "A thousand clicks are played and recorded: the output looped to the input by a cable, or the shaker heard by "

@@ -18,6 +18,7 @@ from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.devices.plate import MOVE_S
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement
+from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Count, Numbers, Parameter
@@ -48,7 +49,7 @@ class PlateCalibration(Calibration):
     """Calibration of a variable stiffness plate, and the options of its command."""
 
     kind = "plate"
-    name = "Stiffness"
+    name = PARTS[kind]
     title = "Stiffness: of a plate whose servo sets it"
     about = (
         "The servo goes to one position after another, and somebody steps on the plate at each. A line is fitted to "

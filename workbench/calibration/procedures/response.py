@@ -15,6 +15,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.floor.layout import LOADS, Tile
+from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
 from underfoot.parameters import Choice, Count, Number, Parameter
@@ -46,7 +47,7 @@ class ResponseCalibration(Calibration):
     """Calibration of the frequency response, and the options of its command."""
 
     kind = "response"
-    name = "Vibration"
+    name = PARTS[kind]
     title = "Vibration: what the shaker makes of a signal"
     about = (
         "A sweep is played through the shaker and recorded by an accelerometer, with nothing on the tile, with a "
