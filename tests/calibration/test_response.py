@@ -229,6 +229,7 @@ def test_loads_may_be_left_out():
         ("none", lambda heard: np.clip(heard, -0.01, 0.01), "clipped"),
         ("none", lambda heard: 0.01 * np.random.default_rng(1).standard_normal(heard.size), "do not fit"),
         ("none", lambda heard: heard[:1000], "lasts"),
+        ("quiet", lambda heard: 0.0 * heard, "no noise: every sample of the silence is 0 of full scale"),
         ("quiet", lambda heard: heard + np.sin(0.1 * np.arange(heard.size)), "silence is recorded"),
         ("tones", lambda heard: 0.0 * heard, "no signal"),
         ("tones", lambda heard: np.clip(heard, -0.003, 0.003), "clipped"),

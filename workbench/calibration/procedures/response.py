@@ -250,7 +250,11 @@ class ResponseProcedure(SoundProcedure):
 
     def take_sound(self, key: str, played: Floats, recording: Floats) -> None:
         """Evaluate the recording of a page."""
-        from underfoot.calibration.science.recording_checks import require_not_clipped, require_not_silent
+        from underfoot.calibration.science.recording_checks import (
+            require_noise,
+            require_not_clipped,
+            require_not_silent,
+        )
         from underfoot.calibration.science.tones import distortion_over_level
         from underfoot.calibration.science.transfer_function import measure
 
@@ -258,6 +262,7 @@ class ResponseProcedure(SoundProcedure):
             case "quiet":
                 from underfoot.calibration.results.response import noise_drawn
 
+                require_noise(recording)
                 require_not_clipped(recording)
                 self._noise = _noise_floor(recording)
                 self._noise_drawn = (noise_drawn(recording, self._rate_hz, self._settings["sensitivity"]),)

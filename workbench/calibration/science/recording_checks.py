@@ -33,6 +33,15 @@ def require_not_silent(recording: Floats) -> None:
         )
 
 
+def require_noise(silence: Floats) -> None:
+    """Raise `BadMeasurement` for recorded silence without any noise, of which a converter always has some."""
+    if float(np.ptp(silence)) == 0.0:
+        raise BadMeasurement(
+            f"no noise: every sample of the silence is {silence[0]:.2g} of full scale, as of an input that is muted; "
+            "is the accelerometer plugged into this input?"
+        )
+
+
 def require_not_clipped(recording: Floats) -> None:
     """Raise `BadMeasurement` for a clipped recording: runs of equal samples at its own extremes."""
     for extreme in (float(recording.max()), float(recording.min())):
