@@ -144,6 +144,11 @@ def test_a_few_known_weights_are_enough_for_a_curve():
     found = linearise(pairs(rows))
     assert found.calibrated == (0, 1, 2, 3)
     assert unseen_error_percent(profile_of(found), "soft conductance") < 2.5
+    figures = {name: value for name, value, _ in quantities_of(found)}
+    assert "bound_percent" not in figures
+    assert figures["footstep_less_percent"] == pytest.approx(5.0 * np.log10(10.0 / 0.3), abs=0.1)
+    assert verdict_of(found).startswith("Standing weights are accurate to ")
+    assert "A footstep of 100 N may read some 8 % less than such a weight" in verdict_of(found)
 
 
 def test_a_sensor_without_pairs_dead_or_loose_is_named_and_the_others_work():

@@ -407,8 +407,9 @@ def _setup_questions(reference: str) -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
     doc = "Known weights, from the lightest to the heaviest."
+    compared = "What the sensors are compared with. Weights show no creep, so that footsteps read less than they are."
     return (
-        ask("reference", Choice(reference, options=REFERENCES, doc="What the sensors are compared with.")),
+        ask("reference", Choice(reference, options=REFERENCES, doc=compared)),
         ask(
             "full_scale_n",
             Number(DEFAULT_FULL_N, 5.0, 5000.0, unit="N", scale="log", doc="Largest force, with a load cell."),

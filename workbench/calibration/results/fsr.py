@@ -1,5 +1,6 @@
 """Results of a linearisation: figures, verdict, the profile's part, and pictures of curves, residuals and creep."""
 
+import math
 from datetime import date
 
 import numpy as np
@@ -25,6 +26,15 @@ METHOD = (
     "a decade of time; repeatability is the standard deviation between loadings. Creep is compensated by first-order "
     "lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis)."
 )
+_OF_WEIGHTS = (
+    "Weights stand on a sensor until they are read, and a foot comes and goes. How much less a footstep reads, at half "
+    "of full scale, is the measured hysteresis and a creep of 5 % a decade of time, the most that the data sheet of a "
+    "force sensing resistor allows, from 0.3 s to 10 s."
+)
+_CREEP_PERCENT = 5.0
+"""Growth of a held load's reading by creep, % a decade of time, at most (data sheet: `underfoot.models.tile.fsr`)."""
+_STEPPED_S, _STOOD_S = 0.3, 10.0
+"""Time until a footstep has risen, and for which a weight has stood when it is read."""
 _DOTS = 250
 """Approximate number of dots of a series; at most about twice this."""
 _LOADED_N = 1.0
@@ -44,7 +54,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
         drawings=drawings_of(found),
         raw=_raw(np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),
         apply=lambda profile: profile.with_part(part_of(found, reference), tile=found.tile),
-        method=METHOD,
+        method=f"{METHOD} {_OF_WEIGHTS}" if _is_of_weights(found) else METHOD,
     )
 
 
@@ -72,6 +82,9 @@ def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
         values = [value for one in measured if np.isfinite(value := getattr(one, name))]
         if values:
             several.append((name, float(np.mean(values)), unit))
+    if _is_of_weights(found):
+        several = [one for one in several if one[0] != "bound_percent"]  # a curve can go through so few pairs
+        several.append(("footstep_less_percent", _footstep_less_percent(found), "%"))
     several.append(("spread_percent", spread_percent([found.sensors[j].curve for j in found.calibrated]), "%"))
     for j in found.calibrated:
         several.append((f"error_percent_{j + 1}", found.sensors[j].curve.error_percent, "%"))
@@ -81,13 +94,19 @@ def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
 def verdict_of(found: Linearisation) -> str:
     """Return in plain words how accurate the forces are, and what limits them."""
     figures = {name: value for name, value, _ in quantities_of(found)}
-    text = f"Forces are accurate to {found.error_percent:.1f} % of full scale ({found.full_scale_n:.0f} N)"
+    measured = "Standing weights" if _is_of_weights(found) else "Forces"
+    text = f"{measured} are accurate to {found.error_percent:.1f} % of full scale ({found.full_scale_n:.0f} N)"
     if "memory_error_percent" in figures:
         text += f", or to {figures['memory_error_percent']:.1f} % with hysteresis and creep compensated"
     if found.error_percent > ALLOWED_PERCENT:
         text += f"; {ALLOWED_PERCENT:.0f} % is allowed"
     text += "."
-    bound = figures["bound_percent"]
+    if "footstep_less_percent" in figures:
+        text += (
+            f" A footstep of {0.5 * found.full_scale_n:.0f} N may read some {figures['footstep_less_percent']:.0f} % "
+            "less than such a weight: creep and hysteresis are compensated only after a calibration with a load cell."
+        )
+    bound = figures.get("bound_percent", 0.0)
     if found.error_percent <= 1.1 * bound and bound > 0.5:
         # A curve in the middle of a loop is off by half of its width at most; the rest is noise.
         why = "hysteresis" if abs(figures.get("hysteresis_percent", 0.0)) >= 2.0 * bound else "hysteresis and noise"
@@ -105,6 +124,21 @@ def verdict_of(found: Linearisation) -> str:
     if missing:
         text += f" Not calibrated: {'; '.join(missing)}."
     return text
+
+
+def _is_of_weights(found: Linearisation) -> bool:
+    """Return whether single loads were measured, as weights are, and not how forces rise and fall over time."""
+    known = [sensor.pairs for sensor in found.sensors if sensor.pairs is not None]
+    return not any(pairs.timed for pairs in known)
+
+
+def _footstep_less_percent(found: Linearisation) -> float:
+    """Return by how much of itself a footstep of half of full scale may read less than a weight that stands, %."""
+    gaps = [one.hysteresis_percent for sensor in found.sensors if (one := sensor.characteristics) is not None]
+    gap = float(np.nan_to_num(np.mean(gaps)))
+    # The curve is in the middle of the loop, half of the gap above rising forces; of half of full scale this is twice
+    # the share.
+    return max(gap, 0.0) + _CREEP_PERCENT * math.log10(_STOOD_S / _STEPPED_S)
 
 
 def _has_fallen(sensor: SensorFit) -> bool:

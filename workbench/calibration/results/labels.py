@@ -16,6 +16,7 @@ _WORDS = {
     "bound_percent": "least_error_of_any_static_curve",
     "memory_error_percent": "error,_hysteresis_compensated",
     "creep_percent_decade": "creep_a_decade_of_time",
+    "footstep_less_percent": "how_much_less_a_footstep_may_read",
     "spread_percent": "spread_of_the_sensors",
     "worst_error_percent": "largest_error",
     "mean_before_mm": "mean_error,_uncorrected",
