@@ -142,7 +142,7 @@ def slips():
      "floor is <Floor '1 x 8 tiles': 8 tiles>; allowed: none with forces, which have their own"),
     (lambda patch: uf.render(patch, plates="foot"), "plates is 'foot'; allowed: a tuple of accelerometer, foot"),
     (lambda patch: uf.render(patch, np.zeros((9, 9))),
-     "forces is array([[0., 0., 0., 0., 0., 0., 0., 0., 0.], [0., 0., 0.,...; "
+     "forces is array([[0., 0., 0., 0., 0., 0., 0., 0., 0.], [0., 0., 0....); "
      """allowed: Forces, such as read_forces("walk.csv")"""),
     (lambda patch: uf.render(patch, seconds="1"), "seconds is '1'; allowed: above 0, up to a day"),
     (lambda patch: uf.render(patch, rate_hz="48000"), "rate_hz is '48000'; allowed: 8000 to 192000 Hz"),

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.errors import BadFile, BadValue, cut_short, require
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
@@ -157,8 +157,7 @@ def placed(error: msgspec.ValidationError, raw: object) -> str:
 
 def _short(value: object) -> str:
     text = ascii(value) if isinstance(value, str) and not value.isprintable() else ""
-    text = text or (repr(value) if isinstance(value, str) else json.dumps(value))
-    return text if len(text) <= 60 else text[:57] + "..."
+    return cut_short(text or (repr(value) if isinstance(value, str) else json.dumps(value)))
 
 
 def _lower(error: object) -> str:

@@ -26,6 +26,15 @@ def in_one_line(error: object) -> str:
     return " ".join(str(error).split())
 
 
+def cut_short(text: str) -> str:
+    """Return a value's text in at most 60 characters, of which the last closes what the first opens.
+
+    >>> cut_short(repr("x" * 80))
+    "'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx...'"
+    """
+    return text if len(text) <= 60 else f"{text[:56]}...{text[-1]}"
+
+
 def require(good: bool, name: str, given: object, allowed: str) -> None:
     """Raise `BadValue` unless `good`, with the name, the given value, and what is allowed.
 
@@ -34,5 +43,4 @@ def require(good: bool, name: str, given: object, allowed: str) -> None:
     underfoot.errors.BadValue: mass_kg is -1.0; allowed: above 0
     """
     if not good:
-        text = in_one_line(repr(given))
-        raise BadValue(f"{name} is {text if len(text) <= 60 else text[:57] + '...'}; allowed: {allowed}")
+        raise BadValue(f"{name} is {cut_short(in_one_line(repr(given)))}; allowed: {allowed}")

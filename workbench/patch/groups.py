@@ -123,7 +123,7 @@ def check_notes_and_groups(
     for i, note in enumerate(notes):
         _check_id(f"notes[{i}]", note.id, seen)
         long = f"text of at most {LONGEST_NOTE} characters"
-        require(len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text[:40], long)
+        require(len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text, long)
         check_place(f"notes[{i}]", note.at)
         wide = NARROWEST <= note.width <= WIDEST
         require(wide, f"notes[{i}].width", note.width, f"{NARROWEST:g} to {WIDEST:g}")
@@ -143,7 +143,7 @@ def check_label(place: str, text: str) -> None:
     """Raise `BadValue` for a label of more than one line."""
     allowed = f"one line of at most {LONGEST_LABEL} characters"
     require(isinstance(text, str), place, text, allowed)
-    require(len(text) <= LONGEST_LABEL and text.isprintable(), place, text[: LONGEST_LABEL + 1], allowed)
+    require(len(text) <= LONGEST_LABEL and text.isprintable(), place, text, allowed)
 
 
 def check_place(place: str, at: tuple[float, float]) -> None:
