@@ -15,6 +15,7 @@ from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import node_geometry
 from underfoot.widgets.design.patch_editing import Place, snapped
 from underfoot.widgets.design.placing import shift_to_free_place
+from underfoot.widgets.design.scene import box_of
 
 GAP_BESIDE = 24.0
 """Pixels left free for wires at both sides of a collapsed group."""
@@ -92,7 +93,7 @@ class GroupingView(EditableView):
 
     def _moved_clear(self, patch: Patch, ids: Sequence[str], frames: Sequence[QRectF], by: Place = (0.0, 0.0)) -> Patch:
         """Return the patch with these items moved `by`, and on to where neither one of these frames nor an item is."""
-        taken = [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in frames if not rect.isNull()]
+        taken = [box_of(rect) for rect in frames if not rect.isNull()]
         items = {id: self.patch_scene.movable()[id] for id in ids}
         boxes = [(item.pos().x() + by[0], item.pos().y() + by[1], *item.size) for item in items.values()]
         dx, dy = shift_to_free_place(boxes, taken + self.patch_scene.boxes(without=ids))

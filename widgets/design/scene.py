@@ -343,8 +343,7 @@ class PatchScene(QGraphicsScene):
 
     def frame_boxes(self, without: Collection[str] = ()) -> list[Box]:
         """Return the rectangles of the frames of all groups but these."""
-        rects = [frame.frame_rect() for id, frame in self.group_frames.items() if id not in without]
-        return [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in rects]
+        return [box_of(frame.frame_rect()) for id, frame in self.group_frames.items() if id not in without]
 
     def boxes_in(self, patch: Patch, ids: Iterable[str], *, with_frames: bool) -> list[Box]:
         """Return the rectangles with which these nodes and notes of another patch would be drawn at this level; those
@@ -362,7 +361,7 @@ class PatchScene(QGraphicsScene):
             if inside <= shown:
                 inside |= {one.id for one in view.opened if one.id in rects and {*one.members} <= {*group.members}}
                 rects[group.id] = framed([rects[id] for id in inside])
-        return [(rect.x(), rect.y(), rect.width(), rect.height()) for rect in rects.values()]
+        return [*map(box_of, rects.values())]
 
     def places(self) -> dict[str, tuple[float, float]]:
         """Return the new positions of dragged items, by id."""
@@ -420,6 +419,11 @@ class PatchScene(QGraphicsScene):
             self._curves[id] = values
         if id in self.nodes and self.nodes[id].description.outputs:
             self.nodes[id].set_curve(values)
+
+
+def box_of(rect: QRectF) -> Box:
+    """Return a rectangle as what finds free places takes it."""
+    return rect.x(), rect.y(), rect.width(), rect.height()
 
 
 def percent(share: float) -> str:
