@@ -82,6 +82,7 @@ class Canvas(GroupingView):
         self.item_search.chosen.connect(self.show_item)
         for search in (self.search, self.item_search):
             search.closed.connect(self.setFocus)
+            document.changed.connect(search.give_up)  # its wire or node may be gone
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
     def _handlers(self) -> dict[str, Callable[[], object]]:

@@ -44,6 +44,7 @@ class EditableView(PatchView):
         self.folder: Path | None = None
         """The patch's folder, to which its files are relative."""
         self.inline = InlineEdit(self)
+        document.changed.connect(lambda: self.inline.finish(commit=False))  # what it names may be gone, or another's
 
     def selected_ids(self) -> list[str]:
         """Return the selected nodes, including those in collapsed groups, in the order of the patch."""

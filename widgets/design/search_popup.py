@@ -40,7 +40,7 @@ class SearchPopup(QFrame):
         self.field.textChanged.connect(shown.filter_by)
         self.field.stepped.connect(shown.step)
         self.field.return_pressed.connect(self._take_current)
-        self.field.escaped.connect(lambda: self._close(""))
+        self.field.escaped.connect(self.give_up)
         self.hide()
 
     def open_at(self, at: QPoint, hint: str) -> None:
@@ -56,6 +56,10 @@ class SearchPopup(QFrame):
         self.show()
         self.raise_()
         self.field.setFocus()
+
+    def give_up(self) -> None:
+        """Close without a choice."""
+        self._close("")
 
     def _take_current(self) -> None:
         """Use the current row. Words that none has stay, with what the list says of them, to be corrected."""

@@ -3,7 +3,7 @@
 from itertools import combinations
 
 import pytest
-from design_samples import LEFT, NONE, REGISTRY, drag, middle, send
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, sample, send
 from groups_by_hand import click_in_menu, in_view, menu_texts, write
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
@@ -107,6 +107,19 @@ def test_a_text_that_is_too_long_stays_there_to_be_shortened(workspace, qtbot, k
     patch = workspace.patch()
     texts = [patch.node("hum").label, *(g.title for g in patch.groups), *(n.text for n in patch.notes)]
     assert "x" * most in texts
+
+
+@pytest.mark.parametrize("key", [Qt.Key.Key_F2, Qt.Key.Key_R, Qt.Key.Key_Slash])
+def test_a_field_on_the_canvas_closes_where_undo_in_the_menu_takes_its_node_away(workspace, key):
+    canvas = workspace.canvas
+    canvas.add("hum", QPointF(400.0, 300.0))
+    QTest.keyClick(canvas, key)
+    workspace.undo_action.trigger()  # the menu of the window leaves the field the focus
+    assert canvas.hasFocus()
+    QTest.keyClicks(QApplication.focusWidget(), "Low")
+    QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+    workspace.side.setFocus()
+    assert workspace.patch() == sample()
 
 
 # --- groups ---
