@@ -314,8 +314,8 @@ class EditableView(PatchView):
         frames = (group.id for group in self.patch_scene.group_view.opened if set(group.members) == members)
         return next(frames, "") if len(chosen) > 1 else ""
 
-    def edit_title(self, id: str) -> None:
-        """Open a field for the name of a node or group."""
+    def edit_title(self, id: str, step: str = "") -> None:
+        """Open a field for the name of a node or group, which is one undo step with the edit `step` that made it."""
         patch, scene = self.document.patch, self.patch_scene
         if id in scene.group_frames:
             place = scene.group_frames[id].title_rect()
@@ -324,13 +324,13 @@ class EditableView(PatchView):
             place = QRectF(item.pos().x(), item.pos().y(), item.geometry.width, TITLE)
         now = self._name(id) if id in scene.nodes else patch.group(id).title
         over = self.mapFromScene(place).boundingRect()
-        self.inline.open(over, now, lambda text: self._set_title(id, text))
+        self.inline.open(over, now, lambda text: self._set_title(id, text, step))
 
-    def _set_title(self, id: str, text: str) -> bool:
+    def _set_title(self, id: str, text: str, step: str) -> bool:
         """Name a node or group; return whether the name is allowed."""
         patch = self.document.patch
         if any(group.id == id for group in patch.groups):
-            return self._edit_text(patch.with_item(replace(patch.group(id), title=text)), "Rename a group")
+            return self._edit_text(patch.with_item(replace(patch.group(id), title=text)), "Rename a group", step)
         own = self.registry[patch.node(id).type].label
         named = replace(patch.node(id), label="" if text == own else text)
         return self._edit_text(patch.with_item(named), f"Rename {self._name(id)}")
@@ -345,10 +345,10 @@ class EditableView(PatchView):
         over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
         self.inline.open(over, item.note.text, set_text, one_line=False)
 
-    def _edit_text(self, after: Patch, what: str) -> bool:
+    def _edit_text(self, after: Patch, what: str, step: str = "") -> bool:
         """Set the patch after a name or a text was typed; return whether that is allowed, and show why not."""
         try:
-            self.document.edit(after.check(self.registry), what)
+            self.document.edit(after.check(self.registry), what, step)
         except BadValue as error:
             self.show_message(str(error).partition(" is ")[2])  # its place in the file would mean nothing
             return False

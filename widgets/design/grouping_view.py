@@ -36,8 +36,9 @@ class GroupingView(EditableView):
             self.show_message(f"It would hold a part of the group “{cut.title or 'Group'}”; take all of it, or nothing")
             return
         new = next(iter({g.id for g in after.groups} - {g.id for g in self.document.patch.groups}))
-        self.document.edit(after, f"Group {self._count_text(members)}")
-        self.edit_title(new)
+        step = f"make {new}"
+        self.document.edit(after, f"Group {self._count_text(members)}", step)
+        self.edit_title(new, step)
 
     def ungroup(self) -> None:
         """Remove the group around the selection, or dissolve the selected collapsed group."""

@@ -129,6 +129,7 @@ def test_a_group_has_a_title_and_colour_and_moves_what_is_in_it(row):
     row.canvas.patch_scene.select(["through", "through1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
     write(row, "Body")
+    assert (row.document.stack.count(), row.document.stack.undoText()) == (1, "Group 2 nodes")
     row.canvas.actions_by_name["colour violet"].trigger()
     group = row.patch().groups[0]
     assert (group.title, group.colour, group.members) == ("Body", "violet", ("through", "through1"))
