@@ -38,7 +38,19 @@ class GroupingView(EditableView):
         new = next(iter({g.id for g in after.groups} - {g.id for g in self.document.patch.groups}))
         step = f"make {new}"
         self.document.edit(after, f"Group {self._count_text(members)}", step)
+        self._name_strangers(new)
         self.edit_title(new, step)
+
+    def _name_strangers(self, group: str) -> None:
+        """Say what lies within a new frame, but is not in its group: it does not move with it."""
+        scene = self.patch_scene
+        frame, inside = scene.group_frames[group], set(self.document.patch.group(group).members)
+        within = [id for id, item in scene.movable().items() if frame.frame_rect().intersects(item_rect(item))]
+        strangers = [id for id in scene.members(within) if id not in inside]
+        if strangers:
+            be = "is" if len(strangers) == 1 else "are"
+            text = f"{self._count_text(strangers)} within the frame {be} not in the group: drag beside, or put into it"
+            self.show_message(text, alarm=False)
 
     def ungroup(self) -> None:
         """Remove the group around the selection, or dissolve the selected collapsed group."""

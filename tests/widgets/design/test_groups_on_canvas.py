@@ -183,6 +183,12 @@ def test_a_group_that_would_cut_another_is_refused_in_words(row):
     assert len(row.patch().groups) == 1
 
 
+def test_a_new_frame_says_who_lies_in_it_and_is_not_in_its_group(row):
+    row.canvas.patch_scene.select(["hum", "through1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    assert row.canvas.message == "Through within the frame is not in the group: drag beside, or put into it"
+
+
 # --- into groups and out of them ---
 
 
