@@ -6,10 +6,6 @@ from functools import partial
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QContextMenuEvent,
-    QDragEnterEvent,
-    QDragLeaveEvent,
-    QDragMoveEvent,
-    QDropEvent,
     QFocusEvent,
     QHideEvent,
     QKeyEvent,
@@ -28,11 +24,10 @@ from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
 from underfoot.widgets.design.frame_drag import FrameDrag
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
-from underfoot.widgets.design.grouping_view import GroupingView
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
+from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_geometry import PAD, TITLE
-from underfoot.widgets.design.node_list import MIME
 from underfoot.widgets.design.node_search import NodeSearch
 from underfoot.widgets.design.patch_editing import with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
@@ -40,9 +35,6 @@ from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
-
-DROP_REACH = 10.0
-"""A node dropped within this distance of a wire, in pixels of the scene, is inserted into it."""
 
 BESIDE_PX = 48
 """Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
@@ -52,7 +44,7 @@ _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
 
-class Canvas(GroupingView):
+class Canvas(NodeDropView):
     """Shows the document's patch, and edits it."""
 
     play_requested = Signal()
@@ -349,39 +341,6 @@ class Canvas(GroupingView):
     def _on_title(node: NodeItem, place: QPointF) -> bool:
         return QRectF(node.pos().x(), node.pos().y(), node.geometry.width, TITLE).contains(place)
 
-    # --- drops from the palette ---
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if event.mimeData().hasFormat(MIME):
-            event.acceptProposedAction()
-
-    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        if event.mimeData().hasFormat(MIME):
-            event.acceptProposedAction()
-            wire = self._wire_at_drop(event)
-            place = self.mapToScene(event.position().toPoint())
-            self.patch_scene.highlight(wire, None if wire else self.patch_scene.frame_around(place))
-
-    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        self.patch_scene.highlight()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        type = _dropped(event)
-        wire = self._wire_at_drop(event)
-        self.patch_scene.highlight()
-        if type in self.registry:
-            event.acceptProposedAction()
-            self.add(type, self.mapToScene(event.position().toPoint()), into=wire.wire if wire else None)
-            self.setFocus()
-
-    def _wire_at_drop(self, event: QDropEvent) -> WireItem | None:
-        type, place = _dropped(event), self.mapToScene(event.position().toPoint())
-        if type not in self.registry or self.patch_scene.node_at(place) is not None:
-            return None
-        return self.patch_scene.wire_for(
-            type, QRectF(place.x() - DROP_REACH, place.y() - DROP_REACH, 2 * DROP_REACH, 2 * DROP_REACH)
-        )
-
     # --- keys ---
 
     def event(self, event: QEvent) -> bool:
@@ -488,7 +447,3 @@ class Canvas(GroupingView):
         self.map.update()
         self.setAccessibleDescription(spoken_selection(self.patch_scene))
         self.selected.emit(ids)
-
-
-def _dropped(event: QDropEvent) -> str:
-    return bytes(event.mimeData().data(MIME).data()).decode(errors="replace")

@@ -22,7 +22,7 @@ GAP_BESIDE = 24.0
 
 
 class GroupingView(EditableView):
-    """Groups what it shows, by commands; the base class of the canvas."""
+    """Groups what it shows, by commands."""
 
     def group(self) -> None:
         """Put the selected items into a group, and ask for its title."""
