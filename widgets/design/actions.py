@@ -71,6 +71,9 @@ ACTIONS = (
 )
 
 
+VIEW_ACTIONS = ("frame", "frame all", "zoom in", "zoom out", "actual size")
+"""Actions that only move the view, also during a drag."""
+
 MARK_ACTIONS = ("audition", "audition everywhere", "mute", "bypass", "solo")
 """Actions on how nodes are heard, which `underfoot.widgets.design.mark_actions` adds."""
 

@@ -18,7 +18,7 @@ from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.wiring import Wire
-from underfoot.widgets.design.actions import Selection, connect_menu, context_menu, make_actions
+from underfoot.widgets.design.actions import VIEW_ACTIONS, Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
@@ -66,7 +66,8 @@ class Canvas(NodeDropView):
         self.search = NodeSearch(self.patch_scene, self)
         self.item_search = ItemSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
-        self.actions_by_name = make_actions(self, self._handlers())
+        handlers = {name: partial(self._act, name, do) for name, do in self._handlers().items()}
+        self.actions_by_name = make_actions(self, handlers)
         self.addActions(list(self.actions_by_name.values()))
         self.search.add_requested.connect(self.add)
         self.search.replace_requested.connect(self.replace)
@@ -113,6 +114,12 @@ class Canvas(NodeDropView):
             },
             **{f"colour {name}": partial(self.paint_group, name) for name in COLOURS},
         }
+
+    def _act(self, name: str, do: Callable[[], object]) -> None:
+        """Do what a key or a menu asks for. A drag ends first: places are not those of what is in the hand."""
+        if name not in VIEW_ACTIONS and self._is_dragging():
+            self._cancel_drag()
+        do()
 
     # --- lists and menus ---
 
@@ -231,6 +238,8 @@ class Canvas(NodeDropView):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         place = self.mapToScene(event.position().toPoint())
+        if self._is_held() and not event.buttons() & Qt.MouseButton.LeftButton:
+            self._cancel_drag()  # a dialog or another window took the release
         if self._pan is not None:
             by = event.position().toPoint() - self._pan
             self._pan = event.position().toPoint()
@@ -376,7 +385,7 @@ class Canvas(NodeDropView):
             dx, dy = _ARROWS[Qt.Key(event.key())]
             if self.patch_scene.selected():
                 far = 4 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-                self.nudge(dx * far, dy * far)
+                self._act("nudge", partial(self.nudge, dx * far, dy * far))
             else:
                 self.pan(64 * dx, 64 * dy)
         else:
