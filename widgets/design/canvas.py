@@ -17,7 +17,6 @@ from shiboken6 import isValid
 from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
-from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.actions import VIEW_ACTIONS, Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
@@ -34,12 +33,14 @@ from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
 from underfoot.widgets.design.undo import Document
+from underfoot.widgets.design.wire_cut import WireCut
 from underfoot.widgets.escape import is_escape_override
 
 BESIDE_PX = 48
 """Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
 
-_EXTENDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
+_CONTROL = Qt.KeyboardModifier.ControlModifier
+_EXTENDING = Qt.KeyboardModifier.ShiftModifier | _CONTROL
 _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
@@ -56,6 +57,7 @@ class Canvas(NodeDropView):
     _dragged_wire: WireDrag | None = None
     _pressed_at = QPointF()
     _dragged_frame: FrameDrag | None = None
+    _cut: WireCut | None = None
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
@@ -71,7 +73,7 @@ class Canvas(NodeDropView):
         self.addActions(list(self.actions_by_name.values()))
         self.search.add_requested.connect(self.add)
         self.search.replace_requested.connect(self.replace)
-        self.search.disconnect_requested.connect(self._disconnect)
+        self.search.disconnect_requested.connect(self.cut_wires)
         self.item_search.chosen.connect(self.show_item)
         for search in (self.search, self.item_search):
             search.closed.connect(self.setFocus)
@@ -153,14 +155,13 @@ class Canvas(NodeDropView):
             self.search.ask_for_end(at, self.mapToScene(at), (source, "out"))
 
         patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
-        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self._disconnect)
+        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wires)
         menu.popup(self.viewport().mapToGlobal(corner))
         menu.setActiveAction(menu.actions()[0])
 
-    def _disconnect(self, wire: Wire) -> None:
-        self.document.edit(self.document.patch.disconnect([wire]), "Disconnect")
-
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        if event.reason() == QContextMenuEvent.Reason.Mouse and event.modifiers() & _CONTROL:
+            return  # the right button cuts wires
         if self._is_held():
             self._cancel_drag()  # a menu would take the release of the left button
             return
@@ -178,7 +179,7 @@ class Canvas(NodeDropView):
             scene.select([id for id, other in scene.movable().items() if other is item])
         elif frame is not None:
             scene.select({scene.group_view.shown_as[member] for member in frame.shown_group.members})
-        elif item is None and (wire := scene.wire_at(place)) is not None:
+        elif item is None and (wire := scene.wire_at(place)) is not None and not wire.chosen:
             scene.select(())
             scene.choose(wire)
         chosen = scene.selected()
@@ -213,8 +214,10 @@ class Canvas(NodeDropView):
             self._pan = event.position().toPoint()
             self._space_state = "used" if self._space_state else ""
             self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
-        elif button == Qt.MouseButton.LeftButton:
+        elif button == Qt.MouseButton.LeftButton and self._cut is None:
             self._press(event)
+        elif button == Qt.MouseButton.RightButton and event.modifiers() & _CONTROL and not self._is_held():
+            self._cut = WireCut(self.patch_scene, self.mapToScene(event.position().toPoint()))
 
     def _press(self, event: QMouseEvent) -> None:
         """Begin to drag the wire of a port, or a frame, or use the button of a node; all else is Qt's."""
@@ -233,12 +236,15 @@ class Canvas(NodeDropView):
         elif frame is not None:
             self._dragged_frame = FrameDrag(scene, frame, place, extends=bool(event.modifiers() & _EXTENDING))
         else:
-            scene.choose(None if node else scene.wire_at(place))
+            wire, extends = None if node else scene.wire_at(place), bool(event.modifiers() & _EXTENDING)
+            if wire is not None or not extends:
+                scene.choose(wire, extends=extends)
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         place = self.mapToScene(event.position().toPoint())
-        if self._is_held() and not event.buttons() & Qt.MouseButton.LeftButton:
+        button = Qt.MouseButton.LeftButton if self._cut is None else Qt.MouseButton.RightButton
+        if self._is_held() and not event.buttons() & button:
             self._cancel_drag()  # a dialog or another window took the release
         if self._pan is not None:
             by = event.position().toPoint() - self._pan
@@ -250,6 +256,8 @@ class Canvas(NodeDropView):
                 self.show_message(self._dragged_wire.reason)
         elif self._dragged_frame is not None:
             self._dragged_frame.move(place)
+        elif self._cut is not None:
+            self._cut.move(place)
         else:
             super().mouseMoveEvent(event)
             if self.patch_scene.mouseGrabberItem() is not None:
@@ -282,6 +290,9 @@ class Canvas(NodeDropView):
             self.viewport().unsetCursor()
             if not self._is_held():
                 return
+        if event.button() == Qt.MouseButton.RightButton and self._cut is not None:
+            cut, self._cut = self._cut, None
+            self.cut_wires(*cut.end())
         if event.button() != Qt.MouseButton.LeftButton:
             return
         if self._dragged_wire is not None:
@@ -364,12 +375,12 @@ class Canvas(NodeDropView):
         return self._is_dragging() or any(node.shows_all_ports for node in self.patch_scene.nodes.values())
 
     def _is_held(self) -> bool:
-        """Return whether the left button holds something, moved or not."""
+        """Return whether a button holds something, moved or not."""
         return self._is_dragging() or self.patch_scene.mouseGrabberItem() is not None
 
     def _is_dragging(self) -> bool:
-        """Return whether a wire, a frame, a rubber band, or a node or note is being dragged."""
-        dragged = self._dragged_wire is not None or self._dragged_frame is not None or self.has_band
+        """Return whether a wire, a frame, a rubber band, or a node or note is being dragged, or wires are being cut."""
+        dragged = any((self._dragged_wire, self._dragged_frame, self._cut, self.has_band))
         return dragged or (self.patch_scene.mouseGrabberItem() is not None and bool(self.patch_scene.places()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -421,6 +432,9 @@ class Canvas(NodeDropView):
             self._dragged_wire.end()
             self._dragged_wire = None
         self._dragged_frame = None
+        if self._cut is not None:
+            self._cut.end()
+            self._cut = None
         if self.patch_scene.mouseGrabberItem() is not None:
             # As if the button came up: else Qt moves the next node from where this one was.
             at, none = QPointF(self.viewport().mapFromGlobal(self.cursor().pos())), Qt.MouseButton.NoButton

@@ -170,7 +170,11 @@ class EditableView(PatchView):
         """Delete the selected items and the selected wire; wires through a deleted node are bridged."""
         wires = self.patch_scene.chosen_wires()
         if wires or self._members_for("delete"):
-            self._remove_selected(self.document.patch.disconnect(wires), "Delete", "Disconnect")
+            self._remove_selected(self.document.patch.disconnect(wires), "Delete", _disconnection(len(wires)))
+
+    def cut_wires(self, *wires: Wire) -> None:
+        """Remove these wires, and nothing else."""
+        self.document.edit(self.document.patch.disconnect(wires), _disconnection(len(wires)))
 
     def copy(self) -> None:
         """Copy the selected items, with the wires between them, to the clipboard."""
@@ -371,3 +375,8 @@ class EditableView(PatchView):
         elif nodes:
             words.insert(0, counted(len(nodes), "node"))
         return " and ".join(words)
+
+
+def _disconnection(wires: int) -> str:
+    """Return the name of the undo step that removes this many wires."""
+    return f"Disconnect {counted(wires, 'wire')}" if wires > 1 else "Disconnect"

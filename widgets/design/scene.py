@@ -299,11 +299,12 @@ class PatchScene(QGraphicsScene):
     def chosen_wires(self) -> list[Wire]:
         return [wire for wire, item in self.wires.items() if item.chosen]
 
-    def choose(self, wire: WireItem | None) -> None:
-        """Select this wire for deletion, and no other."""
+    def choose(self, wire: WireItem | None, *, extends: bool = False) -> None:
+        """Select this wire for deletion, and no other; `extends` adds it to those selected, or takes it from them."""
         for item in self.wires.values():
-            if item.chosen != (item is wire):
-                item.set_chosen(item is wire)
+            chosen = item.chosen != (item is wire) if extends else item is wire
+            if item.chosen != chosen:
+                item.set_chosen(chosen)
 
     def show_wire(self, wire: WireItem, *, shown: bool) -> None:
         """Hide a wire while it is dragged, or show it again."""

@@ -2,11 +2,16 @@
 
 import pytest
 from design_samples import LEFT, NONE, drag, middle, port, send
+from groups_by_hand import CONTROL, menu_texts
 from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.items import WireItem
+
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 # --- keys during a drag, and drags without an end ---
 
@@ -15,7 +20,7 @@ from underfoot.widgets.design.items import WireItem
 def test_what_a_key_places_during_a_drag_is_placed_by_what_the_drag_had_moved(workspace, key):
     canvas, place = workspace.canvas, middle(workspace, "hum")
     drag(workspace, place, place + QPoint(0, 160), release=False)
-    QTest.keyClick(canvas, key, Qt.KeyboardModifier.ControlModifier if key == Qt.Key.Key_D else NONE)
+    QTest.keyClick(canvas, key, CONTROL if key == Qt.Key.Key_D else NONE)
     assert workspace.patch().node("hum").at == ((0.0, 160.0) if key == Qt.Key.Key_D else (8.0, 160.0))
     hums = [item_rect(node) for node in canvas.patch_scene.nodes.values() if node.node.type == "hum"]
     assert len(hums) == 1 or not hums[0].intersects(hums[1])
@@ -30,3 +35,47 @@ def test_a_drag_whose_release_went_elsewhere_ends_with_the_next_move(workspace, 
     assert not [item for item in canvas.patch_scene.items() if isinstance(item, WireItem) and item.wire == ("", "")]
     send(canvas.viewport(), QEvent.Type.MouseButtonRelease, out + QPoint(80, 160), LEFT)
     assert workspace.document.stack.count() == 0
+
+
+# --- several wires ---
+
+FIRST, SECOND = ("hum.out", "through.signal"), ("through.out", "through1.signal")
+
+
+def on_wire(workspace, wire):
+    """Where the middle of a wire is in the view."""
+    return workspace.canvas.mapFromScene(workspace.canvas.patch_scene.wires[wire].boundingRect().center())
+
+
+def test_wires_are_selected_together_and_deleted_at_once(row):
+    canvas = row.canvas
+    QTest.mouseClick(canvas.viewport(), LEFT, NONE, on_wire(row, FIRST))
+    QTest.mouseClick(canvas.viewport(), LEFT, SHIFT, on_wire(row, SECOND))
+    assert canvas.patch_scene.chosen_wires() == [FIRST, SECOND]
+    assert "Delete" in menu_texts(row, on_wire(row, FIRST))
+    assert canvas.patch_scene.chosen_wires() == [FIRST, SECOND]
+    QTest.keyClick(canvas, Qt.Key.Key_Delete)
+    assert len(row.patch().wires) == 1
+    assert row.document.stack.undoText() == "Disconnect 2 wires"
+    row.undo_action.trigger()
+    for clicked, chosen in ((FIRST, [FIRST]), (SECOND, [FIRST, SECOND]), (FIRST, [SECOND])):
+        QTest.mouseClick(canvas.viewport(), LEFT, CONTROL, on_wire(row, clicked))
+        assert canvas.patch_scene.chosen_wires() == chosen
+
+
+@pytest.mark.parametrize("ends", ["released", "escape"])
+def test_a_stroke_with_control_and_the_right_button_cuts_the_wires_that_it_crosses(row, ends):
+    view, right = row.canvas.viewport(), Qt.MouseButton.RightButton
+    place = on_wire(row, FIRST)
+    send(view, QEvent.Type.MouseButtonPress, place - QPoint(0, 60), right, CONTROL)
+    QApplication.sendEvent(view, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, QPoint(), CONTROL))
+    for at in (place + QPoint(0, 90), on_wire(row, SECOND) + QPoint(0, 90), on_wire(row, SECOND) - QPoint(0, 60)):
+        send(view, QEvent.Type.MouseMove, at, right, CONTROL)
+    assert row.canvas.patch_scene.chosen_wires() == [FIRST, SECOND]
+    if ends == "escape":
+        QTest.keyClick(row.canvas, Qt.Key.Key_Escape)
+    send(view, QEvent.Type.MouseButtonRelease, at, right, CONTROL)
+    assert not [menu for menu in row.canvas.findChildren(QMenu) if menu.isVisible()]
+    assert row.canvas.patch_scene.chosen_wires() == []
+    assert len(row.patch().wires) == (3 if ends == "escape" else 1)
+    assert row.document.stack.count() == (0 if ends == "escape" else 1)
