@@ -104,7 +104,8 @@ def middle(workspace, id: str) -> QPoint:
     return workspace.canvas.mapFromScene(item.mapToScene(item.geometry.plot.center()))
 
 
-def drag(workspace, start: QPoint, end: QPoint, release: bool = True) -> None:
+def drag(workspace, start: QPoint, end: QPoint, release: bool = True, modifiers=NONE) -> None:
+    """`modifiers` are held at the release."""
     view = workspace.canvas.viewport()
     send(view, QEvent.Type.MouseButtonPress, start, LEFT)
     for share in (0.1, 0.5, 0.9, 1.0):
@@ -113,7 +114,7 @@ def drag(workspace, start: QPoint, end: QPoint, release: bool = True) -> None:
         )
         send(view, QEvent.Type.MouseMove, place, LEFT)
     if release:
-        send(view, QEvent.Type.MouseButtonRelease, end, LEFT)
+        send(view, QEvent.Type.MouseButtonRelease, end, LEFT, modifiers)
 
 
 def send(widget, kind, place, button, modifiers=NONE) -> None:

@@ -41,6 +41,7 @@ BESIDE_PX = 48
 
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 _EXTENDING = Qt.KeyboardModifier.ShiftModifier | _CONTROL
+_COPYING = Qt.KeyboardModifier.AltModifier
 _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
@@ -256,6 +257,7 @@ class Canvas(NodeDropView):
                 self.show_message(self._dragged_wire.reason)
         elif self._dragged_frame is not None:
             self._dragged_frame.move(place)
+            self._show_whether_copied(event)
         elif self._cut is not None:
             self._cut.move(place)
         else:
@@ -263,6 +265,14 @@ class Canvas(NodeDropView):
             if self.patch_scene.mouseGrabberItem() is not None:
                 self.patch_scene.adjust_group_frames()
                 self.patch_scene.highlight(self._wire_under_dragged(), self._frame_entered(place))
+                self._show_whether_copied(event)
+
+    def _show_whether_copied(self, event: QMouseEvent) -> None:
+        """Show by the mouse whether what is dragged stays, and a copy of it goes where it is let go."""
+        if event.modifiers() & _COPYING:
+            self.viewport().setCursor(Qt.CursorShape.DragCopyCursor)
+        else:
+            self.viewport().unsetCursor()
 
     def _wire_under_dragged(self) -> WireItem | None:
         """Return the wire into which the dragged node would be inserted; only a single unwired node can be."""
@@ -295,24 +305,34 @@ class Canvas(NodeDropView):
             self.cut_wires(*cut.end())
         if event.button() != Qt.MouseButton.LeftButton:
             return
+        copies = bool(event.modifiers() & _COPYING)
+        self.viewport().unsetCursor()
         if self._dragged_wire is not None:
             self._drop_wire(at)
         elif self._dragged_frame is not None:
             self._dragged_frame.end()
             self._dragged_frame = None
-            self._drop_items(None, None)
+            self._drop_items(None, None, copies=copies)
         else:
             wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(at))
             super().mouseReleaseEvent(event)
             self.patch_scene.highlight()
-            self._drop_items(wire, frame)
+            self._drop_items(wire, frame, copies=copies)
 
-    def _drop_items(self, wire: WireItem | None, frame: GroupFrameItem | None) -> None:
-        """Edit the places of what was dragged, if anything was; it goes into this wire, or into this frame's group."""
+    def _drop_items(self, wire: WireItem | None, frame: GroupFrameItem | None, *, copies: bool) -> None:
+        """Edit the places of what was dragged, if anything was; it goes into this wire, or into this frame's group. If
+        it is copied, it stays where it was.
+        """
         places = self.patch_scene.places()
         if not places:
             return
         members = self.patch_scene.members(places)
+        if copies:
+            self._put_back()
+            id, (x, y) = next(iter(places.items()))
+            was = self.patch_scene.movable()[id].pos()
+            self.copy_moved(members, (x - was.x(), y - was.y()), frame.shown_group.id if frame else "")
+            return
         patch, what = self.document.patch.move(places), f"Move {self._count_text(members)}"
         if frame is not None:
             group = frame.shown_group
@@ -441,12 +461,17 @@ class Canvas(NodeDropView):
             up = QMouseEvent(QEvent.Type.MouseButtonRelease, at, at, Qt.MouseButton.LeftButton, none, _NO_KEYS)
             super().mouseReleaseEvent(up)
         self.patch_scene.highlight()
+        self.viewport().unsetCursor()
+        self._put_back()
+        self.edge_scrolling.undo()
+
+    def _put_back(self) -> None:
+        """Put what is dragged back to where the patch has it."""
         for item in self.patch_scene.nodes_and_group_nodes():
             item.setPos(*item.node.at)
         for note in self.patch_scene.notes.values():
             note.setPos(*note.note.at)
         self.patch_scene.adjust_group_frames()
-        self.edge_scrolling.undo()
 
     def _show(self) -> None:
         if self._is_dragging():

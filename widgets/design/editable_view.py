@@ -209,9 +209,18 @@ class EditableView(PatchView):
         """Add a copy of the selected items beside them, in the group of which they are a part."""
         members = self._members_for("duplicate")
         if members:
-            groups = self.patch_scene.group_view.opened
-            around = [self.inside, *(group.id for group in groups if set(members) < set(group.members))]
-            self._paste(self._copied(members), None, "Duplicate", around[-1])
+            self._duplicate(members)
+
+    def copy_moved(self, members: Sequence[str], by: Place, into: str) -> None:
+        """Add a copy of these nodes and notes, moved `by`, to a group, or to that of which they are a part."""
+        boxes = self.patch_scene.boxes_in(self.document.patch, members, with_frames=True)
+        corner = QPointF(min(box[0] for box in boxes), min(box[1] for box in boxes))
+        self._duplicate(members, corner + QPointF(*by), into)
+
+    def _duplicate(self, members: Sequence[str], at: QPointF | None = None, into: str = "") -> None:
+        groups = self.patch_scene.group_view.opened
+        around = [self.inside, *(group.id for group in groups if set(members) < set(group.members))]
+        self._paste(self._copied(members), at, "Duplicate", into or around[-1])
 
     def _copied(self, members: Sequence[str]) -> str:
         """Return these items as text, without the sub-patch that is open, also if they are all of it. Their files have

@@ -171,6 +171,7 @@ class DesignWorkspace(Workspace):
             ("Edit a note or a title", "Double-click"),
             ("Put a preset into the patch", "Shift+Enter, with the focus on the presets"),
             ("Move the view", "Space and drag, middle button"),
+            ("Copy what is dragged", "Alt as you let it go"),
             ("Cut wires", "Ctrl and drag with the right button"),
         ]
         own = (*self.menu_actions()[2:], *self.canvas.actions_by_name.values())

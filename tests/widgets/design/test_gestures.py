@@ -3,7 +3,7 @@
 import pytest
 from design_samples import LEFT, NONE, drag, middle, port, send
 from groups_by_hand import CONTROL, menu_texts
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
@@ -79,3 +79,31 @@ def test_a_stroke_with_control_and_the_right_button_cuts_the_wires_that_it_cross
     assert row.canvas.patch_scene.chosen_wires() == []
     assert len(row.patch().wires) == (3 if ends == "escape" else 1)
     assert row.document.stack.count() == (0 if ends == "escape" else 1)
+
+
+# --- copies ---
+
+ALT = Qt.KeyboardModifier.AltModifier
+
+
+def test_what_is_let_go_with_alt_is_copied_there_and_stays(chain):
+    row, before = chain, chain.patch()
+    row.canvas.patch_scene.select(["hum", "through"])
+    place = middle(row, "hum")
+    drag(row, place, place + QPoint(0, 200), modifiers=ALT)
+    copies = row.patch().nodes[len(before.nodes) :]
+    assert [(node.type, node.at) for node in copies] == [("hum", (0.0, 200.0)), ("through", (200.0, 200.0))]
+    assert row.patch().nodes[: len(before.nodes)] == before.nodes
+    assert row.patch().wires == (*before.wires, (f"{copies[0].id}.out", f"{copies[1].id}.signal"))
+    assert all(item.pos() == QPointF(*item.node.at) for item in row.canvas.patch_scene.nodes.values())
+    assert row.canvas.selected_ids() == [node.id for node in copies]
+    row.undo_action.trigger()
+    assert row.patch() == before
+
+
+def test_a_frame_that_is_let_go_with_alt_is_copied_with_its_group(chain):
+    title = chain.canvas.mapFromScene(chain.canvas.patch_scene.group_frames["group"].title_rect().center())
+    drag(chain, title, title - QPoint(0, 200), modifiers=ALT)
+    first, second = chain.patch().groups
+    assert (first.members, second.title) == (("through", "through1"), "Chain")
+    assert [chain.patch().node(id).at for id in second.members] == [(200.0, -200.0), (400.0, -200.0)]
