@@ -5,7 +5,7 @@ from datetime import date
 from functools import cached_property, partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
 
@@ -319,7 +319,6 @@ class CalibrateWorkspace(ProjectingWorkspace):
         dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the folder's content stays
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
         dialog.selectFile(f"{subject}-{self.tile.id}-{date.today().isoformat()}")
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.fileSelected.connect(lambda folder: then(Path(folder)))
         dialog.open()
 

@@ -1,5 +1,6 @@
 """File dialogs: the desktop's own, or Qt's with the program's buttons if there is none."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
 from underfoot.widgets import theme
@@ -16,8 +17,9 @@ _BUTTON_ICONS = {
 
 
 def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
-    """Return a dialog that begins in `folder` and shows the files that match `filter`."""
+    """Return a dialog that begins in `folder` and shows the files that match `filter`; it is deleted when it closes."""
     dialog = QFileDialog(parent, title, folder, filter)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for name, icon in _BUTTON_ICONS.items():
         button = dialog.findChild(QToolButton, name)
         if isinstance(button, QToolButton):

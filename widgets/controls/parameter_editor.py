@@ -3,7 +3,7 @@
 from functools import singledispatch
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QWidget
 
@@ -139,7 +139,6 @@ class FileEditor(TextEditor):
 
     def _look(self) -> None:
         dialog = file_dialog(self.window(), self.parameter.label, str(self._folder or ""))
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(self.choose)
         dialog.open()

@@ -56,5 +56,4 @@ class FileChooser:
             dialog.setDefaultSuffix(suffix.removeprefix("."))
             dialog.selectFile(re.sub(r'[/\\:*?"<>|]', "-", save_as))
         dialog.fileSelected.connect(chosen)
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()

@@ -30,6 +30,7 @@ from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.choice_box import name_control
+from underfoot.widgets.controls.file_dialog import file_dialog
 
 DEFAULT_DEVICE = "the default device"
 _TRIED_HZ = 1000.0
@@ -159,8 +160,7 @@ class EquipmentDialog(QDialog):
                 part.setEnabled(self.check_boxes[name].isChecked())
 
     def _look(self) -> None:
-        dialog = QFileDialog(self, "Calibration of the plate", "", "Calibrations (*.json)")
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog = file_dialog(self, "Calibration of the plate", "", "Calibrations (*.json)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda path: self.calibration.setText(str(Path(path))))
         dialog.open()

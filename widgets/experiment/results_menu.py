@@ -44,7 +44,7 @@ class ResultsButton(QPushButton):
         dialog = file_dialog(self.window(), "Sessions, or tables of trials", "", _FILES)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFiles)
         dialog.filesSelected.connect(lambda paths: self.files_chosen.emit([Path(path) for path in paths]))
-        self._open(dialog)
+        dialog.open()
 
     def _ask_place(self, form: str) -> None:
         if form == "CSV":
@@ -56,9 +56,4 @@ class ResultsButton(QPushButton):
             dialog.setFileMode(QFileDialog.FileMode.Directory)
             dialog.setOption(QFileDialog.Option.ShowDirsOnly)
         dialog.fileSelected.connect(lambda path: self.place_chosen.emit(form, Path(path)))
-        self._open(dialog)
-
-    @staticmethod
-    def _open(dialog: QFileDialog) -> None:
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
@@ -113,7 +113,6 @@ class StimulusPage(ItemList):
 
     def _ask_table(self) -> None:
         dialog = file_dialog(self.window(), "A table of conditions", "", "Tables (*.csv *.tsv *.txt)")
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda path: self.import_table(Path(path)))
         dialog.open()
@@ -322,8 +321,7 @@ class StimulusForm(QWidget):
     def _choose_patch(self, at: int) -> None:
         chosen = self.patch.itemData(at)
         if chosen == FILE:
-            dialog = QFileDialog(self.window(), "A patch", "", "Patches (*.json)")
-            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+            dialog = file_dialog(self.window(), "A patch", "", "Patches (*.json)")
             dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
             dialog.fileSelected.connect(lambda path: self.patch_requested.emit(Path(path)))
             dialog.rejected.connect(lambda: self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"])))

@@ -139,7 +139,6 @@ class StudyList(QWidget):
 
     def _ask_protocol(self) -> None:
         dialog = file_dialog(self, "A protocol", "", "Protocols (*.json)")
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda path: self.open_protocol(Path(path)))
         dialog.open()

@@ -12,6 +12,7 @@ from underfoot.drawing.table import csv
 from underfoot.errors import UnderfootError
 from underfoot.files import write_file
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 
 PICTURE_SCALE = 2
 """Pixels of a picture per pixel of the screen."""
@@ -46,8 +47,7 @@ def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
 
 def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:
     name = (drawing.title or plot.accessibleName() or "plot").lower().replace(" ", "-")
-    dialog = QFileDialog(plot.window(), "Save a plot", "", f"*{suffix}")
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog = file_dialog(plot.window(), "Save a plot", "", f"*{suffix}")
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setDefaultSuffix(suffix.removeprefix("."))
     dialog.selectFile(f"{name}{suffix}")

@@ -11,6 +11,7 @@ from underfoot.engine.survey_process import Progress
 from underfoot.quantities import pretty_text
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.polled_process import PolledProcess
 from underfoot.widgets.recordings.tracks import time_text
 
@@ -151,14 +152,13 @@ class Exporting(QWidget):
     def _ask_file(self, source: Path, suffix: str, vibration: str, stretch_s: Stretch | None) -> None:
         part = "" if stretch_s is None else " {:.2f}-{:.2f} s".format(*stretch_s)
         name = str(Path(self._folder or source.parent) / f"{source.stem}{part}{suffix}")
-        dialog = QFileDialog(
+        dialog = file_dialog(
             self.window(), "Export to", name, f"{formats()[suffix].title.partition(':')[0]} (*{suffix})"
         )
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix(suffix.removeprefix("."))
         dialog.selectFile(name)
         dialog.fileSelected.connect(lambda path: self._chosen(source, Path(path), vibration, stretch_s))
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
     def _chosen(self, source: Path, path: Path, vibration: str, stretch_s: Stretch | None) -> None:

@@ -26,6 +26,7 @@ from underfoot.quantities import counted
 from underfoot.records.recording_format import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
@@ -274,17 +275,15 @@ class RecordingList(QWidget):
         self.refresh()
 
     def _ask_file(self) -> None:
-        dialog = QFileDialog(self, "Open a recording", str(self._folder()), "Recordings (*.underfoot *.uf)")
+        dialog = file_dialog(self, "Open a recording", str(self._folder()), "Recordings (*.underfoot *.uf)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda name: self.chosen.emit(Path(name)))
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
     def _ask_folder(self) -> None:
-        dialog = QFileDialog(self, "A folder of recordings", str(self._folder()))
+        dialog = file_dialog(self, "A folder of recordings", str(self._folder()))
         dialog.setFileMode(QFileDialog.FileMode.Directory)
         dialog.fileSelected.connect(lambda name: self.add(Path(name)))
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
     # --- display ---

@@ -6,7 +6,7 @@ from on_screen import show
 from PySide6.QtCore import QPoint
 from PySide6.QtGui import QColor, QContextMenuEvent, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QApplication, QFileDialog, QMenu
+from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QToolButton
 
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.look import palette
@@ -35,6 +35,8 @@ def test_the_menu_saves_what_is_shown(plot, tmp_path, suffix):
     next(action for action in menu.actions() if suffix in action.text()).trigger()
     menu.close()
     dialog = plot.findChild(QFileDialog)
+    back = dialog.findChild(QToolButton, "backButton").icon().pixmap(32).toImage()
+    assert back == theme.icon("arrow-left", theme.TEXT).pixmap(32).toImage()
     path = tmp_path / f"creep{suffix}"
     dialog.fileSelected.emit(str(path))
     dialog.close()
