@@ -285,3 +285,15 @@ class Tiles(Parameter):
         (True, True, False)
         """
         return value == "all" or tile in value.split("+")
+
+
+def declared_in(owner: type) -> dict[str, Parameter]:
+    """Return the parameters that a class declares itself, without those of its bases, by name and in their order.
+
+    >>> class Walk:
+    ...     speed = Number(1.2, 0.1, 3.0, unit="m/s")
+    ...     people = Count(1, 1, 9)
+    >>> list(declared_in(Walk))
+    ['speed', 'people']
+    """
+    return {name: value for name, value in vars(owner).items() if isinstance(value, Parameter)}

@@ -22,7 +22,7 @@ from underfoot.errors import BadValue
 from underfoot.floor.layout import Tile
 from underfoot.floor.plate_search import STIFFNESSES, PlateSearch, SearchResult, drawing, search, why_none, write
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.parameters import Choice, Number, Parameter
+from underfoot.parameters import Choice, Number, declared_in
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.parameter_editor import editor_for
@@ -52,11 +52,6 @@ class _SearchParameters:
     least_mode = Number(1000.0, 10.0, 20_000.0, unit="Hz", scale="log", label="First mode from", doc="Edges held.")
 
 
-_PARAMETERS: tuple[Parameter, ...] = tuple(
-    parameter for parameter in vars(_SearchParameters).values() if isinstance(parameter, Parameter)
-)
-
-
 class PlatePage(QWidget):
     """Searches at each change of a number; a search takes some milliseconds."""
 
@@ -70,7 +65,7 @@ class PlatePage(QWidget):
         self._tile: Tile | None = None
         self._parameters = TileParameters()
         self.found: SearchResult | None = None
-        self.editors = {one.name: editor_for(one) for one in _PARAMETERS}
+        self.editors = {name: editor_for(one) for name, one in declared_in(_SearchParameters).items()}
         self.title = theme.label("Which plates fit", "title")
         about = theme.label(_ABOUT, "muted")
         form = QGridLayout()

@@ -1,6 +1,6 @@
 """The dialog for simulated participants: their number, seed and true parameters."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +11,7 @@ from underfoot.errors import BadValue
 from underfoot.experiments.observers import truths_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import SimulationSettings
-from underfoot.parameters import Count, Parameter
+from underfoot.parameters import Count, Parameter, declared_in
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.field_rows import FieldRows
@@ -24,7 +24,7 @@ class _General:
     seed = Count(1, 0, 2**31, doc="The same seed: the same people.")
 
 
-_GENERAL: Mapping[str, Parameter] = {"people": _General.people, "seed": _General.seed}
+_GENERAL = declared_in(_General)
 
 
 @dataclass(frozen=True)

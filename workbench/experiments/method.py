@@ -16,7 +16,7 @@ from underfoot.experiments.latin_square import ANYONE, Turn, row_of, rows_of
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial, is_right
-from underfoot.parameters import Choice, Parameter
+from underfoot.parameters import Choice, Parameter, declared_in
 
 if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
@@ -68,7 +68,7 @@ class Method(ABC):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         inherited = getattr(cls, "parameters", {})
-        own = {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
+        own = declared_in(cls)
         cls.parameters = own | {name: v for name, v in inherited.items() if name not in own}
 
     def __init__(

@@ -22,7 +22,7 @@ from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.study import Page
 from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
-from underfoot.parameters import Number, Parameter
+from underfoot.parameters import Number, Parameter, declared_in
 
 
 class Observer(ABC):
@@ -33,8 +33,7 @@ class Observer(ABC):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        inherited = getattr(cls, "parameters", {})
-        cls.parameters = inherited | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
+        cls.parameters = getattr(cls, "parameters", {}) | declared_in(cls)
 
     def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
         """Set the observer's parameters from `truth`; names of other observers' parameters are ignored.

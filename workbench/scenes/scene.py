@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from underfoot.errors import BadValue, require
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.floor.layout import Floor
-from underfoot.parameters import Parameter
+from underfoot.parameters import Parameter, declared_in
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.scenes.cues import Cue
@@ -37,7 +37,7 @@ class Scene(ABC):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        cls.parameters = cls.parameters | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
+        cls.parameters = cls.parameters | declared_in(cls)
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
         """Raise `BadValue` for invalid parameters."""
