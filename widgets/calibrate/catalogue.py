@@ -28,9 +28,8 @@ MakeProcedure = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
 class CalibrationKind:
     """A calibration: the part of a profile that it makes, its name, its purpose, and its factory.
 
-    `reference` is the parameter that asks for the reference on hardware; on the simulator only if it
-    `asks_always`. `first` is the part that must be calibrated
-    before.
+    `reference` is the parameter that asks for the reference on hardware; on the simulator only if it `asks_always`.
+    `first` is the part that must be calibrated before.
     """
 
     key: str

@@ -66,7 +66,7 @@ class Profiles(QObject):
         self._submit(self._write, self.folder, tile, kind, lambda profile: profile.restored(index), text)
 
     def do(self, work: Callable[[], str]) -> None:
-        """Queue other work with the disk; its result or error is emitted by `said`."""
+        """Queue other work with the disk; its result or error is emitted by `notified`."""
         self._submit(self._do, work)
 
     def close(self) -> None:

@@ -323,7 +323,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         dialog.open()
 
     def write_report(self, result: Result, folder: Path) -> None:
-        """Write a page with plots, figures and raw data into a folder; return a line with its path."""
+        """Write a page with plots, figures and raw data into a folder; a line with its path follows."""
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
             profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result

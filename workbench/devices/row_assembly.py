@@ -73,7 +73,7 @@ sample's earliest arrival to the first frame that it changes, averaged over a se
 class Assembly(NamedTuple):
     """State kept between two blocks. `rate` is session frames per second, `period` frames between two rows.
 
-    Only the reading thread writes to `queue`, and only to places from `free_places`.
+    Only the reading thread writes to `queue`, and only over samples that are `placed`.
     """
 
     rate: float

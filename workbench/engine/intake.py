@@ -71,7 +71,7 @@ TIMING = np.dtype(
 
 
 class IntakeMemory(NamedTuple):
-    """All arrays that the kernels read and write, as `patch.tables` passes them."""
+    """All arrays that the kernels read and write, as `array_tables` passes them."""
 
     seconds: F1  # [sample]: stamps in seconds
     stamps: F1  # the source's, like arrivals and forces
