@@ -74,6 +74,17 @@ def test_the_command_prints_a_table_and_draws(tmp_path):
         CliRunner().invoke(cli, ["tile", floor, "--load", "800"], catch_exceptions=False)
 
 
+def test_the_help_of_the_command_tells_what_a_search_usually_asks():
+    usual = PlateSearch()
+    spans = [
+        f"{low:g}:{high:g} by default"
+        for low, high in (np.divide(usual.modulus_pa, 1e9), np.divide(usual.thickness_m, 1e-3))
+    ]
+    told = " ".join(CliRunner().invoke(cli, ["tile", "--help"]).output.split())
+    numbers = (usual.most_kg, usual.most_deflection_m / 1e-3, usual.least_hz)
+    assert all(text in told for text in (*spans, f"{usual.load_n:g} by default", *(f"default {x:g}." for x in numbers)))
+
+
 def test_the_picture_has_an_edge_for_each_condition():
     names = [line.name for line in drawing(found_of()).series]
     assert names == ["mass 0.6 kg", "sag 0.2 mm", "first mode 1000 Hz", "lightest"]

@@ -17,6 +17,7 @@ from underfoot.calibration.result import Inconclusive, Result
 from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
+from underfoot.floor.plate_search import PlateSearch
 from underfoot.floor.profile import Latency, PlateStiffness, Profile, Response
 from underfoot.widgets.calibrate.profiles import Profiles
 
@@ -332,6 +333,7 @@ def test_plates_are_sought_as_one_types_and_the_report_is_written(driver, tmp_pa
     page = workspace.plates
     assert page.isVisible()
     assert page.table.rowCount() == len(page.found.best) > 0
+    assert page.found.spec == PlateSearch()
     field = page.editors["most_mass"].findChild(QLineEdit)
     field.setFocus()
     field.selectAll()

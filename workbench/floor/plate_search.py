@@ -41,6 +41,7 @@ SAID = {
 }
 """What a person calls each condition, and the unit in which a person gives it."""
 _MILLI, _GIGA = 1e3, 1e9
+_USUAL = Plate()
 _EDGE = 1.05
 _FITS = 90
 """How bright plates that fit are drawn."""
@@ -55,9 +56,9 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     modulus_pa: tuple[float, float] = (1e9, 220e9)
     thickness_m: tuple[float, float] = (0.005, 0.05)
-    stiffness: str = "textbook"
-    density_kg_m3: float = 210.0
-    facing_m: float = 0.00081
+    stiffness: str = _USUAL.stiffness
+    density_kg_m3: float = _USUAL.density_kg_m3
+    facing_m: float = _USUAL.facing_m
     most_kg: float = 0.6
     most_deflection_m: float = 2e-4
     load_n: float = 1000.0
