@@ -13,6 +13,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
+from underfoot.quantities import counted
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
@@ -274,9 +275,9 @@ def _hint(runner: Runner, form: AnswerForm) -> str:
         case Phase.READY if page.start == "key":
             return "Press Space, or click."
         case Phase.ANSWERING if runner.may_play:
-            left = page.plays - runner.plays
+            left = counted(page.plays - runner.plays, "time")
             key = "Ctrl+Space" if form.fields else "Space"  # in a text field, Space is a character
-            return f"{form.hint_text} {key} plays it again, {left} {'time' if left == 1 else 'times'} more."
+            return f"{form.hint_text} {key} plays it again, {left} more."
         case Phase.ANSWERING:
             return form.hint_text
         case Phase.PAGE if page.kind == "learn" and form.has_long_numbers:

@@ -27,6 +27,7 @@ from underfoot.experiments.draft_edits import DraftEdit
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.patch.node import Registry
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.undo_actions import UndoActions
@@ -113,7 +114,7 @@ class ProtocolEditor(QWidget):
         """Open the editor with a study, if it is the user's own."""
         if study.is_own:
             count = len(self._sessions.files(study))
-            begun = f"{count} {'session was' if count == 1 else 'sessions were'} begun with it as it is"
+            begun = f"{counted(count, 'session was', 'sessions were')} begun with it as it is"
             note = (
                 f"{begun}: they stay, and go on as they were begun, but are analysed here only while it is unchanged."
             )

@@ -24,7 +24,7 @@ from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, u
 from underfoot.parameters import Number, Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
-from underfoot.quantities import quantity
+from underfoot.quantities import counted, quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
@@ -124,7 +124,7 @@ class StimulusPage(ItemList):
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        count = f"{len(conditions)} {'line' if len(conditions) == 1 else 'lines'}"
+        count = counted(len(conditions), "line")
         box = message_box(
             self.window(),
             "Stimuli from a table",

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFileDialog, QGridLayout, QListWidget, QPushButton
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import node_files_of
 from underfoot.patch.node import Registry
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import ask
@@ -125,7 +126,7 @@ class StudyList(QWidget):
         study = self.study
         if study.is_own:
             count = len(self._sessions.files(study))
-            kept = f" Its {count} {'session stays' if count == 1 else 'sessions stay'}." if count else ""
+            kept = f" Its {counted(count, 'session stays', 'sessions stay')}." if count else ""
             text = f"Delete the protocol “{study.title}”? Its file goes to the trash.{kept}"
             ask(self.window(), "Delete protocol", text, "Delete", lambda: self._delete(study))
 
