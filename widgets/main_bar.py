@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.engine.reports import Health
-from underfoot.quantities import counted
+from underfoot.quantities import counted, first_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.level_slider import LevelSlider
@@ -149,8 +149,7 @@ class MainBar(QWidget):
         workspace, lines = next((item for item in self._warnings.items() if item[1]), (workspace, ()))
         self.warnings.setVisible(bool(lines))
         self._make_room()
-        more = [f"and {len(lines) - MAX_WARNINGS} more"] if len(lines) > MAX_WARNINGS else []
-        self.warnings.setToolTip("\n".join([f"{workspace}:", *lines[:MAX_WARNINGS], *more]))
+        self.warnings.setToolTip("\n".join([f"{workspace}:", *first_of(lines, MAX_WARNINGS)]))
         self.warnings.setAccessibleName(f"{workspace}: {counted(len(lines), 'warning')}")
         self.warnings.setAccessibleDescription("; ".join(lines))
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 from underfoot.errors import BadValue
 
@@ -36,6 +37,15 @@ def counted(count: int, what: str, plural: str = "") -> str:
     ('1 step', '0 times', '2 people')
     """
     return f"{count} {what if count == 1 else plural or f'{what}s'}"
+
+
+def first_of(lines: Sequence[str], most: int) -> list[str]:
+    """Return the first lines, and in a further one how many more there are.
+
+    >>> first_of(["gravel", "sand", "snow"], 2), first_of(["ice"], 2)
+    (['gravel', 'sand', 'and 1 more'], ['ice'])
+    """
+    return [*lines[:most], *([f"and {len(lines) - most} more"] if len(lines) > most else [])]
 
 
 def number(value: float, digits: int = 3) -> str:

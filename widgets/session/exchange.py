@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QMainWindow
 
 from underfoot.errors import UnderfootError
+from underfoot.quantities import first_of
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.controller import SessionController
@@ -109,7 +110,7 @@ class Exchange(QObject):
         self._open_patch.open_untitled(imported.patch)
         self._notify(f"Imported {path.name}: it plays at each footfall")
         if imported.losses:
-            losses = "\n".join(f"• {line}" for line in _first_lines(imported.losses))
+            losses = "\n".join(f"• {line}" for line in first_of(imported.losses, MOST_LINES))
             message_box(self._window, "Import", f"What of {path.name} is not in the patch:", losses).open()
 
 
@@ -119,8 +120,3 @@ def _result_of(future: "Future[Imported]") -> "Imported | UnderfootError":
     if isinstance(error, UnderfootError):
         return error
     return future.result()
-
-
-def _first_lines(lines: tuple[str, ...]) -> list[str]:
-    """Return at most `MOST_LINES`, and the number of the others."""
-    return [*lines[:MOST_LINES], *([f"and {len(lines) - MOST_LINES} more"] if len(lines) > MOST_LINES else [])]

@@ -17,11 +17,12 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
+from underfoot.quantities import first_of
 from underfoot.widgets.controls.fields import end_typing
 from underfoot.widgets.controls.question import ask, message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.autosave import AUTOSAVE_MS, Autosave, CopyWriter, RecoveredWork
-from underfoot.widgets.session.own_nodes import OwnNodes
+from underfoot.widgets.session.own_nodes import MOST_FILES_NAMED, OwnNodes
 from underfoot.widgets.session.settings import Settings
 
 FIRST_PRESET = "gravel"
@@ -388,7 +389,7 @@ class OpenPatch(QObject):
 
     def _ask_for_files(self, path: Path, patch: Patch, files: list[str], then: Callable[[], object]) -> None:
         """Open the patch if the user allows it to read files outside its folder."""
-        some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
+        some = "\n".join(first_of(files, MOST_FILES_NAMED))
         text = f"“{path.name}” reads sound files outside its own folder:\n\n{some}"
         more = "Open it, and let patches read these files from now on?"
         box = message_box(self._window, "Files outside the folder", text, more)

@@ -20,9 +20,12 @@ from underfoot.patch.custom_nodes import (
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
 from underfoot.patch.patch import Patch
+from underfoot.quantities import first_of
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.session.settings import Settings
 
+MOST_FILES_NAMED = 5
+"""Of the files that a question is about; of more, the number is told."""
 _WORDS = (
     "A node is a program: it runs with your rights, and can read, change and send whatever you can. Run it only if you "
     "know who wrote it; Show Details shows what is in it.\n\nNot run, it is missing: it puts out nothing, and is saved "
@@ -163,10 +166,10 @@ class OwnNodes(QObject):
         return "".join(f"; {line}" for line in wrong)
 
     def _question(self, name: str, files: list[NodeFile]) -> QMessageBox:
-        some = "\n".join(f"{file.path}  ({len(file.source):,} bytes)" for file in files[:5])
-        more = f"\nand {len(files) - 5} more" if len(files) > 5 else ""
+        named = [f"{file.path}  ({len(file.source):,} bytes)" for file in files]
+        some = "\n".join(first_of(named, MOST_FILES_NAMED))
         what = "lies a node in a file of its own" if len(files) == 1 else "lie nodes in files of their own"
-        text = f"Beside “{name}” {what}:\n\n{some}{more}"
+        text = f"Beside “{name}” {what}:\n\n{some}"
         box = message_box(self._window, "A program beside the patch", text, _WORDS)
         box.setDetailedText("\n\n".join(f"# {file.path}\n{file.source.decode(errors='replace')}" for file in files))
         box.addButton("Run it" if len(files) == 1 else "Run them", QMessageBox.ButtonRole.AcceptRole)
