@@ -148,7 +148,7 @@ class Detector(Observer):
 
     @property
     def _is_silent(self) -> bool:
-        return "standard" in self.given and is_silent(self.given, self.protocol.stimuli)
+        return is_silent(self.given, self.protocol.stimuli)
 
     @property
     def _spread_db(self) -> float:

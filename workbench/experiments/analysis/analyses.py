@@ -76,8 +76,7 @@ def settings_of(protocol: Protocol | None, stage: str, settings: Settings) -> Se
     if use is None:
         return settings
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
-    silent = "standard" in given and is_silent(given, protocol.stimuli)
-    return replace(settings, given=given, is_beside_silence=silent)
+    return replace(settings, given=given, is_beside_silence=is_silent(given, protocol.stimuli))
 
 
 def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings) -> list[Findings]:

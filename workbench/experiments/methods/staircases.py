@@ -232,7 +232,7 @@ def balanced_share(given: Mapping[str, Any]) -> float:
 
 def is_silent(given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> bool:
     """Return whether there is a standard, and nothing vibrates in it: which interval had something is guessed."""
-    return bool(given["standard"]) and not stimuli[given["standard"]].patch
+    return bool(given.get("standard")) and not stimuli[given["standard"]].patch
 
 
 def is_yes(facts: Mapping[str, Any], answers: Mapping[str, Any]) -> bool:
