@@ -16,6 +16,7 @@ from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import constant, magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods import METHODS
+from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
@@ -337,19 +338,16 @@ class Labeller(Observer):
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         of_it = self.protocol.stimuli[trial.intervals[0].stimulus].factors.get("set") == "IT"
         first = random.random() < self._share("impact_share_it" if of_it else "impact_share_ws")
-        sorts = self._sorts()
+        sorts = sorts_of(self.given)
         return {"label": "knock" if first else "hum", **({"sort": sorts[0 if first else -1]} if sorts else {})}
 
     def truths(self) -> dict[str, float]:
-        sorts = self._sorts()
+        sorts = sorts_of(self.given)
         shares = {"IT": self._share("impact_share_it"), "WS": self._share("impact_share_ws")}
         return {f"{sorts[0]} {name}": share for name, share in shares.items()} if sorts else {}
 
     def _share(self, name: str) -> float:
         return _moved(self.truth[name], self.truth["labels_differ"] * self.place)
-
-    def _sorts(self) -> list[str]:
-        return [part.strip() for part in str(self.given["sorts"]).split(",") if part.strip()]
 
 
 class FootSelector(Observer):

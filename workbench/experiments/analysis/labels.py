@@ -8,7 +8,7 @@ from underfoot.experiments.analysis.comparisons import shares_compared
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.methods.free_labels import NOT_SORTED
+from underfoot.experiments.methods.free_labels import NOT_SORTED, sorts_of
 from underfoot.experiments.table import Row, grouped, shares_by_person
 
 
@@ -58,6 +58,6 @@ def _sorted_by_person(rows: Sequence[Row], sorts: Sequence[str]) -> dict[str, tu
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:
     """Return the sorts, in the order of the protocol, or as found in the table."""
-    named = [part.strip() for part in str(settings.given.get("sorts", "")).split(",") if part.strip()]
+    named = sorts_of(settings.given)
     used = dict.fromkeys(str(row.get("sort", "")) for row in rows)
     return [sort for sort in (named or used) if sort not in ("", NOT_SORTED)]

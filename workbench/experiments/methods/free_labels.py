@@ -31,9 +31,18 @@ class FreeLabels(BlockedMethod):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        sorts = tuple(part.strip() for part in given["sorts"].split(",") if part.strip())
+        sorts = sorts_of(given)
         questions = [ask("label", Text("", doc=given["question"]))]
         if sorts:
             options = tuple(dict.fromkeys((NOT_SORTED, *sorts)))
             questions.append(ask("sort", OpenChoice(NOT_SORTED, options=options, doc="Which of these is it?")))
         return tuple(questions)
+
+
+def sorts_of(given: Mapping[str, Any]) -> list[str]:
+    """Return what labels are sorted into; none, where nothing is said of it.
+
+    >>> sorts_of({"sorts": "impact, hum,"})
+    ['impact', 'hum']
+    """
+    return [part.strip() for part in str(given.get("sorts", "")).split(",") if part.strip()]
