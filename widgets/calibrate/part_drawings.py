@@ -1,5 +1,7 @@
 """Drawings of a part of a profile: the one in use, and an earlier one dashed or grey."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,9 +32,9 @@ def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> t
             case Centroid():
                 curves += _moves(tile, one, is_old)
             case Response():
-                curves += _responses(one, is_old)
+                curves.append(_curve(one.frequencies_hz, one.magnitude, "vibration", is_old))
             case PlateStiffness():
-                curves.append(_stiffness(one, is_old))
+                curves.append(_curve(one.positions, one.stiffness_n_mm, "force", is_old))
     if not curves:
         return ()
     match part or earlier:
@@ -77,12 +79,6 @@ def _loads(tile: Tile) -> NDArray[np.float64]:
     return np.column_stack([np.abs(1 - right - across) * np.abs(1 - top - up) for right, top in corners])
 
 
-def _stiffness(part: PlateStiffness, is_old: bool) -> Series:
-    name, style, colour = ("earlier", "dashed", "muted") if is_old else ("in use", "line", "force")
-    return series(name, part.positions, part.stiffness_n_mm, style, colour)
-
-
-def _responses(part: Response, is_old: bool) -> list[Series]:
-    name = "earlier" if is_old else "in use"
-    style, colour = ("dashed", "muted") if is_old else ("line", "vibration")
-    return [series(name, part.frequencies_hz, part.magnitude, style, colour)]
+def _curve(x: Sequence[float], y: Sequence[float], colour: str, is_old: bool) -> Series:
+    name, style, colour = ("earlier", "dashed", "muted") if is_old else ("in use", "line", colour)
+    return series(name, x, y, style, colour)
