@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QMargins, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QStyleFactory, QWidget
 
 from underfoot.drawing import look
 
@@ -187,6 +187,13 @@ def label(text: str = "", role: str = "") -> QLabel:
     if role:
         made.setProperty("role", role)
     return made
+
+
+def wrap(*labels: QLabel) -> None:
+    """Break the labels' lines at any width, so that their words make no window wider."""
+    for one in labels:
+        one.setWordWrap(True)
+        one.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
 
 
 def fill(widget: QWidget, role: str) -> None:

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QPushButton,
     QScrollArea,
-    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -45,9 +44,7 @@ class ChoicePanel(QWidget):
         self.map.setFixedHeight(21 * theme.GRID)
         self.map.setToolTip("Click a tile, or choose one with the arrow keys")
         self._tile, self.flags = theme.label("", "muted"), theme.label("", "force")
-        for lines in (self._tile, self.flags):  # which make the panel no wider than it is
-            lines.setWordWrap(True)
-            lines.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        theme.wrap(self._tile, self.flags)
         self.cards: dict[str, KindCard] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()

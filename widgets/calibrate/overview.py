@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.calibration.results.labels import label_of, unit_of
 from underfoot.floor.layout import Tile
@@ -36,9 +36,7 @@ class Overview(QWidget):
         self.about = theme.label("")
         self.verdict = theme.label("", "muted")
         self.note = theme.label("", "force")
-        for label in (self.about, self.verdict, self.note):
-            label.setWordWrap(True)
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        theme.wrap(self.about, self.verdict, self.note)
         self.begin = QPushButton("Begin")
         self.begin.setProperty("role", "primary")
         self.begin.setToolTip("Go through it page by page (Return)")

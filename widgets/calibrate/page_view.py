@@ -37,9 +37,7 @@ class PageView(QWidget):
         self.instruction = theme.label("")
         self.place_text = theme.label("", "force")
         self.hint = theme.label("", "muted")
-        for label in (self.title, self.instruction, self.place_text, self.hint):
-            label.setWordWrap(True)
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        theme.wrap(self.title, self.instruction, self.place_text, self.hint)
         form = QWidget()
         self._fields = QVBoxLayout(form)
         self._fields.setContentsMargins(0, 0, 0, 0)

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QPushButton,
-    QSizePolicy,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -74,9 +73,7 @@ class PlatePage(QWidget):
             form.addWidget(editor, place // 2, place % 2)
             editor.value_changed.connect(self.search)
         self.verdict = theme.label("")
-        for label in (about, self.verdict):
-            label.setWordWrap(True)
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        theme.wrap(about, self.verdict)
         self.table = _table()
         self.back, self.report = QPushButton("Back"), QPushButton("Save a report…")
         self.back.setToolTip("To the calibrations (Alt+Left)")

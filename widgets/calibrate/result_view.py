@@ -23,9 +23,8 @@ class ResultView(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(theme.GRID)
+        theme.wrap(self.title, self.verdict, self.warnings)
         for label in (self.title, self.verdict, self.warnings):
-            label.setWordWrap(True)
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
             layout.addWidget(label)
         layout.addSpacing(theme.GRID)
         layout.addWidget(self.table, 1)

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -302,8 +301,7 @@ class Wizard(QWidget):
         self._progress.setFixedHeight(theme.GRID // 2)
         self._progress.setAccessibleName("How much of the whole is done")
         self.refusal = theme.label("", "alarm")
-        self.refusal.setWordWrap(True)
-        self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        theme.wrap(self.refusal)
         self.refusal.setContentsMargins(3 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
         self.busy = QProgressBar()
         self.busy.setTextVisible(False)
