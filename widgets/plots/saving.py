@@ -4,7 +4,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QBuffer, QByteArray, Qt
 from PySide6.QtGui import QContextMenuEvent, QImage, QImageWriter
-from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QMenu, QWidget
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.svg import svg
@@ -13,6 +13,7 @@ from underfoot.errors import UnderfootError
 from underfoot.files import write_file
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.question import message_box
 
 PICTURE_SCALE = 2
 """Pixels of a picture per pixel of the screen."""
@@ -56,7 +57,7 @@ def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:
         try:
             save(plot, drawing, Path(path))
         except UnderfootError as error:
-            QMessageBox(QMessageBox.Icon.NoIcon, "Save a plot", str(error), parent=plot.window()).open()
+            message_box(plot.window(), "Save a plot", str(error)).open()
 
     dialog.fileSelected.connect(chosen)
     dialog.open()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from on_screen import show
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QToolButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox, QToolButton
 
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.look import palette
@@ -63,7 +63,15 @@ def test_another_reader_of_svg_draws_the_curve(plot, tmp_path, y_range):
     assert max(drawn) - min(drawn) > 400
 
 
-def test_a_file_that_cannot_be_written_is_said(plot, tmp_path):
+def test_a_file_that_cannot_be_written_is_said(plot, tmp_path, qtbot):
     for _, suffix in saving.KINDS:
         with pytest.raises(BadFile, match="cannot be written"):
             saving.save(plot, DRAWING, tmp_path / "missing" / f"a{suffix}")
+    QApplication.sendEvent(plot, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(9, 9), QPoint(9, 9)))
+    plot.findChild(QMenu).actions()[0].trigger()
+    plot.findChild(QFileDialog).fileSelected.emit(str(tmp_path / "<b>missing" / "a.svg"))
+    box = plot.findChild(QMessageBox)
+    assert "<b>missing" in box.text()
+    assert box.textFormat() == Qt.TextFormat.PlainText
+    box.close()
+    qtbot.waitUntil(lambda: plot.findChild(QMessageBox) is None)
