@@ -102,7 +102,7 @@ class StepPanel(QWidget):
             return
         self._folder = Path(path).parent
         self._is_saved = True
-        self.notified.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
+        self.notified.emit(f"{counted(self.table.steps.rowCount(), 'footstep')} saved as {path}.")
 
     def _ask_for_file(self) -> None:
         dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")

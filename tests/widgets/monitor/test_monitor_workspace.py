@@ -203,6 +203,11 @@ def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp
         monitor.steps.export(str(tmp_path / "steps.csv"))
     assert said.args[0].startswith("2 footsteps")
     assert len((tmp_path / "steps.csv").read_text().splitlines()) == 3
+    monitor.steps.clear()
+    monitor.add_steps([STEP])
+    with qtbot.waitSignal(monitor.notified) as said:
+        monitor.steps.export(str(tmp_path / "steps.csv"))
+    assert said.args[0].startswith("1 footstep saved")
     with qtbot.waitSignal(monitor.notified) as said:
         monitor.steps.export(str(tmp_path / "missing" / "steps.csv"))
     assert "cannot be written" in said.args[0]
