@@ -222,3 +222,4 @@ def test_the_menu_has_the_commands_of_presets(window, design, qtbot):
     dialog = window.findChild(PresetDialog)
     assert dialog.isVisible()
     dialog.reject()
+    qtbot.waitUntil(lambda: not window.findChildren(PresetDialog))
