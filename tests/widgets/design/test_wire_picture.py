@@ -1,7 +1,15 @@
 """Wires that rest are painted from one picture: it shows what the wires themselves would."""
 
+from pathlib import Path
+
 from design_samples import LEFT, middle, send
 from PySide6.QtCore import QEvent, QPoint
+
+from underfoot import scenes
+from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.scene import PatchScene
 
 
 def seen(workspace, qapp):
@@ -37,3 +45,13 @@ def test_a_wire_leaves_the_picture_while_its_node_is_dragged_and_comes_back(work
     send(view, QEvent.Type.MouseButtonRelease, place + QPoint(40, 24), LEFT)
     qtbot.waitUntil(lambda: wire.is_in_picture)
     assert seen(workspace, qapp) == all_anew(workspace, qapp)
+
+
+def test_no_wire_of_a_preset_or_a_scene_runs_behind_a_node(qapp):
+    for path in (*preset_files.patches().values(), *Path(scenes.__file__).parent.glob("*/patch.json")):
+        drawn = PatchScene(REGISTRY)
+        drawn.show(Patch.load(path, REGISTRY))
+        for ends, wire in drawn.wires.items():
+            others = [node for node in drawn.nodes.values() if node not in (wire.source, wire.target)]
+            hidden_by = [node.node.id for node in others if wire.passes(node.mapRectToScene(node.geometry.rect))]
+            assert not hidden_by, f"{path.name}: {ends}"
