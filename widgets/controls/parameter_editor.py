@@ -4,7 +4,7 @@ from functools import singledispatch
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.errors import BadValue
@@ -16,6 +16,9 @@ from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
 from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.controls.number_editor import EXACT_DIGITS, NumberEditor
+
+PADDING_PX = 24
+"""Of a field, left and right together, where it has no room for text."""
 
 
 @singledispatch
@@ -45,7 +48,7 @@ class ChoiceEditor(ParameterEditor):
 
 
 class TextEditor(ParameterEditor):
-    """A line of text."""
+    """A line of text; its tooltip has all of a text that is longer than the field."""
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
@@ -67,6 +70,11 @@ class TextEditor(ParameterEditor):
             self.field.setCursorPosition(0)  # show the beginning of a long text
         elif self.field.is_untouched:
             self.field.show_text(self._as_text())
+        self._show_help()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._show_help()
 
     def _typed(self, text: str) -> None:
         try:
@@ -76,8 +84,8 @@ class TextEditor(ParameterEditor):
         except BadValue as error:
             self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
             return
-        self._show_valid()
         self.field.setText(self._as_text())
+        self._show_valid()
 
     def _drop_refused(self) -> None:
         """Show the value again when a refused text is left, as a number does."""
@@ -87,7 +95,14 @@ class TextEditor(ParameterEditor):
 
     def _show_valid(self) -> None:
         self.field.show_error("")
-        self.field.setToolTip(help_text(self.parameter))
+        self._show_help()
+
+    def _show_help(self) -> None:
+        if self.field.property("role") == "bad":
+            return  # the tooltip has the reason
+        text, tip = self._as_text(), help_text(self.parameter)
+        is_cut = self.field.fontMetrics().horizontalAdvance(text) > self.field.width() - PADDING_PX
+        self.field.setToolTip(f"{text}\n{tip}" if is_cut else tip)
 
 
 class NumbersEditor(TextEditor):

@@ -162,3 +162,14 @@ def test_the_wheel_changes_a_choice_only_with_the_focus(qtbot):
     editor.box.setFocus()
     QTest.wheelEvent(window.windowHandle(), place, QPoint(0, -120))
     assert editor.value() == "b"
+
+
+def test_the_mouse_shows_all_of_a_text_that_its_field_cuts(qtbot):
+    editor = editor_for(Text("", doc="what to know about it"))
+    show(qtbot, editor)
+    editor.resize(200, 60)
+    said, about = editor.field.toolTip(), "Small grains and a few coarse stones slip at random as the foot comes down."
+    editor.set_value(about)
+    assert editor.field.toolTip() == f"{about}\n{said}"
+    editor.resize(1000, 60)
+    assert editor.field.toolTip() == said
