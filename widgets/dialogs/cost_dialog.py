@@ -46,6 +46,7 @@ class CostDialog(QDialog):
         self.summary = theme.label("", "muted")
         self.summary.setWordWrap(True)
         self.table = QTreeWidget()
+        self.table.setAccessibleName("Run time of stages and nodes")
         self.table.setHeaderLabels(_COLUMNS)
         self.table.setRootIsDecorated(False)
         self.table.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)

@@ -39,6 +39,7 @@ def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
     dialog = opened(hum().name("tone", "Low hum").dumps())
     assert dialog.summary.text().startswith("Measuring")
     qtbot.waitUntil(lambda: dialog.table.topLevelItemCount() > 0, timeout=LONG_MS)
+    assert dialog.table.accessibleName() == "Run time of stages and nodes"
     names = names_of(dialog)
     assert names[0] == "STAGES"
     assert {"tracking", "safety", "NODES", "Low hum", "tile-output"} <= set(names)
