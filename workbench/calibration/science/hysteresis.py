@@ -47,7 +47,7 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | 
             best, least = kind, error
     if not best:
         return None
-    curve, found, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
+    curve, found, _, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
     readings, forces, slopes = curve_knots(pairs, curve)
     return Compensation(
         readings=readings,
@@ -107,7 +107,7 @@ def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
     """Return the creep, a share of the force per decade, with least squares: a scan, then golden-section search."""
 
     def left(creep: float) -> float:
-        return _fit_in_turns(slow, slow.weight, kind, full, creep)[2]
+        return _fit_in_turns(slow, slow.weight, kind, full, creep)[3]
 
     return least_at(left, np.linspace(0.0, _MOST_CREEP, 6), 6)
 
@@ -117,19 +117,20 @@ def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) ->
     estimate, counts = np.empty(slow.x.size), slow.weight.copy()
     for one in np.unique(slow.fold):
         out = slow.fold == one
-        curve, found, _ = _fit_in_turns(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
+        curve, found, newtons, _ = _fit_in_turns(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
         if np.abs(found.weights).sum() > 2.0 * _MOST_WEIGHT:
             return np.inf
-        estimate[out] = _compensated(slow, curve, found, full)[out]
+        estimate[out] = newtons[out]
         counts[out & (slow.x > curve.x[-1])] = 0.0
     return rms_percent(estimate - slow.force_n, counts, full) if counts.any() else np.inf
 
 
 def _fit_in_turns(
     slow: _Decimated, weight: Floats, kind: str, full: float, creep: float
-) -> tuple[FittedCurve, HysteresisModel, float]:
-    """Fit curve and hysteresis model in turns, each to the residual of the other; return both and the squared residual.
+) -> tuple[FittedCurve, HysteresisModel, Floats, float]:
+    """Fit curve and hysteresis model in turns, each to the residual of the other.
 
+    Return both, newtons (n,) by them, and the squared residual.
     A contact centroid depends on ratios of forces, so light loads have more weight here than their newtons.
     """
     thin = max(1, slow.x.size // 2000)
@@ -139,13 +140,7 @@ def _fit_in_turns(
     for _ in range(_ROUNDS):
         curve = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or curve
         apparent = np.minimum(curve.force(slow.x), 2.0 * full)
-        found, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
-        wanted = apparent + slow.force_n - _compensated(slow, curve, found, full)
-    return curve, found, left
-
-
-def _compensated(slow: _Decimated, curve: FittedCurve, found: HysteresisModel, full: float) -> Floats:
-    """Return newtons (n,) by curve and hysteresis model."""
-    apparent = np.minimum(curve.force(slow.x), 2.0 * full)
-    newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])
-    return np.clip(newtons, -0.1 * full, 1.25 * full)
+        found, newtons, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
+        newtons = np.clip(newtons, -0.1 * full, 1.25 * full)
+        wanted = apparent + slow.force_n - newtons
+    return curve, found, newtons, left

@@ -153,15 +153,15 @@ def reset(state: np.record) -> None:
 
 def fit(
     apparent_n: Floats, time_s: Floats, force_n: Floats, weight: Floats, full_scale_n: float, kind: str, creep: float
-) -> tuple[HysteresisModel, float]:
-    """Return the best model of `force_n` (n,) with this `creep`, and its weighted sum of squared residuals.
+) -> tuple[HysteresisModel, Floats, float]:
+    """Return the best model of `force_n` (n,) with this `creep`, its newtons (n,), and its weighted squared residuals.
 
     `kind` is "creep" alone, or "relative" or "absolute" for play operators too. `weight` (n,) weights the samples; the
     fit ignores samples of weight 0, except as history. `BadValue` for another kind.
 
     >>> time_s = np.arange(500) / 100.0
     >>> force_n = 50.0 * (1.0 - np.cos(time_s))
-    >>> model, residual = fit(2.0 * force_n, time_s, force_n, np.ones(500), 200.0, "creep", creep=0.0)
+    >>> model, newtons, residual = fit(2.0 * force_n, time_s, force_n, np.ones(500), 200.0, "creep", creep=0.0)
     >>> round(float(model.weights[0]), 6), residual < 1e-9  # an apparent force twice too large
     (0.5, True)
     """
@@ -177,5 +177,7 @@ def fit(
     # Ridge regression: play operators that hardly differ share their weight instead of cancelling one another.
     square = left.T @ left
     ridge = np.diag([1e-12] + [_RIDGE] * widths.size) * max(square[0, 0], 1e-300)
-    weights = np.linalg.solve(square + ridge, left.T @ right)
-    return replace(model, weights=weights), float(((left @ weights - right) ** 2).sum())
+    model = replace(model, weights=np.linalg.solve(square + ridge, left.T @ right))
+    newtons = np.empty(apparent_n.size)
+    weighted_sum(terms, model.record(), newtons)
+    return model, newtons, float(((left @ model.weights - right) ** 2).sum())
