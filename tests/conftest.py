@@ -55,14 +55,20 @@ def _nothing_stands_by():
 def _processes_are_forked():
     """Processes of sessions are forked from one that has imported what they need: alone, each takes a second for that.
 
-    They are spawned where a test has given them another sound server or cache in the environment, which that process
-    does not see. What tests start as a command begins as it does elsewhere, with a new interpreter.
+    They have the environment of their test, with its sound server, which PortAudio reads when a process opens a card.
+    They are spawned where a test has given them another cache: that one is read with the imports. What tests start as a
+    command begins as it does elsewhere, with a new interpreter.
     """
+    from in_environment import run_in
+
     from underfoot.engine import child_process
 
     environment = _environment()
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["preloaded"])
+
+    def process(target, args, **given):
+        return context.Process(target=run_in, args=(dict(os.environ), target, *args), **given)
 
     def get_context(method):
         if _environment() != environment:
@@ -70,7 +76,7 @@ def _processes_are_forked():
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("PYTHONPATH", str(Path(__file__).parent / "helpers"))
             forkserver.ensure_running()
-        return context
+        return SimpleNamespace(Pipe=context.Pipe, Process=process)
 
     with pytest.MonkeyPatch.context() as patch:
         names = vars(multiprocessing) | {"get_context": get_context}
@@ -79,7 +85,7 @@ def _processes_are_forked():
 
 
 def _environment():
-    return {name: value for name, value in os.environ.items() if name.startswith(("ALSA_", "PULSE_", "UNDERFOOT_"))}
+    return {name: value for name, value in os.environ.items() if name.startswith("UNDERFOOT_")}
 
 
 @pytest.fixture(autouse=True)
