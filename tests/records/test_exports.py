@@ -141,12 +141,16 @@ def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_p
     strikes = [k for k, label in enumerate(events["LABELS"]["value"]) if label == "Foot Strike"]
     times = 60.0 * events["TIMES"]["value"][0] + events["TIMES"]["value"][1]
     np.testing.assert_allclose(sorted(times[strikes]), sorted(step.start_s for step in steps), atol=1e-5)
+    subjects = [events["SUBJECTS"]["value"][k] for k in sorted(strikes, key=lambda k: times[k])]
+    assert subjects == [f"Person {step.person}" for step in sorted(steps, key=lambda step: step.start_s)]
+    assert content["parameters"]["SUBJECTS"]["NAMES"]["value"] == sorted(set(subjects))
     offs = [k for k, label in enumerate(events["LABELS"]["value"]) if label == "Foot Off"]
     np.testing.assert_allclose(
         sorted(times[offs]), sorted(step.start_s + step.contact_ms / 1000 for step in steps), atol=1e-5
     )
     (mark,) = (k for k, label in enumerate(events["LABELS"]["value"]) if label == "Mark")
     assert events["TIMES"]["value"][:, mark] == pytest.approx([0.0, 1.0])
+    assert events["SUBJECTS"]["value"][mark] == ""
 
 
 def test_events_of_c3d_are_told_in_minutes_and_seconds(tmp_path):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
+from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor, Tile
 from underfoot.records.c3d_files import C3DFile
 from underfoot.records.even_samples import even_forces, even_rate
@@ -80,7 +81,7 @@ def _write(export: ExportSource, path: Path) -> None:
     _describe_plates(made, forces.floor)
     made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
     made.add_parameter("UNDERFOOT", "FIRST_S", [export.from_s + first_s])
-    _add_events(made, export, first_s)  # last: a byte tells some readers how much there is of parameters
+    _add_people_and_events(made, export, first_s)  # last: a byte tells some readers how much there is of parameters
     export.report_progress("Writing", 0.95)
     with replaced(path) as part, written(path):
         named = Path(f"{part}.c3d")  # a name without the suffix would be given it
@@ -191,18 +192,26 @@ def _describe_plates(made: "ezc3d.c3d", floor: Floor) -> None:
     plates["CHANNEL"]["value"] = np.arange(1, 8 * count + 1).reshape(count, 8).T
 
 
-def _add_events(made: "ezc3d.c3d", export: ExportSource, first_s: float) -> None:
-    """Add steps as foot strikes and foot offs, and marks."""
-    events = sorted(_events(export))
+def _add_people_and_events(made: "ezc3d.c3d", export: ExportSource, first_s: float) -> None:
+    """Add who walked, steps as foot strikes and foot offs, and marks."""
+    steps = [step for found in export.found("Looking for steps") for step in found.steps]
+    names = [_name(person) for person in sorted({step.person for step in steps} - {0})]
+    made.add_parameter("SUBJECTS", "USED", [len(names)])
+    made.add_parameter("SUBJECTS", "NAMES", names)
+    events = sorted(_events(steps, export.marks()))
     minutes = np.array([math.floor(max(at - first_s, 0.0) / 60.0) for at, *_ in events], np.float64)
     times = np.array([at - first_s for at, *_ in events], np.float64) - 60.0 * minutes
     made.add_parameter("EVENT", "USED", [len(events)])
     if events:
         _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
-        _put(made, "EVENT", "LABELS", [label for _, _, label, _ in events])
-        _put(made, "EVENT", "CONTEXTS", [context for _, context, _, _ in events])
+        _put(made, "EVENT", "LABELS", [label for _, _, label, _, _ in events])
+        _put(made, "EVENT", "CONTEXTS", [context for _, context, _, _, _ in events])
+        _put(made, "EVENT", "SUBJECTS", [name for _, _, _, name, _ in events])
         _put(made, "EVENT", "DESCRIPTIONS", [text for *_, text in events])
-        _put(made, "EVENT", "SUBJECTS", [""] * len(events))
+
+
+def _name(person: int) -> str:
+    return f"Person {person}" if person else ""
 
 
 def _put(made: "ezc3d.c3d", group: str, name: str, values: list[Any] | NDArray[np.float64]) -> None:
@@ -216,15 +225,14 @@ def _put(made: "ezc3d.c3d", group: str, name: str, values: list[Any] | NDArray[n
             made["parameters"][group][called]["type"] = _INT
 
 
-def _events(export: ExportSource) -> Iterator[tuple[float, str, str, str]]:
-    for found in export.found("Looking for steps"):
-        for step in found.steps:
-            context = {"left": "Left", "right": "Right"}.get(step.side, "General")
-            description = f"step {step.step}, person {step.person}, tile {step.tile}"
-            yield step.start_s, context, "Foot Strike", description
-            yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", description
-    for time_s, text in export.marks():
-        yield time_s, "General", "Mark", text.encode()[:MOST_TEXT].decode(errors="ignore")
+def _events(steps: list[Step], marks: list[tuple[float, str]]) -> Iterator[tuple[float, str, str, str, str]]:
+    for step in steps:
+        context = {"left": "Left", "right": "Right"}.get(step.side, "General")
+        name, description = _name(step.person), f"step {step.step}, tile {step.tile}"
+        yield step.start_s, context, "Foot Strike", name, description
+        yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", name, description
+    for time_s, text in marks:
+        yield time_s, "General", "Mark", "", text.encode()[:MOST_TEXT].decode(errors="ignore")
 
 
 FORMAT = ExportFormat(
