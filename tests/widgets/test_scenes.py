@@ -203,6 +203,14 @@ def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scene
     assert scenes.projection is None
 
 
+def test_a_projector_that_is_plugged_in_or_off_meanwhile_is_offered_or_no_more(scenes):
+    app, offered = QApplication.instance(), scenes.panel.screen_choice
+    for changed in (app.screenAdded, app.screenRemoved):
+        offered.addItem("another projector")
+        changed.emit(app.primaryScreen())
+        assert offered.count() == len(app.screens())
+
+
 def test_the_keys_of_the_projection_can_be_read_on_black_in_the_light_palette(scenes, qtbot):
     start(scenes, qtbot, "frozen-pond")
     qtbot.mouseClick(scenes.panel.project, LEFT)

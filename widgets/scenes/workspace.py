@@ -88,6 +88,10 @@ class ScenesWorkspace(ProjectingWorkspace):
         bridge.ticked.connect(self._tick)
         context.controller.opened.connect(self._opened)
         context.controller.released.connect(self.stop)
+        app = QGuiApplication.instance()
+        assert isinstance(app, QGuiApplication)
+        for changed in (app.screenAdded, app.screenRemoved):
+            changed.connect(self._show_screens)
         self._opened()
 
     def shortcuts(self) -> Keys:
@@ -95,7 +99,7 @@ class ScenesWorkspace(ProjectingWorkspace):
 
     def set_active(self, active: bool) -> None:
         if active:
-            self.panel.show_screens([screen.name() or "screen" for screen in QGuiApplication.screens()])
+            self._show_screens()
 
     def silence(self) -> None:
         """End the scene on panic; the window's patch returns."""
@@ -272,6 +276,9 @@ class ScenesWorkspace(ProjectingWorkspace):
             self.panel.show_speed(painted.times.pictures_per_s, stage.latencies_s, painted.times.display_latency_s)
 
     # --- the session ---
+
+    def _show_screens(self) -> None:
+        self.panel.show_screens([screen.name() or "screen" for screen in QGuiApplication.screens()])
 
     def _session(self) -> Session | None:
         return self._controller.session if self._controller is not None else None
