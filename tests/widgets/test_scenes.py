@@ -73,6 +73,19 @@ def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, 
     assert window.main_bar.target.isEnabled()
 
 
+def test_scenes_and_monitor_agree_on_whether_somebody_walks(scenes, window, qtbot):
+    """Each had a state of its own: who stopped the walker in one was told by the other that it walks."""
+    session, tabs, walker = window.controller.session, window.main_bar.tabs, window.workspaces["Monitor"].floor.walker
+    tabs["Monitor"].click()
+    assert not walker.isChecked()
+    qtbot.mouseClick(walker, LEFT)
+    assert session.target.walker
+    tabs["Scenes"].click()
+    assert scenes.panel.walker.isChecked()
+    qtbot.mouseClick(scenes.panel.walker, LEFT, pos=QPoint(8, scenes.panel.walker.height() // 2))
+    assert not session.target.walker
+
+
 def test_a_scene_ends_the_loop_of_the_patch_and_starts_of_it_are_refused(scenes, window, qtbot):
     """The loop started the patch of whoever had the session: a study's stimulus, too."""
     canvas, bar = design(window).canvas, design(window).listen_bar

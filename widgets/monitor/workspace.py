@@ -22,6 +22,7 @@ from underfoot.widgets.monitor.force_panel import DURATIONS_S, ForcePanel
 from underfoot.widgets.monitor.shown_time import ShownTime, TimeBar
 from underfoot.widgets.monitor.step_panel import StepPanel
 from underfoot.widgets.monitor.vibration_panel import VibrationPanel
+from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
@@ -56,6 +57,7 @@ class MonitorWorkspace(Workspace):
         self.map = self.floor.map
         self.steps = StepPanel()
         self.time_bar = TimeBar()
+        self._controller: SessionController | None = None
         self._ticks = 0
         self._latest: ForceUpdate | None = None
         self._hover_s = math.nan
@@ -69,6 +71,7 @@ class MonitorWorkspace(Workspace):
 
     def attach(self, context: WorkspaceContext) -> None:
         controller, bridge = context.controller, context.controller.bridge
+        self._controller = controller
         self.set_level(context.settings.level_db)
         controller.level_changed.connect(self.set_level)
         controller.opened.connect(self._set_target)
@@ -93,8 +96,11 @@ class MonitorWorkspace(Workspace):
         self.steps.keep()
 
     def set_active(self, active: bool) -> None:
-        """Read vibration from the session only while this workspace is shown."""
+        """Read vibration from the session only while this workspace is shown, and show whether the walker walks."""
         self.active_changed.emit(active)
+        session = self._controller.session if active and self._controller is not None else None
+        if session is not None:
+            self.floor.walker.setChecked(session.target.walker)  # Scenes and studies send it away, too
 
     # --- data ---
 

@@ -109,7 +109,7 @@ class ScenePanel(QWidget):
         self._lay_out()
         self.start.clicked.connect(self._start_or_stop)
         self.project.clicked.connect(self.project_requested)
-        self.walker.toggled.connect(self.walker_requested)
+        self.walker.clicked.connect(self.walker_requested)
         self.is_playing = False
 
     def show_kind(self, kind: type[Scene], values: dict[str, Any]) -> None:

@@ -100,6 +100,7 @@ class ScenesWorkspace(ProjectingWorkspace):
     def set_active(self, active: bool) -> None:
         if active:
             self._show_screens()
+            self._show_walker()
 
     def silence(self) -> None:
         """End the scene on panic; the window's patch returns."""
@@ -280,6 +281,10 @@ class ScenesWorkspace(ProjectingWorkspace):
     def _show_screens(self) -> None:
         self.panel.show_screens([screen.name() or "screen" for screen in QGuiApplication.screens()])
 
+    def _show_walker(self) -> None:
+        session = self._session()
+        self.panel.walker.setChecked(session is not None and session.target.walker)
+
     def _session(self) -> Session | None:
         return self._controller.session if self._controller is not None else None
 
@@ -293,7 +298,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.view.show_floor(floor)
         self.view.can_press = session is not None and session.target.kind == "simulator"
         self.panel.walker.setVisible(self.view.can_press)
-        self.panel.walker.setChecked(session is not None and session.target.walker)
+        self._show_walker()
         self._show_availability()
 
     def _show_availability(self) -> None:
