@@ -25,6 +25,7 @@ from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.session.settings import Settings
@@ -71,6 +72,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._measurement: Measurement | None = None
         self._is_automatic = self._is_waiting = False
         self._refuses_lent: Callable[[], bool] = lambda: False
+        self._is_recording: Callable[[], bool] = lambda: False
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
         self._stack = QStackedWidget()
@@ -91,6 +93,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def attach(self, context: WorkspaceContext) -> None:
         controller = context.controller
         self._refuses_lent = controller.refuses_lent
+        self._is_recording = lambda: controller.is_recording
         self.set_target(controller.target)
         controller.opened.connect(self.set_target)
         controller.released.connect(self.begin_released)
@@ -229,13 +232,20 @@ class CalibrateWorkspace(ProjectingWorkspace):
         if by_hand(self._target) and self._refuses_lent():
             return
         self._is_automatic = automatic
-        if by_hand(self._target):
-            self._is_waiting = True
-            self.hardware_taken.emit(True)
-            self.overview.show_availability("Waiting until the session releases the tile…", False)
-            self.release_requested.emit()
-        else:
+        if not by_hand(self._target):
             self._measure()
+        elif self._is_recording():
+            text = "A recording is running. It ends, and is saved, before the tile is calibrated."
+            ask(self, "Calibrate a tile", text, "End it and begin", self._take_hardware)
+        else:
+            self._take_hardware()
+
+    def _take_hardware(self) -> None:
+        """Ask the session to release the tiles."""
+        self._is_waiting = True
+        self.hardware_taken.emit(True)
+        self.overview.show_availability("Waiting until the session releases the tile…", False)
+        self.release_requested.emit()
 
     def begin_released(self) -> None:
         """Begin, now that the session has released the tiles."""

@@ -89,7 +89,7 @@ class SessionController(QObject):
         self._is_leaving = self._is_changing = self._is_released = False
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
-        self._is_recording = False
+        self._shows_recording = False
         self._written: set[Path] = set()
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
@@ -131,6 +131,11 @@ class SessionController(QObject):
     def patch(self) -> Patch:
         """The patch of the last `edit`."""
         return self._patch
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether the session is being recorded."""
+        return self.session is not None and self.session.recording is not None
 
     @property
     def is_released(self) -> bool:
@@ -433,11 +438,11 @@ class SessionController(QObject):
 
     def _notice_lost_recording(self) -> None:
         """Show the end of a recording that could not be continued; the session has reported why."""
-        if self._is_recording and self.session is not None and self.session.recording is None:
+        if self._shows_recording and self.session is not None and not self.is_recording:
             self._show_recording(None)
 
     def _show_recording(self, path: Path | None) -> None:
-        self._is_recording = path is not None
+        self._shows_recording = path is not None
         self.recording_changed.emit(path)
 
 

@@ -6,9 +6,9 @@ from long_recording import write_recording
 from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QMessageBox
 from study_bench import SLOW_MS, Bench
-from windows import quiet_window, wait_until_playing
+from windows import dialog_of, quiet_window, wait_until_playing
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -82,8 +82,8 @@ def test_a_recording_that_ends_while_a_scene_plays_stays_until_the_scene_has_end
     assert controller.session.patch.title == "Hiss"
 
 
-def test_tiles_that_a_scene_has_are_not_calibrated(qtbot, tmp_path):
-    """The session was closed for that, and with it what a study had it for."""
+def test_tiles_that_a_scene_has_are_not_calibrated_and_those_that_are_recorded_after_a_question(qtbot, tmp_path):
+    """The session was closed for that, and with it what a study had it for, or a recording that was running."""
     target = Target(default_floor(1, 1), kind="udp", source=f"127.0.0.1:{free_port()}")
     window = MainWindow(tmp_path / "kept", target)
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
@@ -100,3 +100,17 @@ def test_tiles_that_a_scene_has_are_not_calibrated(qtbot, tmp_path):
     assert window.status.message == "A study or a scene has the session; end that first."
     assert scenes.stage is not None
     assert window.controller.session is scenes.stage.session
+    window.main_bar.tabs["Scenes"].click()
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    qtbot.waitUntil(lambda: scenes.stage is None)
+    window.main_bar.tabs["Calibrate"].click()
+    qtbot.mouseClick(window.main_bar.record, LEFT)
+    qtbot.mouseClick(overview.begin, LEFT)
+    question = dialog_of(window, QMessageBox)
+    assert question.text() == "A recording is running. It ends, and is saved, before the tile is calibrated."
+    qtbot.keyClick(question, Qt.Key.Key_Return)
+    assert window.controller.is_recording
+    qtbot.mouseClick(overview.begin, LEFT)
+    with qtbot.waitSignal(window.controller.released):
+        qtbot.mouseClick(dialog_of(window, QMessageBox).button(QMessageBox.StandardButton.Yes), LEFT)
+    assert not window.controller.is_recording
