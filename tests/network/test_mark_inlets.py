@@ -1,6 +1,8 @@
 """Marks of LSL streams whose senders end or are started again, over real streams."""
 
 import os
+import subprocess
+import sys
 from contextlib import closing
 
 import pytest
@@ -60,3 +62,16 @@ def test_streams_that_ended_take_no_place(marks, until):
     until(lambda: len(inlet.streams) == MOST_STREAMS, "all are open")
     ended.clear()
     say(markers("triggers", "the next run"), "of the next run", heard, until)
+
+
+@pytest.mark.parametrize("level", ["", "0"])
+def test_the_library_is_silent_on_the_terminal_unless_its_own_configuration_says_otherwise(tmp_path, level):
+    """It wrote two lines of its own among those of `serve` and `experiment`."""
+    if level:
+        (tmp_path / "lsl_api.cfg").write_text(f"[log]\nlevel = {level}\n")
+    script = "from underfoot.studies.markers import lsl_library\nlsl_library().resolve_streams(0.01)"
+    environment = {**os.environ, "HOME": str(tmp_path)}
+    said = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    assert bool(said.stderr) == bool(level)

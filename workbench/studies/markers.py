@@ -4,6 +4,7 @@ LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): one stream of t
 trigger sends one byte for each marker.
 """
 
+import os
 from contextlib import suppress
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
@@ -129,9 +130,22 @@ class SerialTrigger:
 
 
 def lsl_library() -> ModuleType:
-    """Return the package pylsl; raise `BadValue` if it is not installed."""
+    """Return the package pylsl; raise `BadValue` if it is not installed.
+
+    Its library then writes only errors to the terminal, unless a configuration of its own says otherwise.
+    """
     try:
         import pylsl
     except (ImportError, RuntimeError):
         raise BadValue('LSL needs the package pylsl: pip install "underfoot[lsl]"') from None
+    if not any(map(os.path.isfile, _lsl_configurations())):
+        with suppress(AttributeError, NotImplementedError):  # before version 1.17.7
+            pylsl.set_config_content("[log]\nlevel = -2\n")
     return pylsl
+
+
+def _lsl_configurations() -> tuple[str, ...]:
+    """Return where the library looks for its configuration, which may be of a whole laboratory's network."""
+    name = "lsl_api.cfg"
+    folders = (".", os.path.expanduser("~/lsl_api"), "/etc/lsl_api")
+    return os.environ.get("LSLAPICFG", ""), *(os.path.join(folder, name) for folder in folders)
