@@ -1,7 +1,7 @@
 """The file of a window's settings, which follows them while the window is open."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from PySide6.QtCore import QLockFile, QObject, QTimer
@@ -30,7 +30,8 @@ class SettingsFile(QObject):
         self.refused = [f"{line}{kept}" for line in why]
         self.settings = found or Settings()
         self._folder, self._notify = folder, notify
-        self._last_seen = self._last_written = self.settings.copy()
+        self._last_written = self.settings.copy()
+        self._writing: Future[None] | None = None
         self._writer = ThreadPoolExecutor(1, "settings")
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK_MS)
@@ -39,9 +40,8 @@ class SettingsFile(QObject):
 
     def save(self) -> None:
         """Write the settings now."""
-        self._last_seen = self.settings.copy()
         try:
-            self._writer.submit(self._write, self._last_seen).result()
+            self._writer.submit(self._write, self.settings.copy()).result()
         except (UnderfootError, OSError) as error:
             self._notify(str(error))
 
@@ -52,10 +52,12 @@ class SettingsFile(QObject):
         self._writer.shutdown()
 
     def _write_changes(self) -> None:
-        """Write changes, in a thread because disks can be slow; an error is reported when the window closes."""
-        if self._last_seen != self.settings:
-            self._last_seen = self.settings.copy()
-            self._writer.submit(self._write, self._last_seen)
+        """Write changes, in a thread because disks can be slow, and again after an error, as of a disk that was full.
+
+        An error is reported when the window closes.
+        """
+        if self._last_written != self.settings and (self._writing is None or self._writing.done()):
+            self._writing = self._writer.submit(self._write, self.settings.copy())
 
     def _write(self, settings: Settings) -> None:
         """Write what has changed since the last time; all of it where the file is gone, or cannot be

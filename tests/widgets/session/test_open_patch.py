@@ -186,6 +186,20 @@ def test_settings_written_at_the_same_time_are_kept(qtbot, tmp_path, monkeypatch
     assert set(Settings.load(tmp_path).stars) == expected
 
 
+def test_settings_that_could_not_be_written_are_written_once_they_can_be(qtbot, tmp_path, monkeypatch):
+    """A change while the disk was full waited for another change, or for the end of the window."""
+    monkeypatch.setattr(settings_file, "LOOK_MS", 1)
+    (tmp_path / "data").touch()  # in the place of the folder
+    owner, said = QObject(), []
+    file = SettingsFile(tmp_path / "data", said.append, owner)
+    file.settings.theme = "light"
+    file.save()
+    assert len(said) == 1
+    (tmp_path / "data").unlink()
+    qtbot.waitUntil(lambda: Settings.load(tmp_path / "data").theme == "light", timeout=LONG_MS)
+    file.close()
+
+
 def test_two_windows_keep_their_work_apart(tmp_path):
     one, two = Autosave(tmp_path), Autosave(tmp_path)
     one.write(RecoveredWork(noise_patch("One"), None))
