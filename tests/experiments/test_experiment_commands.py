@@ -246,12 +246,16 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_
     protocol = tmp_path / "a.json"
     stage = {"id": "main", "kind": "trials", "start": "step"}
     stage["method"] = {"kind": "rating", "parameters": {"blocks": 30}}
-    protocol.write_text(protocol_text(stages=[stage], present_s=0.1))
-    typed = (("Enter steps", ""), ("How was it", "40"), ("Enter steps", ""), ("How was it", "60"))
+    level = {"id": "level", "kind": "level", "stimulus": "TD"}
+    protocol.write_text(protocol_text(stages=[level, stage], present_s=0.1))
+    lowered = (("just feel it", "-6"), ("It plays at -6 dB", "-9 dB"), ("It plays at -9 dB", ""))  # felt, then kept
+    typed = (*lowered, ("Enter steps", ""), ("How was it", "40"), ("Enter steps", ""), ("How was it", "60"))
     assert in_terminal(["experiment", str(protocol), "--pilot"], typed, tmp_path) == 0
     file = SessionFile.open(tmp_path / "a-pilot" / "1.session")
-    assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
-    assert all(entry.facts["most_force_n"] > 300.0 for entry in file.entries())
+    level, *entries = file.entries()
+    assert level.answers == {"gain_db": -9.0}
+    assert [entry.answers for entry in entries] == [{"rating": 40.0}, {"rating": 60.0}]
+    assert all(entry.facts["most_force_n"] > 300.0 for entry in entries)
     file.close()
 
 

@@ -35,6 +35,7 @@ from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import SILENT_S
 from underfoot.studies.markers import LslMarkers, SerialTrigger
 from underfoot.studies.phase import Phase
+from underfoot.studies.presenter import IDLE
 
 
 @pytest.fixture(scope="module")
@@ -339,6 +340,7 @@ def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
         runner = person.runner
         person.until_phase(Phase.PAGE)
         person.press(600.0)
+        assert runner.session.patch != IDLE, "what is to be lowered plays at once"
         runner.set_level(-6.0)
         person.until(lambda: runner.session.health.peak > 0.005, "the noise is felt")
         person.wait(0.5)

@@ -85,6 +85,21 @@ def test_a_screen_reader_says_the_value_of_a_slider_that_has_a_unit(bench):
     assert slider.accessibleDescription() == "0.4 dB"
 
 
+def test_a_level_is_seen_as_it_is_felt_and_is_an_answer_once_it_was_moved(bench):
+    """The page said to lower a slider that showed no place, of a noise that did not play."""
+    form = ask(bench, id="asked", kind="level", stimulus="TD")
+    bench.wait(lambda: form.sliders)
+    slider = form.sliders["gain_db"]
+    assert (slider.position(), slider.is_set) == (1.0, True)
+    bench.key(Qt.Key.Key_Return)
+    assert bench.person.hint.text() == "Move the slider to answer: Where you only just feel it."
+    bench.key(Qt.Key.Key_Left)
+    assert bench.runner.level_set_db == pytest.approx(-0.8)
+    bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.READY)
+    assert bench.entries()[0].answers["gain_db"] == pytest.approx(-0.8)
+
+
 def test_return_presses_the_button_that_has_the_focus_and_keeps_a_note(bench):
     """It began the trial: beside Stop, and with a note that was kept."""
     form = ask(bench, chosen("yes", "no"))

@@ -70,6 +70,11 @@ class Slider(QSlider):
             self._range_shown = band
             self.update()
 
+    @property
+    def is_set(self) -> bool:
+        """Whether it shows a position."""
+        return self._is_set
+
     def clear(self) -> None:
         """Show no position until the user moves the slider."""
         self._is_set = False

@@ -27,6 +27,7 @@ from underfoot.experiments.questions import (
     typed_answer,
     unanswered,
 )
+from underfoot.experiments.study import GAIN_DB
 from underfoot.parameters import Choice, Count, Number, Parameter
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
@@ -289,7 +290,10 @@ class AnswerForm(QWidget):
             self.changed.emit(question.name, question.value(place))
 
         slider.set_position(question.position(question.default))
-        slider.clear()  # a default is not an answer
+        if question.name == GAIN_DB:  # it plays at once
+            value.setText(quantity(question.default, question.unit))
+        else:
+            slider.clear()  # a default is not an answer
         slider.moved.connect(moved)
         self.sliders[question.name] = slider
         column.addWidget(slider)

@@ -15,6 +15,7 @@ from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.questions import typed_answer
+from underfoot.experiments.study import GAIN_DB
 from underfoot.files import make_folder
 from underfoot.parameters import IDENTIFIER, Parameter
 
@@ -150,6 +151,7 @@ class _Terminal:
         self._shown = _Shown()
         self._printed_messages = 0
         self._disk_refused = False
+        self._level_of = ""  # the page on which a level was typed
 
     def run(self) -> None:
         from underfoot.studies.phase import Phase
@@ -213,6 +215,13 @@ class _Terminal:
         elif runner.page.kind == "learn" and line:
             names = runner.study.learnable
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
+        elif runner.page.kind == "level" and line:
+            (level,) = answers_of(runner.page.questions, line).values()
+            runner.set_level(level)
+            self._level_of = runner.page.key
+            _say(f"It plays at {runner.level_set_db:g} dB. Enter alone answers with that.")
+        elif runner.page.kind == "level" and self._level_of == runner.page.key:
+            runner.answer({GAIN_DB: runner.level_set_db})
         elif line == "" and runner.may_play:
             runner.start()
         elif line == "" and may_step(runner):
@@ -269,6 +278,8 @@ def _ask(questions: Sequence[Parameter], kind: str) -> None:
     if kind == "learn":
         _say("Type a number to feel it; it ends by itself.")
         return
+    if kind == "level":
+        _say("It plays at 0 dB. Type another level to feel that.")
     for question in questions:
         _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
     if not questions:

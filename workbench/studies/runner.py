@@ -20,7 +20,7 @@ from underfoot.errors import BadFile, require
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.store import SessionFile, time_of_day
-from underfoot.experiments.study import AGREED, Entry, Page, Study
+from underfoot.experiments.study import AGREED, LEVEL_RANGE_DB, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.equipment import Equipment
@@ -72,6 +72,8 @@ class Runner:
         self._trial: TrialRun | None = None
         self._record = TrialRecord()
         self._stimulus = TimedStimulus(self._apparatus)  # in learning, and for the level
+        self.level_set_db = LEVEL_RANGE_DB[1]
+        """The level that plays on the page of the level, in dB re the protocol's."""
         self._page_due = 0.0
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self._equipment_problem = ""  # the last one that was told
@@ -193,9 +195,10 @@ class Runner:
 
     def set_level(self, gain_db: float) -> None:
         """Set the level of the stimulus to `gain_db` re the protocol's, on the page of the level."""
-        stage = self.protocol.stage(self.page.stage)
-        require(stage.kind == "level", "page", stage.kind, "that of the level")
-        self._stimulus.begin(self._stimuli.at(stage.stimulus, min(gain_db, 0.0)))
+        kind = self.page.kind
+        require(self.phase is Phase.PAGE and kind == "level", "page", kind, "that of the level")
+        self.level_set_db = min(max(gain_db, LEVEL_RANGE_DB[0]), LEVEL_RANGE_DB[1])
+        self._stimulus.begin(self._stimuli.at(self.protocol.stage(self.page.stage).stimulus, self.level_set_db))
 
     def answer(self, values: Answers) -> None:
         """Answer the page, and store the answer; raise `BadValue` if it is invalid or too early.
@@ -316,6 +319,8 @@ class Runner:
             self._phase = Phase.PAUSE
         elif page.trial is None:
             self._phase = Phase.PAGE
+            if page.kind == "level":  # what is to be lowered is felt at once
+                self.set_level(LEVEL_RANGE_DB[1])
         else:
             study = self.study
             last = study.entries[-1] if study.entries else None
