@@ -99,6 +99,24 @@ def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path
     assert path.read_bytes() == kept
 
 
+def test_what_is_felt_is_written_while_the_study_goes_on(tmp_path):
+    """A slow disk, here one that is locked, made a presentation last longer, and the answer come later."""
+    protocol = made_protocol("rating")
+    with (
+        closing(SessionFile.create(tmp_path / "a.session", protocol, "P1")) as file,
+        closing(sqlite3.connect(tmp_path / "a.session", isolation_level=None)) as other,
+    ):
+        study = file.study(protocol)
+        file.hold()
+        other.execute("begin immediate")
+        file.keep_felt(study.unanswered({"onset_s": 1.0}))
+        assert not other.execute("select * from entry").fetchall()
+        other.execute("rollback")
+        assert file.has_felt
+        assert file.add(study.answer({"rating": 20.0})) == 1
+        assert file.entries() == study.entries
+
+
 def test_stretches_come_back_as_they_were(tmp_path):
     file = made(tmp_path / "a.session")
     study = file.study(preset_protocol("identification-impact"))

@@ -100,6 +100,7 @@ class SessionFile:
         """Writes that the disk has refused, with their times, to be written before anything else."""
         self._felt = 0
         """The number of the entry of a trial that was felt, until its answer replaces it; 0 if there is none."""
+        self._felt_written: Future[None] | None = None
         self._unpacked: TemporaryDirectory[str] | None = None
         self._held: BaseFileLock | None = None
 
@@ -153,7 +154,7 @@ class SessionFile:
             raise BadFile(f"{path} cannot be read: {why}")
         with ExitStack() as unless_opened:
             try:
-                base = sqlite3.connect(path, isolation_level=None)
+                base = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
                 unless_opened.callback(base.close)
                 (application,) = base.execute("pragma application_id").fetchone()
                 (version,) = base.execute("pragma user_version").fetchone()
@@ -205,6 +206,7 @@ class SessionFile:
 
     def entries(self) -> list[Entry]:
         """Return all answered pages, in order."""
+        self._await_felt()
         found = []
         with self._readable("entry"):
             for number, body in self._base.execute("select number, body from entry order by number"):
@@ -324,21 +326,22 @@ class SessionFile:
         If the disk refuses the write, raises `BadFile` and keeps the entry; the next `add`, or `write_waiting`, writes
         it.
         """
-        packed = [self._packed_one(excerpt) for excerpt in excerpts]
+        rows = [self._packed_one(excerpt) for excerpt in excerpts]
         self._begun = []
-        self._waiting.append((time_of_day(), entry, packed))
+        self._waiting.append((time_of_day(), entry, rows))
         self.write_waiting()
         return self._last
 
     def write_waiting(self) -> None:
         """Write the entries that the disk has refused, in order; raise `BadFile` if it still refuses them."""
+        self._await_felt()
         while self._waiting:
-            at, entry, packed = self._waiting[0]
+            at, entry, rows = self._waiting[0]
             with self._transaction():
                 number = self._put(at, entry)
                 self._base.executemany(
                     "insert into stretch values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    [(number, *row) for row in packed],
+                    [(number, *row) for row in rows],
                 )
             self._felt = 0
             del self._waiting[0]
@@ -347,16 +350,30 @@ class SessionFile:
     def keep_felt(self, entry: Entry) -> None:
         """Store a trial that is being felt, as `Study.unanswered` has it, until `add` replaces it by what came of it.
 
-        So a session that is killed before the answer has it, and says so when it goes on.
+        So a session that is killed before the answer has it, and says so when it goes on. A thread writes it: what is
+        felt, and the answer, are timed meanwhile, and a slow disk takes half a second. The answer, which the disk then
+        refuses as well, tells if it could not be written.
         """
-        self.write_waiting()
+        self._await_felt()
+        if not self._waiting:  # what the disk has refused comes first
+            self._felt_written = self._packer.submit(self._write_felt, time_of_day(), entry)
+
+    def _write_felt(self, at: str, entry: Entry) -> None:
         with self._transaction():
-            number = self._put(time_of_day(), entry)
+            number = self._put(at, entry)
         self._felt = number
+
+    def _await_felt(self) -> None:
+        """Wait for what a thread writes."""
+        if self._felt_written is not None:
+            with suppress(BadFile):
+                self._felt_written.result()
+            self._felt_written = None
 
     @property
     def has_felt(self) -> bool:
         """Whether a trial was felt, and neither answered nor spoiled since."""
+        self._await_felt()
         return self._felt > 0 and not self._waiting
 
     def forget_felt(self) -> None:
@@ -392,12 +409,14 @@ class SessionFile:
 
     def add_note(self, text: str) -> None:
         """Store a note of the experimenter."""
+        self._await_felt()
         with self._transaction():
             row = (time_of_day(), self._last, text)
             self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
 
     def close(self) -> None:
         """Write the log (WAL) back to the file, and close it."""
+        self._await_felt()
         self._packer.shutdown(cancel_futures=True)
         if self._held is not None:
             with suppress(sqlite3.Error):  # another process reads the file: the log stays beside it

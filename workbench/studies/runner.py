@@ -385,8 +385,7 @@ class Runner:
         if state != self._kept_felt and (has_ended or (self.phase is Phase.PRESENTING and "onset_s" in record.facts)):
             self._kept_felt = state
             facts = {"started_at": record.started_at, "plays": record.plays, **record.facts}
-            with suppress(BadFile):  # the answer, which the disk refuses as well, stops the study
-                self.file.keep_felt(self.study.unanswered(facts))
+            self.file.keep_felt(self.study.unanswered(facts))
 
     def _store(self, entry: Entry) -> None:
         """Write an entry; if the disk refuses it, keep it in memory and stop the study."""
