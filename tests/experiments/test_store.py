@@ -99,6 +99,22 @@ def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path
     assert path.read_bytes() == kept
 
 
+def test_a_session_that_is_moved_away_takes_answers_once_it_is_back(tmp_path):
+    """It took them, to where nobody would look for them, or to nowhere, and left an empty file in its place."""
+    protocol = made_protocol("rating")
+    path, away = tmp_path / "a.session", tmp_path / "away"
+    with closing(SessionFile.create(path, protocol, "P1")) as file:
+        study = file.study(protocol)
+        file.add(study.answer({"rating": 20.0}))
+        path.rename(away)
+        with pytest.raises(BadFile, match="is not there any more; put it back where it was, and go on"):
+            file.add(study.answer({"rating": 30.0}))
+        assert not path.exists()
+        away.rename(path)
+        file.write_waiting()
+        assert file.entries() == study.entries
+
+
 def test_what_is_felt_is_written_while_the_study_goes_on(tmp_path):
     """A slow disk, here one that is locked, made a presentation last longer, and the answer come later."""
     protocol = made_protocol("rating")

@@ -440,12 +440,15 @@ class SessionFile:
 
     def _transaction(self) -> "_Transaction":
         self.hold()
+        if not self.path.exists():  # what is open would be written all the same, and be lost, or lie in the trash
+            raise BadFile(f"{self.path} is not there any more; put it back where it was, and go on")
         return _Transaction(self._base, self.path)
 
 
 def _fold(path: Path) -> None:
     """Write the log (WAL) back to the file, unless another process reads it; the answers are safe in either case."""
-    with suppress(sqlite3.Error), closing(sqlite3.connect(path)) as base:
+    there = f"{path.absolute().as_uri()}?mode=rw"  # one that was moved is not made anew
+    with suppress(sqlite3.Error), closing(sqlite3.connect(there, uri=True)) as base:
         base.execute("pragma wal_checkpoint(passive)")
 
 

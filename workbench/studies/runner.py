@@ -393,7 +393,7 @@ class Runner:
             self.file.add(entry, self._record.excerpts)
         except BadFile:
             with suppress(BadFile):
-                self.stop("the disk refuses the answer, which is kept until you go on; make room first")
+                self.stop("the answer cannot be written, and is kept until you go on")
             raise
 
     def _lost(self, why: str) -> None:
