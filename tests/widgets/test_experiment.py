@@ -340,6 +340,26 @@ def test_an_id_that_differs_from_one_with_a_session_in_letter_case_only_is_refus
         assert ("P01 has a session already" in bench.workspace.overview.state.text()) is not can_begin
 
 
+def test_a_protocol_that_was_edited_in_another_program_begins_as_its_file_says(bench):
+    """It began as it was when the window read it, until the window was opened anew, and nobody knew."""
+    path, state = bench.folder / "made.json", bench.workspace.overview.state
+    bench.choose(title="First", stages=[rated()], stimuli={"WC": CONSTANT})
+    bench.workspace.running.leave()
+    path.write_text(protocol_text(title="Second", stages=[rated()], stimuli={"WC": CONSTANT}))
+    bench.begin("P2")
+    assert bench.runner.protocol.title == bench.workspace.overview.title.text() == "Second"
+    bench.workspace.running.leave()
+    path.write_text("{")
+    for button in (bench.workspace.start.pilot_button, bench.workspace.start.begin_button):
+        bench.type_id("P3")
+        bench.click(button)
+        assert bench.runner is None
+        assert state.text().startswith(f"{path} ")
+    path.unlink()
+    bench.begin("P2")
+    assert bench.runner.protocol.title == "Second"
+
+
 def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     """From the window of `make run` to a finished pilot of two trials: every action is a click or a key."""
     window, workspace, actions = bench.window, bench.workspace, []

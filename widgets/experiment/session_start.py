@@ -1,5 +1,7 @@
 """The row that begins a session of a study: the participant's id, a pilot, and the equipment."""
 
+from collections.abc import Callable
+
 import msgspec
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QWidget
@@ -25,8 +27,10 @@ class SessionStart(QWidget):
     stated = Signal(str)
     """Why no session can begin, or what came of the last one; "" for neither."""
 
-    def __init__(self, study: StudyFile, sessions: SessionFolder) -> None:
+    def __init__(self, study: StudyFile, sessions: SessionFolder, read_again: Callable[[], object]) -> None:
+        """Begin with this study; `read_again` leads to `show_study` where its file was changed since."""
         super().__init__()
+        self._read_again = read_again
         self._study, self._sessions = study, sessions
         self._controller: SessionController | None = None
         self._settings: Settings | None = None
@@ -99,10 +103,12 @@ class SessionStart(QWidget):
 
         If the study was changed since that session began, ask first.
         """
-        study, participant = self._study, self.participant.text()
+        participant = self.participant.text()
         if not self.begin_button.isEnabled():
             return
         try:
+            self._read_again()
+            study = self._study
             is_other = self._sessions.was_begun_otherwise(study, participant)
         except UnderfootError as error:
             self.stated.emit(str(error))
@@ -124,6 +130,11 @@ class SessionStart(QWidget):
 
     def begin_pilot(self) -> None:
         """Begin a pilot: two trials of each stage of the study."""
+        try:
+            self._read_again()
+        except UnderfootError as error:
+            self.stated.emit(str(error))
+            return
         pilot = self._study.pilot()
         self.begin_requested.emit(pilot, self._sessions.unused_id(pilot))
 

@@ -121,6 +121,17 @@ class StudyList(QWidget):
             return
         self._show(index)
 
+    def read_again(self) -> None:
+        """Read the selected study again if its file says something else by now; raise `BadFile` if it cannot be read.
+
+        A file that is gone changes nothing.
+        """
+        study = self.study
+        if study.path.exists():
+            fresh = load_study(study.path, self._registry, is_own=study.is_own)
+            if fresh != study:
+                self.add(study.path)
+
     def ask_to_delete(self) -> None:
         """Delete the file of the selected study, if it is the user's own, after a question; its sessions are kept."""
         study = self.study

@@ -48,7 +48,7 @@ class ExperimentWorkspace(Workspace):
         self._controller: SessionController | None = None
         self.sessions = SessionFolder(root)
         self.study_list = StudyList(registry, own, self.sessions)
-        self.start = SessionStart(self.study_list.study, self.sessions)
+        self.start = SessionStart(self.study_list.study, self.sessions, self.study_list.read_again)
         self.findings = StudyFindings(self.study_list.study, self.sessions, self)
         self.overview = StudyOverview(self.start, self.findings)
         self.experimenter = ExperimenterView()
