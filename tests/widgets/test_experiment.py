@@ -268,6 +268,9 @@ def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
     key = bench.runner.page.key
     bench.click(bench.workspace.experimenter.leave)
     assert bench.workspace.start.begin_button.text() == "Go on"
+    said = bench.workspace.overview.state.text()  # so that nobody goes on with the session of somebody else
+    assert said.startswith("P1 was begun on ")
+    assert said.endswith(", and goes on there. Somebody else needs another id.")
     bench.begin()
     bench.until(Phase.READY)
     assert bench.runner.page.key == key

@@ -3,6 +3,7 @@
 import re
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
+from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
 
@@ -87,6 +88,15 @@ class SessionFolder:
             return False
         with closing(SessionFile.open(path)) as file:
             return not file.is_of(study.protocol, study.folder)
+
+    def begun(self, study: StudyFile, participant: str) -> datetime | None:
+        """Return when the participant's session was begun; None if there is none, or it cannot be read."""
+        path = self.path(study, participant)
+        if not path.exists():
+            return None
+        with suppress(UnderfootError, ValueError), closing(SessionFile.open(path)) as file:
+            return datetime.fromisoformat(file.about.get("begun", ""))
+        return None
 
     def unused_id(self, study: StudyFile) -> str:
         """Return the first number from 1 without a session in the study, as a participant's id."""
