@@ -10,6 +10,7 @@ from windows import dialog_of
 from underfoot.errors import BadFile
 from underfoot.experiments.store import SessionFile
 from underfoot.studies.phase import Phase
+from underfoot.widgets.experiment.experimenter_view import WHY_FIRST
 from underfoot.widgets.experiment.session_start import ANOTHER_ID, GO_ON
 
 pytest.importorskip("statsmodels")
@@ -126,6 +127,8 @@ def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     slider = desk.form.sliders["rating"]
     assert desk.window().focusWidget() is desk  # so keys answer, and do not choose tiles
     bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
+    shown = bench.runner.watch.now_s
+    bench.wait(lambda: bench.runner.watch.now_s > shown + 0.1)  # it was gone at the next tick
     assert desk.news.text() == "Move the slider to answer: How was it?"
     bench.qtbot.mouseClick(slider, LEFT, pos=slider.rect().center())
     bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
@@ -234,10 +237,17 @@ def test_stop_note_and_present_again_by_the_experimenter(bench):
         bench.until(Phase.READY)
     bench.qtbot.keyClicks(desk.note_field, "shoes changed")
     bench.click(desk.note_button)
+    bench.click(desk.spoil)
+    bench.wait(lambda: desk.news.text() == WHY_FIRST)
     bench.qtbot.keyClicks(desk.note_field, "fire drill")
     bench.click(desk.spoil)
+    bench.wait(lambda: not desk.news.isVisible())
     bench.until(Phase.READY)
     assert bench.runner.page.attempt == 2
+    bench.person.close()
+    assert bench.window.status.message.endswith("“Participant's window” opens it again.")
+    bench.click(desk.window_button)
+    assert bench.person.isVisible()
     assert [note.text for note in bench.runner.file.notes()][-1] == "shoes changed"
     assert bench.entries()[0].spoiled == "fire drill"
 

@@ -18,6 +18,7 @@ from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
+WHY_FIRST = "Type first why the trial is repeated, and press again."
 END_PAUSE, CLOSE = "End the pause", "Back to the studies"
 _LIVE_S = 0.1
 """Display time of measured values, in seconds."""
@@ -91,7 +92,7 @@ class ExperimenterView(QWidget):
         self.map, self.drawings = FloorMap(), DrawingColumn()
         self.map.setFocusProxy(self)  # after a step with the mouse, arrows and Return must answer
         self._began_s, self._shown_at, self._began_share = 0.0, 0.0, 0.0
-        self._form_key = ""
+        self._form_key = self._refusal = ""
         self._lay_out()
         self._connect()
 
@@ -107,6 +108,7 @@ class ExperimenterView(QWidget):
     def show_runner(self, runner: Runner) -> None:
         """Show the state of a runner."""
         page, phase = runner.page, runner.phase
+        self._show_form(runner)
         if self._began_share < 0.0:
             self._began_share = page.share
         self.progress.setValue(round(1000 * page.share))
@@ -121,7 +123,7 @@ class ExperimenterView(QWidget):
         now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if says_itself else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
         self.live.setText(_level_text(runner))
-        news = empty_floor_text(runner) or (runner.messages[-1] if runner.messages else "")
+        news = self._refusal or empty_floor_text(runner) or (runner.messages[-1] if runner.messages else "")
         self.news.setText(news)
         self.news.setVisible(bool(news))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
@@ -132,7 +134,6 @@ class ExperimenterView(QWidget):
         self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
         self.spoil.setEnabled(runner.is_prepared and page.trial is not None)
         self.repeat.setEnabled(runner.is_prepared and runner.study.can_repeat)
-        self._show_form(runner)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
         self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)
         self.map.update()
@@ -155,7 +156,7 @@ class ExperimenterView(QWidget):
         asking = phase in (Phase.PAGE, Phase.ANSWERING)
         key = f"{page.key} {asking}"
         if key != self._form_key:
-            self._form_key = key
+            self._form_key, self._refusal = key, ""
             focus = QApplication.focusWidget()
             had_focus = focus is not None and self.form.isAncestorOf(focus)
             self.form.show_questions(questions_of(runner) if asking else ())
@@ -193,16 +194,22 @@ class ExperimenterView(QWidget):
         self.leave.clicked.connect(self.leave_requested)
         self.note_button.clicked.connect(lambda: self._emit_with_note(self.note_given))
         self.note_field.returnPressed.connect(lambda: self._emit_with_note(self.note_given))
-        self.spoil.clicked.connect(lambda: self._emit_with_note(self.spoil_requested))
-        self.repeat.clicked.connect(lambda: self._emit_with_note(self.repeat_requested))
+        self.spoil.clicked.connect(lambda: self._emit_with_note(self.spoil_requested, WHY_FIRST))
+        self.repeat.clicked.connect(lambda: self._emit_with_note(self.repeat_requested, WHY_FIRST))
         self.form.answered.connect(self.answered)
         self.form.changed.connect(self.slider_moved)
         self.form.refused.connect(self._show_refusal)
+        self.form.changed.connect(self._forget_refusal)
         self.map.pressed.connect(self.pressed)
 
     def _show_refusal(self, why: str) -> None:
+        """Show why an answer is not taken, until a slider is moved, or the page is another."""
+        self._refusal = why
         self.news.setText(why)
         self.news.show()
+
+    def _forget_refusal(self) -> None:
+        self._refusal = ""
 
     def _go_on(self) -> None:
         (self.end_pause_requested if self.next.text() == END_PAUSE else self.next_requested).emit()
@@ -210,9 +217,10 @@ class ExperimenterView(QWidget):
     def _pause(self) -> None:
         (self.continue_requested if self.pause.text() == "Go on" else self.stop_requested).emit()
 
-    def _emit_with_note(self, signal: SignalInstance) -> None:
-        """Emit the typed note; focus the field if it is empty."""
+    def _emit_with_note(self, signal: SignalInstance, missing: str = "") -> None:
+        """Emit the typed note; if the field is empty, focus it, and say what is `missing`."""
         text = self.note_field.text().strip()
+        self._refusal = "" if text else missing
         if not text:
             self.note_field.setFocus()
             return

@@ -204,6 +204,8 @@ class RunningStudy(QObject):
 
     def _window_closed(self) -> None:
         self.window_of_participant = None
+        if self.runner is not None:  # else the study is left
+            self.notified.emit("The participant's window was closed; “Participant's window” opens it again.")
 
     def _connect(self) -> None:
         self.background.found.connect(self._show_findings)
