@@ -23,6 +23,7 @@ TILE = default_floor().tiles[0]
 def test_what_a_card_plays_has_passed_the_limiter_and_comes_back(null_sink, tmp_path):
     """The sink's monitor hears what is played: the sweep itself, which is what the measurement says of it.
 
+    Other inputs hear nothing of it, though the server mixes: what few outputs play goes to all, few inputs hear all.
     In a process of its own, since PortAudio looks for devices only once. A busy machine may lose samples, and says so.
     """
     script = f"""
@@ -30,21 +31,28 @@ import numpy as np
 from underfoot.calibration.rig import Sound
 from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import BadMeasurement
-card = SoundCard(channel=0, input_channel=0)
-for _ in range(8):
-    try:
-        np.save("heard.npy", card.play(Sound(np.load("sweep.npy"), {RATE}, "none")))
+for channel, input_channel in ((0, 0), (0, 2), (2, 0)):
+    card = SoundCard(channel=channel, input_channel=input_channel, channels=4)
+    for _ in range(8):
+        try:
+            heard = card.play(Sound(np.load("sweep.npy"), {RATE}, "none"))
+            break
+        except BadMeasurement as reason:
+            assert "lost samples" in str(reason)
+    else:
         break
-    except BadMeasurement as reason:
-        assert "lost samples" in str(reason)
-card.close()
+    card.close()
+    np.save(f"heard{{channel}}{{input_channel}}.npy", heard)
 """
     sweep = train(exponential(20.0, 2000.0, 1.0, RATE, 0.4), 1, RATE, 0.3)
     np.save(tmp_path / "sweep.npy", sweep)
     subprocess.run([sys.executable, "-c", script], check=True, cwd=tmp_path)
-    if not (tmp_path / "heard.npy").exists():
+    if not (tmp_path / "heard20.npy").exists():
         pytest.skip("this machine lets no sound through whole")
-    heard, played = np.load(tmp_path / "heard.npy"), limited(sweep, RATE)
+    heard, from_first, at_first = (np.load(tmp_path / f"heard{how}.npy") for how in ("00", "02", "20"))
+    assert not from_first.any()
+    assert not at_first.any()
+    played = limited(sweep, RATE)
     at = int(np.argmax(np.correlate(heard, played[50_000:60_000], "valid"))) - 50_000
     np.testing.assert_allclose(heard[at + 14_400 : at + 60_000], played[14_400:60_000], atol=1e-4)
     with pytest.raises(BadMeasurement, match="the sweep itself"):

@@ -92,12 +92,14 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
         return SimulatedShaker(_simulated(target, tile))
     if target.sound is None:
         raise DeviceError("no sound device is chosen; choose the one that drives the shakers under Audio")
-    channel = output_channels(target.floor)[target.floor.index(tile.id)]
+    every = output_channels(target.floor)
+    channel, opened = every[target.floor.index(tile.id)], max(every) + 1
     known = _known_accelerometer(target, tile, accelerometer)
     if known is None:
-        return SoundCard(target.sound, accelerometer, channel, of_floor=True)
+        return SoundCard(target.sound, accelerometer, channel, channels=opened, of_floor=True)
     # As the engine does: it records on the first card.
-    return SoundCard(target.sound, outputs_of(target.sound)[0].name, channel, known.channel, of_floor=True)
+    card = outputs_of(target.sound)[0].name
+    return SoundCard(target.sound, card, channel, known.channel, channels=opened, of_floor=True)
 
 
 def _known_accelerometer(target: Target, tile: Tile, card: str) -> Accelerometer | None:

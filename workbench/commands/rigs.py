@@ -89,8 +89,9 @@ class ShakingRig:
         from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
 
         if self.target == "sound":
-            channel = output_channels(floor)[floor.index(tile.id)]
-            return SoundCard(self.output_device, self.input_device, channel, self.input_channel)
+            every = output_channels(floor)
+            channel, opened = every[floor.index(tile.id)], max(every) + 1
+            return SoundCard(self.output_device, self.input_device, channel, self.input_channel, channels=opened)
         simulated = _simulated_tile(self.target, tile, seed)
         if simulated is None:
             raise BadValue(f"--target is {self.target!r}; allowed: {_SHAKERS}")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
 from underfoot.devices.outputs import card_channels
-from underfoot.devices.sound import STILL_S, PlayRecord, device_of, pairs_up_to, portaudio
+from underfoot.devices.sound import MAX_CHANNELS, STILL_S, PlayRecord, device_of, pairs_up_to, portaudio
 from underfoot.engine.card_process import CardProcess
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
@@ -39,14 +39,23 @@ class SoundCard:
     """A shaker on one channel of an output device, an accelerometer on one of an input device; channels from 0.
 
     Names are parts of PortAudio's device names, "" for the default device. With `of_floor`, `output` names the floor's
-    cards, as `outputs_of` takes them, and `channel` is the floor's. Raises `DeviceError` if PortAudio, the card or the
-    channel is missing, or does not answer: the card is used in a process of its own.
+    cards, as `outputs_of` takes them, and `channel` is the floor's. A floor with `channels` has as many of the card
+    open as the engine has: a sound server would play on the others, too, or at another level. Raises `DeviceError` if
+    PortAudio, the card or the channel is missing, or does not answer: the card is used in a process of its own.
     """
 
     def __init__(
-        self, output: str = "", input: str = "", channel: int = 0, input_channel: int = 0, *, of_floor: bool = False
+        self,
+        output: str = "",
+        input: str = "",
+        channel: int = 0,
+        input_channel: int = 0,
+        *,
+        channels: int = 1,
+        of_floor: bool = False,
     ) -> None:
-        self._card = CardProcess(_on_floor if of_floor else _OpenCard, output, input, channel, input_channel)
+        opened = max(channels, channel + 1)
+        self._card = CardProcess(_on_floor if of_floor else _OpenCard, output, input, channel, input_channel, opened)
         self._is_silenced = False
 
     def press(self, press: PressRequest | None) -> None:
@@ -83,16 +92,17 @@ class SoundCard:
 class _OpenCard:
     """A card in its process."""
 
-    def __init__(self, output: str, input: str, channel: int, input_channel: int) -> None:
+    def __init__(self, output: str, input: str, channel: int, input_channel: int, channels: int) -> None:
         require(0 <= channel <= 31, "channel", channel, "0 to 31")
         require(0 <= input_channel <= 31, "input_channel", input_channel, "0 to 31")
         self._sounddevice = portaudio()
         self._devices = (input, output)
         self._play_record: PlayRecord | None = None
         self._channel, self._input_channel = channel, input_channel
-        # Open pairs of channels: a server would spread a single one over all outputs, and take the mean of all inputs.
-        self._outputs = pairs_up_to(channel, self._require_channel(output, "output", channel))
-        self._inputs = pairs_up_to(input_channel, self._require_channel(input, "input", input_channel))
+        # Open pairs of outputs, since a server would spread a single one over all, and all inputs: of fewer, a server
+        # mixes the others in.
+        self._outputs = pairs_up_to(channels - 1, self._require_channel(output, "output", channel))
+        self._inputs = min(self._require_channel(input, "input", input_channel), MAX_CHANNELS)
 
     def open(self, sound: Sound) -> None:
         """Open both devices for the sound."""
@@ -135,12 +145,12 @@ class _OpenCard:
         return require_channel(found, kind, wanted)
 
 
-def _on_floor(cards: str, input: str, channel: int, input_channel: int) -> _OpenCard:
-    """Open that of a floor's `cards` which has the floor's `channel`."""
-    card = next((card for card in card_channels(cards, channel + 1) if channel in card), None)
+def _on_floor(cards: str, input: str, channel: int, input_channel: int, channels: int) -> _OpenCard:
+    """Open that of a floor's `cards` which has the floor's `channel`, of `channels`."""
+    card = next((card for card in card_channels(cards, channels) if channel in card), None)
     if card is None:
         raise DeviceError(f"no sound device has a channel {channel + 1}; add a card under Audio")
-    return _OpenCard(card.output.name, input, channel - card.first, input_channel)
+    return _OpenCard(card.output.name, input, channel - card.first, input_channel, card.count)
 
 
 def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
