@@ -113,6 +113,21 @@ def test_spread_and_noise_are_those_of_the_recording():
     )
 
 
+@pytest.mark.parametrize("ppm", [-150.0, 100.0])
+def test_clocks_that_drift_apart_and_samples_lost_between_sweeps_change_nothing(ppm):
+    """The passes cancelled one another in their mean, by up to all of it, and their levels agreed all the same."""
+    sweep = train(ONE, 3, RATE)
+    whole = heard(sweep)
+    places = np.arange(whole.size)
+    drifting = measure(sweep, np.interp(places * (1.0 + 1e-6 * ppm), places, whole), RATE)
+    assert error_db(drifting) < 0.15
+    assert drifting.latency_s == pytest.approx(LATE / RATE, abs=0.001)
+    gap = round(5.5 * RATE)
+    assert error_db(measure(sweep, np.delete(whole, slice(gap, gap + 40)), RATE)) < 0.15
+    with pytest.raises(BadMeasurement, match=r"^the sweeps differ from one another in \d\d % of their band: samples"):
+        measure(sweep, np.delete(whole, slice(gap - 18_000, gap - 17_700)), RATE)
+
+
 def test_distortion_is_told_by_order():
     """A square and a cube in front of the plate make known amounts of the second and third harmonic."""
     found = measure(SWEEP, heard(SWEEP, square=0.02, cube=0.03), RATE)

@@ -13,6 +13,8 @@ _LEAST_SIGNAL = 1e-5
 """Largest sample, in full scale, of a silent recording."""
 _EXPLAINED, _STRANGE = 0.3, 0.5
 """Smallest share of the power that the sweep must explain, and largest unexplained share in an octave."""
+_UNLIKE, _MOST_UNLIKE_PERCENT = 0.3, 5.0
+"""Deviation of passes, as a share of their mean, that no response varies by, and the share of the band, %, that may."""
 _DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
 
 
@@ -77,6 +79,20 @@ def require_explained(f: Floats, recording: Floats, left: Floats, noise: Floats)
             why = "another channel, another sweep, or a signal far too close to the noise?"
         raise BadMeasurement(
             f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; {why}"
+        )
+
+
+def require_alike(scatter: Floats, magnitude: Floats) -> None:
+    """Raise `BadMeasurement` if the passes of a sweep differ by as much as their mean over a part of its band.
+
+    `scatter` is their RMS deviation from the mean and `magnitude` that of the mean, both (n,). So it is from the moment
+    on at which samples were lost, even if each pass is as loud as the others.
+    """
+    percent = 100.0 * float(np.mean(scatter > _UNLIKE * magnitude))
+    if percent > _MOST_UNLIKE_PERCENT:
+        raise BadMeasurement(
+            f"the sweeps differ from one another in {percent:.0f} % of their band: samples were lost on the way, or "
+            "something moved; take it again"
         )
 
 

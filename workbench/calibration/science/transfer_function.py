@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.calibration.science.recording_checks import (
+    require_alike,
     require_explained,
     require_not_clipped,
     require_not_silent,
@@ -33,6 +34,8 @@ _SLACK_S = 0.01
 """Longest time by which a recording may begin after the sweep, or end before it."""
 _BEFORE_S, _AFTER_S = 0.005, 0.5
 """Parts of the impulse response that are kept, before and after its arrival."""
+_STEADY_FRAMES = 0.2
+"""Difference of the passes' delays, in frames, that changes no response."""
 _LOOPBACK_DB, _LOOPBACK_FROM_HZ = 0.1, 40.0  # below that a sound card's own high-pass shows
 
 
@@ -89,7 +92,8 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasu
     require_not_silent(recording)
     require_not_clipped(recording)
     lag = _lag(played, recording, int(starts[0]), int(starts[-1]) + one.size, rate_hz)
-    return replace(_measure_passes(one, starts + lag, recording - recording.mean(), rate_hz), latency_s=lag / rate_hz)
+    found = _measure_passes(one, starts + lag, recording - recording.mean(), rate_hz)
+    return replace(found, latency_s=found.latency_s + lag / rate_hz)
 
 
 def _lag(played: Floats, recording: Floats, begins: int, ends: int, rate_hz: float) -> int:
@@ -112,10 +116,15 @@ def _lag(played: Floats, recording: Floats, begins: int, ends: int, rate_hz: flo
             f"the recording does not hold the whole sweep: it lasts {recording.size / rate_hz:.2f} s, and the sweep "
             f"goes from {(peak - ends + begins) / rate_hz:.2f} to {peak / rate_hz:.2f} s of it"
         )
-    begin = max(inside - 1000, first)
-    early = response[begin : inside + 2]
-    is_peak = (early[1:-1] >= 0.5 * response[inside]) & (early[1:-1] >= early[:-2]) & (early[1:-1] >= early[2:])
-    return begin + 1 + int(np.argmax(is_peak)) - ends if is_peak.any() else inside - ends
+    return _first_peak(response, inside, first) - ends
+
+
+def _first_peak(response: Floats, largest: int, first: int) -> int:
+    """Return the frame of the first peak, from `first` on, that is half as high as that at frame `largest`."""
+    begin = max(largest - 1000, first)
+    early = response[begin : largest + 2]
+    is_peak = (early[1:-1] >= 0.5 * response[largest]) & (early[1:-1] >= early[:-2]) & (early[1:-1] >= early[2:])
+    return begin + 1 + int(np.argmax(is_peak)) if is_peak.any() else largest
 
 
 def _fft_size(frames: int) -> int:
@@ -140,7 +149,10 @@ def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, floa
 
 
 def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, rate_hz: float) -> SweepMeasurement:
-    """Return the measurement, from one pass, the starts of the passes in the recording, and the recording."""
+    """Return the measurement, from one pass, the starts of the passes in the recording, and the recording.
+
+    Its latency is the time from these starts on.
+    """
     before, longest = round(_BEFORE_S * rate_hz), round(_AFTER_S * rate_hz)
     # Up to the next pass. Ringing beyond the recording's end belongs to the last frequencies only.
     after = longest
@@ -148,7 +160,7 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
     size = _fft_size(2 * one.size + longest + before)
     parts = np.array([_cut(recording, start - before, before + kept, size) for start in starts])
     x = np.fft.rfft(one, size)
-    recording_spectra = np.fft.rfft(parts)
+    recording_spectra, later = _aligned(np.fft.rfft(parts), x, size, before)
     responses = np.fft.irfft(recording_spectra * _inverse(x), size)
     stretches = responses[:, : before + after] * _window(before, after)
     low, high = _band(x, rate_hz)
@@ -173,12 +185,13 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
         noise=noise,
         coherence=power / np.maximum(power + other, 1e-300),
         distortion=_distortion(responses.mean(axis=0), one, np.abs(transfer), grid, before, rate_hz),
-        latency_s=0.0,
+        latency_s=later / rate_hz,
         passes=passes,
         peak=float(np.abs(recording).max()),
         noise_rms=float(quiet.std()) if quiet.size else math.nan,
     )
     middle = (grid > max(1.2 * low, _LOOPBACK_FROM_HZ)) & (grid < high / 1.2)
+    require_alike(scatter[middle], found.magnitude[middle])
     if float(np.std(20.0 * np.log10(found.magnitude[middle]))) < _LOOPBACK_DB:
         raise BadMeasurement(
             "the recording is the sweep itself, not what an accelerometer makes of it: another channel?"
@@ -189,6 +202,29 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
             f"the signal is only {snr_db:.0f} dB above the noise; at least {LEAST_SNR_DB:g} dB: play it louder"
         )
     return found
+
+
+def _aligned(
+    spectra: NDArray[np.complex128], x: NDArray[np.complex128], size: int, before: int
+) -> tuple[NDArray[np.complex128], int]:
+    """Return the spectra of the passes (passes, n) at the time of the first one, and how much later that is, in frames.
+
+    Cards with clocks of their own drift apart, and a card loses samples: passes that come at other times would cancel
+    one another in their mean, and their delay is not that of any. Passes that come at equal times stay as they are.
+    """
+    responses = spectra * _inverse(x)
+    late = np.fft.irfft(responses * responses[0].conj(), size)
+    peaks = np.argmax(late, axis=1)
+    left, at, right = (late[np.arange(len(late)), (peaks + k) % size] for k in (-1, 0, 1))
+    delays = (peaks + 0.5 * (left - right) / np.minimum(left - 2.0 * at + right, -1e-300) + size // 2) % size
+    delays -= delays[0]
+    if np.abs(delays).max() < _STEADY_FRAMES:
+        return spectra, 0
+    # From half a turn before the arrival that all passes together seem to have.
+    first = np.roll(np.abs(np.fft.irfft(responses[0], size)), size // 2 - before)
+    later = _first_peak(first, int(np.argmax(first)), 0) - size // 2
+    turn = 2j * math.pi * np.arange(spectra.shape[1]) / size
+    return np.asarray(spectra * np.exp(turn * (delays + later)[:, None])), later
 
 
 def _cut(signal: Floats, first: int, frames: int, size: int) -> Floats:
