@@ -69,6 +69,15 @@ def test_figures_and_pictures_are_in_milliseconds():
     assert often.x == pytest.approx(np.full(len(often.x), 5.0), abs=1.0)
 
 
+def test_clocks_that_drift_apart_are_named_and_other_wavering_is_not():
+    drifting = 0.01 + 50e-6 * 0.024 * np.arange(200)
+    result = result_of(click_delays(*returned(drifting), RATE), RATE, 128)
+    assert not result.good
+    assert "Output and input drift apart by 50 ppm, as two cards do" in result.verdict
+    slipped = result_of(click_delays(*returned(np.repeat([0.010, 0.0115], 100)), RATE), RATE, 128)
+    assert "It is not steady: it wavers by 0.75 ms." in slipped.verdict
+
+
 def test_the_latency_of_one_tile_is_refused_in_another_s_profile():
     procedure = LatencyProcedure(default_floor().tiles[0])
     result = run(procedure, SimulatedShaker(SimulatedTile(default_floor().tiles[0])), {"clicks": 20})

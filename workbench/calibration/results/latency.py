@@ -11,6 +11,8 @@ from underfoot.floor.profile import Latency
 
 STEADY_MS = 0.5
 """Largest jitter, as a standard deviation, that counts as steady."""
+_LEAST_DRIFT, _LEFT = 5e-6, 0.3
+"""Growth of the delay, s per s, that clocks of two cards have, and the share of the jitter that it leaves."""
 METHOD = (
     "Clicks of 1 ms are played at random intervals of 18 to 30 ms and recorded. Each is aligned with the mean of all "
     "responses by the peak of their cross-correlation, between samples by a parabola; the delay is that of the moment "
@@ -32,12 +34,18 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
         ("clicks", float(clicks), ""),
         ("lost", float(found.lost), ""),
     )
-    good = jitter <= STEADY_MS and found.lost == 0
+    drift_ppm = _drift_ppm(found)
+    good = jitter <= STEADY_MS and found.lost == 0 and not drift_ppm
     verdict = (
         f"What is played comes back after {median:.2f} ms: 99 of 100 clicks within {high:.2f} ms, all within "
         f"{worst:.2f} ms."
     )
-    if not good:
+    if drift_ppm:
+        verdict += (
+            f" Output and input drift apart by {abs(drift_ppm):.0f} ppm, as two cards do with clocks of their own: "
+            "no round trip of theirs lasts. Use one card for both."
+        )
+    elif not good:
         why = f"{found.lost} of {clicks} clicks were lost" if found.lost else f"it wavers by {jitter:.2f} ms"
         verdict += f" It is not steady: {why}. Take longer blocks, or another device."
     day = date.today().isoformat()
@@ -65,6 +73,16 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
         method=METHOD,
     )
+
+
+def _drift_ppm(found: ClickDelays) -> float:
+    """Return how fast the delay grows, where that is what makes it waver; else 0."""
+    if len(found.delay_s) < 3:
+        return 0.0
+    growth, begin = np.polyfit(found.played_s, found.delay_s, 1)
+    wavers = float(np.std(found.delay_s))
+    left = float(np.std(found.delay_s - growth * found.played_s - begin))
+    return 1e6 * float(growth) if abs(growth) > _LEAST_DRIFT and left < _LEFT * wavers else 0.0
 
 
 def _drawings(found: ClickDelays) -> tuple[Drawing, ...]:
