@@ -206,6 +206,7 @@ def test_the_pages_come_in_order_and_back_forgets():
         "quiet", "none", "standing-place", "standing", "corner-place", "corner", "leave", "tones", "again",
     ]  # fmt: skip
     assert procedure.result is not None
+    assert procedure.result.method.endswith(f"Sweeps had a peak of {QUICK.get('level', 0.25):g} of full scale.")
     shares = [0.0, 1.0]
     assert procedure.page.share == shares[1]
     procedure.back()

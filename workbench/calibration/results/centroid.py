@@ -15,9 +15,12 @@ from underfoot.floor.profile import Centroid
 from underfoot.kernels import Floats
 
 METHOD = (
-    "Every corrected place comes from a correction that was fitted without that place (ten folds by place). Outside "
-    "the convex area of the places used, the displacement is held. Hysteresis and creep compensated: the same presses, "
-    "with both taken out of the sensors' forces."
+    "Errors are distances from the pressed place, of presses that rise on a rested tile: what sensors have crept "
+    "from press to press is taken off. Every corrected place comes from a correction that was fitted without that "
+    "place (ten folds by place). Outside the convex area of the places used, the displacement is held. Hysteresis "
+    "and creep compensated: the same presses, with both taken out of the sensors' forces; a session does so, too. "
+    "Best static curves: the same presses, with the rising curve of each sensor that comes nearest to those. Shear "
+    f"is computed: {SHEAR_SHARE:g} of the vertical force, at the depth of the sensors."
 )
 _PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)

@@ -21,10 +21,14 @@ from underfoot.floor.profile import Fsr
 
 METHOD = (
     "Errors are of loadings that were not used to fit (cross-validation by loading), with all forces weighted alike, "
-    "in % of the largest reference force. The least error of any static curve is what the best rising curve leaves on "
-    "the same data. Hysteresis is the widest gap between falling and rising loads; creep is the growth of a held load "
-    "a decade of time; repeatability is the standard deviation between loadings. Creep is compensated by first-order "
-    "lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis)."
+    "in % of the largest reference force. The error, that of each sensor, and what a force is said to be accurate to "
+    "are root mean squares; of all figures of single sensors the mean is given. The least error of any static curve "
+    "is what the best rising curve leaves on the same data. Hysteresis is the widest gap between falling and rising "
+    "loads; creep is the growth of a held load's reading a decade of time, in % of itself; repeatability is the "
+    "standard deviation between loadings, noise that of one reading of the empty tile. The spread of the sensors is "
+    "half of the range of the forces at which they read the same, in % of their mean, at half of full scale. Creep "
+    "is compensated by first-order lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis). "
+    "What the reference itself is off by is not in these figures."
 )
 _OF_WEIGHTS = (
     "Weights stand on a sensor until they are read, and a foot comes and goes. How much less a footstep reads, at half "

@@ -16,7 +16,8 @@ _LEAST_DRIFT, _LEFT = 5e-6, 0.3
 METHOD = (
     "Clicks of 1 ms are played at random intervals of 18 to 30 ms and recorded. Each is aligned with the mean of all "
     "responses by the peak of their cross-correlation, between samples by a parabola; the delay is that of the moment "
-    "at which the mean response reaches a tenth of its peak. It is the round trip: output and input together."
+    "at which the mean response reaches a tenth of its peak. It is the round trip: output and input together. "
+    "The round trip is the median; 99 of 100 clicks came within the next figure. Jitter is the standard deviation."
 )
 
 

@@ -24,12 +24,14 @@ from underfoot.kernels import Floats
 from underfoot.models.filtering import equaliser
 
 METHOD = (
-    "The response is the spectrum of the recording over that of the sweep; its impulse response is cut off after half "
-    "a second. Its spread is the standard deviation over the passes; its noise is what the silent parts of the "
+    "The response is the spectrum of the recording over that of the sweep; its impulse response is cut off after "
+    "half a second. Its spread is the standard deviation over the passes; its noise is what the silent parts of the "
     "recording would have given. Harmonics of an exponential sweep arrive ahead of the response and are measured "
-    "separately. The level is the mean of the decibels over log frequency, 50 to 750 Hz; flatness is half the range of "
-    "the decibels from 60 to 700 Hz. The equaliser is designed by the least p-th norm, for the response under one "
-    "load; measured again means that the sweep was played through it, under that load."
+    "separately. The level is the mean of the decibels over log frequency, 50 to 750 Hz; flatness is half the range "
+    "of the decibels from 60 to 700 Hz. The equaliser is designed by the least p-th norm, for the response under one "
+    "load; measured again means that the sweep was played through it, under that load. Levels at the band's edges "
+    "are in dB re the tile's level; a change is the largest from 60 to 700 Hz. Distortion is that of the sweep, and "
+    f"of tones of rising level, at {TONE_HZ:g} Hz. The noise floor is the RMS of silence."
 )
 _TITLE = "Frequency response and equaliser"
 LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "corner": "a foot on a corner"}
@@ -78,8 +80,13 @@ def result_of(found: ResponseMeasurements, tile: str = "") -> Result:
             ("equaliser", "b0,b1,b2,a0,a1,a2", found.sections),
         ),
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
-        method=METHOD,
+        method=METHOD + _level_words(found),
     )
+
+
+def _level_words(found: ResponseMeasurements) -> str:
+    """Return at what level the sweeps were played, which is that of the last tone; nothing without tones."""
+    return "" if found.tones is None else f" Sweeps had a peak of {found.tones.drive[-1]:.3g} of full scale."
 
 
 def inconclusive(
