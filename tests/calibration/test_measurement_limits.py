@@ -45,6 +45,8 @@ def test_another_sensor_responds_if_it_changes_by_more_than_noise():
     weighed(40.0, change=100.0, other=300.0)
     with pytest.raises(BadMeasurement, match="sensor 2 responds when sensor 1 is loaded; are their wires swapped"):
         weighed(40.0, change=300.0, other=900.0)
+    with pytest.raises(BadMeasurement, match=r"their wires swapped, or does sensor 1 give no signal\?$"):
+        weighed(40.0, change=3.0, other=900.0)
 
 
 @pytest.mark.parametrize(("full_n", "plausible"), [(0.3, False), (1.0, True), (15_000.0, True), (25_000.0, False)])

@@ -35,7 +35,8 @@ _UNSTEADY_S = 20.0
 _NEAR = 0.96
 """Share of the requested load that is enough."""
 _STAYS_S, _OTHER_UNIT = 3.0, (0.03, 0.25)
-"""Time for which a force does not rise, and shares of the requested load then, that a load cell in kilograms gives."""
+"""Time for which a force does not rise, and shares of the requested load then, that a load cell in kilograms or pounds
+gives."""
 _STEPS = 20
 _COVERED = 0.8
 """Share of equal steps of force that a loading must pass through."""
@@ -259,9 +260,10 @@ class FsrProcedure(PagedProcedure):
         return progress
 
     def _rise(self, j: int, readings: Readings) -> PageProgress | None:
-        from underfoot.calibration.science.load_checks import require_response
+        from underfoot.calibration.science.load_checks import require_response, require_within_scale
 
         force = self._load_cell(readings)
+        require_within_scale(force, self._full_n)
         require_response(j, self._rest_readings(), readings.values, force, self._full_n)
         full = self._full_n
         rise = _latest_rise(force, full)
@@ -280,7 +282,7 @@ class FsrProcedure(PagedProcedure):
         hint = f"Press harder, up to {full:.0f} N."
         stays_s = float(readings.time_s[-1] - readings.time_s[int(np.argmax(force))])
         if stays_s > _STAYS_S and _OTHER_UNIT[0] <= top / full <= _OTHER_UNIT[1]:
-            hint += f" The load cell does not exceed {top:.0f} N: does it count kilograms?"
+            hint += f" The load cell does not exceed {top:.0f} N: does it count kilograms, or pounds?"
         return PageProgress(hint, min(top / full, covered), shown)
 
     def _fall(self, readings: Readings) -> PageProgress | None:

@@ -54,7 +54,10 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
                 f"{np.median(force_n[loaded]):.0f} N"
             )
     elif float(np.ptp(pressed)) > 6000.0 and float(force_n.max()) < 0.01 * full_scale_n:
-        raise BadMeasurement(f"the load cell gives no force while sensor {sensor + 1} is pressed")
+        raise BadMeasurement(
+            f"the load cell gives no force while sensor {sensor + 1} is pressed: {force_n.max():.2g} N at most; does "
+            "the press go through it, and does it count newtons?"
+        )
     top = float(pressed.max())
     question = unshifted(int(top))
     railed = np.isin(pressed, (*_RAILS, top) if question else _RAILS) & (change[:, sensor] > _CLEAR_COUNTS)
@@ -72,17 +75,22 @@ def require_cell(sensor: int, readings: Floats, force_n: Floats, full_scale_n: f
 
     `readings` (n,) are those of the loaded `sensor`, from 0, `force_n` (n,) those of the cell.
     """
-    most = float(force_n.max())
-    if most > _MOST_OVER * full_scale_n:
-        raise BadMeasurement(
-            f"the load cell gave {most:.0f} N, where up to {full_scale_n:.0f} N are asked for; press less hard, choose "
-            "a larger full scale, or look for a loose wire"
-        )
+    require_within_scale(force_n, full_scale_n)
     out = force_outliers(readings, force_n)[1]
     if out.any():
         raise BadMeasurement(
             f"the load cell jumped to {force_n[out][0]:.0f} N for a moment, and sensor {sensor + 1} did not; "
             "look for a loose wire"
+        )
+
+
+def require_within_scale(force_n: Floats, full_scale_n: float) -> None:
+    """Raise `BadMeasurement` for forces (n,) of a load cell that go far beyond full scale."""
+    most = float(force_n.max())
+    if most > _MOST_OVER * full_scale_n:
+        raise BadMeasurement(
+            f"the load cell gave {most:.0f} N, where up to {full_scale_n:.0f} N are asked for; press less hard, choose "
+            "a larger full scale, look for a loose wire, or does it count grams?"
         )
 
 
@@ -132,8 +140,9 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
     """Refuse changes of reading (4,) if that of another sensor is by far the largest."""
     strongest = int(np.argmax(change))
     if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * change[sensor]:
+        dead = f", or does sensor {sensor + 1} give no signal" if change[sensor] < _LEAST_COUNTS else ""
         raise BadMeasurement(
-            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; are their wires swapped?"
+            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; are their wires swapped{dead}?"
         )
 
 
