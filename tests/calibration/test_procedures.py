@@ -121,6 +121,19 @@ def test_the_load_cell_makes_the_same_curve():
     assert result.figures["error_percent"] < 0.2
 
 
+def test_a_sensor_that_drifts_while_others_are_loaded_is_named():
+    """Its own loads begin with a tare of its own, and the verdict was good."""
+
+    class Drifting(Hand):
+        def read(self):
+            readings = super().read()
+            readings.values[:, 2] += 10.0 * readings.time_s
+            return readings
+
+    said = run(FsrProcedure(TILE), Drifting(), QUICK).warnings
+    assert [words.partition(": ")[0] for words in said] == ["sensor 3 drifts"]
+
+
 def test_who_skips_every_sensor_is_told_so_and_can_go_back():
     procedure = FsrProcedure(TILE)
     procedure.answer({})

@@ -1,7 +1,7 @@
 """Calibration of forces (section 4.3.2): sensor after sensor, rising, falling and held loads against a reference."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -163,13 +163,21 @@ class FsrProcedure(PagedProcedure):
         """Fit curves to all pairs; with a load cell a second time, without the share that other sensors carried."""
         from underfoot.calibration.results.fsr import result_of
         from underfoot.calibration.science.linearisation import linearise
+        from underfoot.calibration.science.load_checks import drift_warnings
 
         if not self._step_data:
             raise BadMeasurement("every sensor was skipped; go back, and load one at least")
         found = linearise(self._pairs(), self._divider, hysteresis=False)
         if self._reference == LOAD_CELL:
             found = linearise(self._pairs(found), self._divider)
-        return result_of(found, self._reference)
+        result = result_of(found, self._reference)
+        tares = {
+            step.sensor: np.median(readings.values, axis=0)
+            for step, readings, _ in self._step_data_of_sensors()
+            if step.page.key.endswith("-tare")
+        }
+        drifts = drift_warnings([sensor.curve for sensor in found.sensors], tares, found.full_scale_n)
+        return replace(result, warnings=(*result.warnings, *drifts))
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the pairs without curves."""

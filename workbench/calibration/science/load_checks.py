@@ -28,6 +28,8 @@ _MOST_OVER = 1.5
 """Share of full scale above which a force is not a press that goes too far."""
 _HEAVIER, _NO_MORE = 1.5, 1.03
 """A weight heavier by the first factor changes the reading by more than the second: creep alone stays below that."""
+_MOST_DRIFT = 0.01
+"""Largest change of an empty tile's force, as a share of full scale: what a sensor creeps by leaves half of it."""
 _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
 
@@ -144,6 +146,26 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
         raise BadMeasurement(
             f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; are their wires swapped{dead}?"
         )
+
+
+def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale_n: float) -> tuple[str, ...]:
+    """Return a line on each sensor whose reading drifts while nothing is on the tile.
+
+    `tares` are the readings (4,) of the empty tile before the loads of each sensor. Of the tare after its own loads
+    nothing is concluded: what a sensor has crept goes back within half a minute.
+    """
+    found = []
+    for j, curve in enumerate(curves):
+        seen = {k: float(curve.force(readings[j])) for k, readings in tares.items() if k != j + 1}
+        if curve.uncalibrated or j not in seen:
+            continue
+        apart = max(abs(newtons - seen[j]) for newtons in seen.values())
+        if apart > _MOST_DRIFT * full_scale_n:
+            found.append(
+                f"sensor {j + 1} drifts: with nothing on the tile it moved by {apart:.0f} N while others were loaded; "
+                "is it warm, wet, or loose? Wait until it is steady, and measure again"
+            )
+    return tuple(found)
 
 
 def apparent_load_n(change: float, weights: Sequence[tuple[float, float]]) -> float:
