@@ -275,13 +275,17 @@ def test_a_value_that_is_set_while_a_preset_is_being_swapped_in_is_answered_and_
     stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
 
 
-def test_while_a_study_has_the_floor_cues_are_refused(stage):
+def test_while_a_study_has_the_floor_cues_are_refused_but_marks(stage):
+    """Marks that came from other recorders by LSL or a serial line were lost without a word."""
     before = stage.server.counts.received
-    stage.send_message("/underfoot/mark", "m", 81)
-    stage.playing.until(lambda: stage.server.counts.received > before, "it came")
+    stage.send_message("/underfoot/strike", "all", 1.0, 81)
+    stage.send_message("/underfoot/mark", "m", 82)
+    stage.playing.until(lambda: stage.server.counts.received > before + 1, "both came")
     stage.player.tick([], "a study has the floor")
     _, reason = stage.answer("/underfoot/refused", 81)
     assert reason == "a study has the floor"
+    frame, _, _ = stage.answer("/underfoot/played", 82)
+    stage.marked.append((frame, "m"))
 
 
 def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):

@@ -89,8 +89,10 @@ def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, c
     qtbot.waitUntil(lambda: not window.controller.is_playing)
     assert "Panic" in window.status.message
     window.controller.lend()
-    client.send_message(served, "/underfoot/mark", "m", 8)
+    client.send_message(served, "/underfoot/strike", "all", 1.0, 8)
     assert answer(client, qtbot, "/underfoot/refused", 8)[1] == LENT_MESSAGE
+    client.send_message(served, "/underfoot/mark", "m", 9)  # disturbs nobody, and the recording has it
+    assert answer(client, qtbot, "/underfoot/played", 9)[0] > 0
     window.controller.take_back()
 
 

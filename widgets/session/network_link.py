@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from underfoot.network.server import Counts, NetworkServer
 
 _HEALTH_DIVISOR = 5  # one of this many reports, which come at 10 Hz
-LENT_MESSAGE = "a study has the floor, which takes no cues meanwhile"
+LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and panic meanwhile"
 
 
 class NetworkLink(QObject):

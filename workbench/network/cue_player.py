@@ -64,7 +64,7 @@ class CuePlayer:
         return played
 
     def tick(self, reports: Iterable[Report], refusal: str = "") -> None:
-        """Take the session's reports, and carry out the received cues; with a `refusal`, refuse all but panic."""
+        """Take the session's reports, and carry out the received cues; with a `refusal`, only marks and panic."""
         for report in reports:
             self._take_report(report)
         received = self.server.cues()
@@ -73,11 +73,13 @@ class CuePlayer:
             self._panic()
             self._pending.append(_Pending(panics, Panic()))
         others = [one for one in received if one not in panics]
-        if others and (refusal or not self.session.health.running):
-            for other in others:
-                self.server.answer_refused(other, refusal or "the engine has not started yet; ask again")
-            return
-        self._carry_out(others)
+        if not self.session.health.running:
+            refusal, refused = "the engine has not started yet; ask again", others
+        else:
+            refused = [one for one in others if refusal and not isinstance(one.cue, MarkCue)]
+        for one in refused:
+            self.server.answer_refused(one, refusal)
+        self._carry_out([one for one in others if one not in refused])
 
     # --- carrying out ---
 
