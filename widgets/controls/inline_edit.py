@@ -35,7 +35,7 @@ class InlineEdit(QPlainTextEdit):
         self._on_done, self._is_line = on_done, one_line
         min_height = HEIGHT if one_line else NOTE_HEIGHT
         room = self._parent_widget.rect()
-        width = min(max(over.width(), MIN_WIDTH), MAX_WIDTH, room.width() - 8)
+        width = min(max(over.width(), MIN_WIDTH), MAX_WIDTH if one_line else room.width(), room.width() - 8)
         size = QRect(over.x(), over.y(), width, max(0 if one_line else over.height(), min_height))
         size.moveLeft(max(min(size.x(), room.width() - size.width() - 4), 4))
         size.moveTop(max(min(size.y(), room.height() - size.height() - 4), 4))

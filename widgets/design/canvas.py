@@ -28,6 +28,7 @@ from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_search import NodeSearch
+from underfoot.widgets.design.note_width import NoteWidth
 from underfoot.widgets.design.patch_editing import with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.spoken_selection import spoken_selection
@@ -57,8 +58,7 @@ class Canvas(NodeDropView):
     # Of the class: the patch is shown before a canvas is made.
     _dragged_wire: WireDrag | None = None
     _pressed_at = QPointF()
-    _dragged_frame: FrameDrag | None = None
-    _cut: WireCut | None = None
+    _drag: FrameDrag | NoteWidth | WireCut | None = None
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
@@ -74,7 +74,7 @@ class Canvas(NodeDropView):
         self.addActions(list(self.actions_by_name.values()))
         self.search.add_requested.connect(self.add)
         self.search.replace_requested.connect(self.replace)
-        self.search.disconnect_requested.connect(self.cut_wires)
+        self.search.disconnect_requested.connect(self.cut_wire)
         self.item_search.chosen.connect(self.show_item)
         for search in (self.search, self.item_search):
             search.closed.connect(self.setFocus)
@@ -156,7 +156,7 @@ class Canvas(NodeDropView):
             self.search.ask_for_end(at, self.mapToScene(at), (source, "out"))
 
         patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
-        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wires)
+        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wire)
         menu.popup(self.viewport().mapToGlobal(corner))
         menu.setActiveAction(menu.actions()[0])
 
@@ -215,17 +215,18 @@ class Canvas(NodeDropView):
             self._pan = event.position().toPoint()
             self._space_state = "used" if self._space_state else ""
             self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
-        elif button == Qt.MouseButton.LeftButton and self._cut is None:
+        elif button == Qt.MouseButton.LeftButton and self._drag is None:
             self._press(event)
         elif button == Qt.MouseButton.RightButton and event.modifiers() & _CONTROL and not self._is_held():
-            self._cut = WireCut(self.patch_scene, self.mapToScene(event.position().toPoint()))
+            self._drag = WireCut(self.patch_scene, self.mapToScene(event.position().toPoint()))
 
     def _press(self, event: QMouseEvent) -> None:
         """Begin to drag the wire of a port, or a frame, or use the button of a node; all else is Qt's."""
         scene, place = self.patch_scene, self.mapToScene(event.position().toPoint())
         self._pressed_at = place
         port, node = scene.port_at(place), scene.node_at(place, 6.0)
-        frame = scene.group_frame_at(place) if node is None and scene.note_at(place) is None else None
+        note = scene.note_at(place) if node is None else None
+        frame = scene.group_frame_at(place) if node is None and note is None else None
         if port is not None:
             self.show_message("")
             self._dragged_wire = WireDrag(scene, *port)
@@ -235,7 +236,9 @@ class Canvas(NodeDropView):
         elif node is not None and self.transform().m11() >= MIN_LEGIBLE_SCALE and node.button_at(place):
             self.audition_requested.emit(node.node.id)
         elif frame is not None:
-            self._dragged_frame = FrameDrag(scene, frame, place, extends=bool(event.modifiers() & _EXTENDING))
+            self._drag = FrameDrag(scene, frame, place, extends=bool(event.modifiers() & _EXTENDING))
+        elif note is not None and note.edge_at(place):
+            self._drag = NoteWidth(scene, note, place)
         else:
             wire, extends = None if node else scene.wire_at(place), bool(event.modifiers() & _EXTENDING)
             if wire is not None or not extends:
@@ -244,7 +247,7 @@ class Canvas(NodeDropView):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         place = self.mapToScene(event.position().toPoint())
-        button = Qt.MouseButton.LeftButton if self._cut is None else Qt.MouseButton.RightButton
+        button = Qt.MouseButton.LeftButton if self._drag is None else self._drag.button
         if self._is_held() and not event.buttons() & button:
             self._cancel_drag()  # a dialog or another window took the release
         if self._pan is not None:
@@ -255,11 +258,9 @@ class Canvas(NodeDropView):
             self._dragged_wire.move(place)
             if self._dragged_wire.reason != self.message:
                 self.show_message(self._dragged_wire.reason)
-        elif self._dragged_frame is not None:
-            self._dragged_frame.move(place)
+        elif self._drag is not None:
+            self._drag.move(place)
             self._show_whether_copied(event)
-        elif self._cut is not None:
-            self._cut.move(place)
         else:
             super().mouseMoveEvent(event)
             if self.patch_scene.mouseGrabberItem() is not None:
@@ -269,7 +270,7 @@ class Canvas(NodeDropView):
 
     def _show_whether_copied(self, event: QMouseEvent) -> None:
         """Show by the mouse whether what is dragged stays, and a copy of it goes where it is let go."""
-        if event.modifiers() & _COPYING:
+        if event.modifiers() & _COPYING and self.patch_scene.places():
             self.viewport().setCursor(Qt.CursorShape.DragCopyCursor)
         else:
             self.viewport().unsetCursor()
@@ -300,24 +301,22 @@ class Canvas(NodeDropView):
             self.viewport().unsetCursor()
             if not self._is_held():
                 return
-        if event.button() == Qt.MouseButton.RightButton and self._cut is not None:
-            cut, self._cut = self._cut, None
-            self.cut_wires(*cut.end())
-        if event.button() != Qt.MouseButton.LeftButton:
-            return
         copies = bool(event.modifiers() & _COPYING)
-        self.viewport().unsetCursor()
-        if self._dragged_wire is not None:
-            self._drop_wire(at)
-        elif self._dragged_frame is not None:
-            self._dragged_frame.end()
-            self._dragged_frame = None
+        if self._drag is not None and event.button() == self._drag.button:
+            drag, self._drag = self._drag, None
+            if (edit := drag.end()) is not None:
+                self.document.edit(*edit)
             self._drop_items(None, None, copies=copies)
+        elif event.button() != Qt.MouseButton.LeftButton:
+            return
+        elif self._dragged_wire is not None:
+            self._drop_wire(at)
         else:
             wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(at))
             super().mouseReleaseEvent(event)
             self.patch_scene.highlight()
             self._drop_items(wire, frame, copies=copies)
+        self.viewport().unsetCursor()
 
     def _drop_items(self, wire: WireItem | None, frame: GroupFrameItem | None, *, copies: bool) -> None:
         """Edit the places of what was dragged, if anything was; it goes into this wire, or into this frame's group. If
@@ -399,8 +398,8 @@ class Canvas(NodeDropView):
         return self._is_dragging() or self.patch_scene.mouseGrabberItem() is not None
 
     def _is_dragging(self) -> bool:
-        """Return whether a wire, a frame, a rubber band, or a node or note is being dragged, or wires are being cut."""
-        dragged = any((self._dragged_wire, self._dragged_frame, self._cut, self.has_band))
+        """Return whether a wire, a frame, an edge, a rubber band, a node or note is dragged, or wires are being cut."""
+        dragged = any((self._dragged_wire, self._drag, self.has_band))
         return dragged or (self.patch_scene.mouseGrabberItem() is not None and bool(self.patch_scene.places()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -451,10 +450,9 @@ class Canvas(NodeDropView):
         if self._dragged_wire is not None:
             self._dragged_wire.end()
             self._dragged_wire = None
-        self._dragged_frame = None
-        if self._cut is not None:
-            self._cut.end()
-            self._cut = None
+        if self._drag is not None:
+            self._drag.end()
+            self._drag = None
         if self.patch_scene.mouseGrabberItem() is not None:
             # As if the button came up: else Qt moves the next node from where this one was.
             at, none = QPointF(self.viewport().mapFromGlobal(self.cursor().pos())), Qt.MouseButton.NoButton

@@ -20,7 +20,7 @@ from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.group_items import FRAME_PAD
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
-from underfoot.widgets.design.patch_editing import Place, aligned, pasted, refusal, snapped
+from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import Box, framed_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
@@ -170,11 +170,11 @@ class EditableView(PatchView):
         """Delete the selected items and the selected wire; wires through a deleted node are bridged."""
         wires = self.patch_scene.chosen_wires()
         if wires or self._members_for("delete"):
-            self._remove_selected(self.document.patch.disconnect(wires), "Delete", _disconnection(len(wires)))
+            self._remove_selected(self.document.patch.disconnect(wires), "Delete", disconnection(len(wires)))
 
-    def cut_wires(self, *wires: Wire) -> None:
-        """Remove these wires, and nothing else."""
-        self.document.edit(self.document.patch.disconnect(wires), _disconnection(len(wires)))
+    def cut_wire(self, wire: Wire) -> None:
+        """Remove this wire, and nothing else."""
+        self.document.edit(self.document.patch.disconnect([wire]), disconnection(1))
 
     def copy(self) -> None:
         """Copy the selected items, with the wires between them, to the clipboard."""
@@ -384,8 +384,3 @@ class EditableView(PatchView):
         elif nodes:
             words.insert(0, counted(len(nodes), "node"))
         return " and ".join(words)
-
-
-def _disconnection(wires: int) -> str:
-    """Return the name of the undo step that removes this many wires."""
-    return f"Disconnect {counted(wires, 'wire')}" if wires > 1 else "Disconnect"

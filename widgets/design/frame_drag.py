@@ -1,7 +1,8 @@
 """Dragging the frame of a group by its title."""
 
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, Qt
 
+from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import GroupFrameItem
 from underfoot.widgets.design.patch_editing import snapped
 from underfoot.widgets.design.scene import PatchScene
@@ -11,6 +12,8 @@ class FrameDrag:
     """One drag of a frame, from the press on its title to the release. It selects as a press on a node does, and what
     is selected follows the mouse.
     """
+
+    button = Qt.MouseButton.LeftButton
 
     def __init__(self, scene: PatchScene, frame: GroupFrameItem, place: QPointF, *, extends: bool) -> None:
         """`extends`: the frame is added to what is selected, or taken from it."""
@@ -30,7 +33,8 @@ class FrameDrag:
             item.setPos(at + by)
         self._scene.adjust_group_frames()
 
-    def end(self) -> None:
-        """Select the frame alone if it was pressed and not moved."""
+    def end(self) -> tuple[Patch, str] | None:
+        """Select the frame alone if it was pressed and not moved. What has moved is where the canvas finds it."""
         if not self._extends and not self._scene.places():
             self._scene.select(self._inside)
+        return None

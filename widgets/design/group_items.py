@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
 from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import PlacedNode
@@ -15,6 +15,8 @@ from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, PlacedPort
 
 FRAME_PAD = 2.0 * theme.GRID
+EDGE_REACH = 6.0
+"""Distance from the right edge of a note within which the mouse takes hold of it, in pixels."""
 STUB = 40.0
 """Visible length of a wire that leaves the open group, in pixels."""
 
@@ -138,6 +140,7 @@ class NoteItem(QGraphicsItem):
         flag = QGraphicsItem.GraphicsItemFlag
         self.setFlags(flag.ItemIsMovable | flag.ItemIsSelectable | flag.ItemSendsGeometryChanges)
         self.setZValue(-2.0)
+        self.setAcceptHoverEvents(True)
         self.set_note(note)
 
     def set_note(self, note: Note) -> None:
@@ -165,6 +168,16 @@ class NoteItem(QGraphicsItem):
         room = self._rect.adjusted(PAD, PAD, -PAD, -PAD)
         wrap = Qt.TextFlag.TextWordWrap
         painter.drawText(room, int(wrap), self.note.text or "Note")
+
+    def edge_at(self, scene_place: QPointF) -> bool:
+        """Return whether a position of the scene is on the right edge, by which the mouse sets the width."""
+        return abs(self.mapFromScene(scene_place).x() - self._rect.right()) <= EDGE_REACH
+
+    def hoverMoveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        if self.edge_at(event.scenePos()):
+            self.setCursor(Qt.CursorShape.SizeHorCursor)
+        else:
+            self.unsetCursor()
 
 
 class StubItem(WireItem):

@@ -13,7 +13,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
 from underfoot.patch.wiring import Wire, downstream, node_id, upstream
-from underfoot.quantities import pretty_text
+from underfoot.quantities import counted, pretty_text
 from underfoot.widgets.theme import GRID
 
 Place = tuple[float, float]
@@ -82,6 +82,11 @@ def _evenly_spaced(near: Mapping[str, float], lengths: Mapping[str, float]) -> d
         moved[id] = place
         place += lengths[id] + gap
     return moved
+
+
+def disconnection(wires: int) -> str:
+    """Return the name of the undo step that removes this many wires."""
+    return f"Disconnect {counted(wires, 'wire')}" if wires > 1 else "Disconnect"
 
 
 def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:

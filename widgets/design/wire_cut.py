@@ -3,13 +3,16 @@
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QPainterPath, QPen
 
-from underfoot.patch.wiring import Wire
+from underfoot.patch.patch import Patch
 from underfoot.widgets import theme
+from underfoot.widgets.design.patch_editing import disconnection
 from underfoot.widgets.design.scene import PatchScene
 
 
 class WireCut:
     """One stroke, from the press to the release; the wires that it has crossed are lit."""
+
+    button = Qt.MouseButton.RightButton
 
     def __init__(self, scene: PatchScene, place: QPointF) -> None:
         self._scene, self._path = scene, QPainterPath(place)
@@ -29,9 +32,9 @@ class WireCut:
             if not wire.chosen and wire.shape().intersects(stretch):
                 wire.set_chosen(True)
 
-    def end(self) -> list[Wire]:
-        """Take the stroke away, and return the wires that it has crossed."""
+    def end(self) -> tuple[Patch, str] | None:
+        """Take the stroke away, and return the patch without the wires that it has crossed."""
         crossed = self._scene.chosen_wires()
         self._scene.removeItem(self._line)
         self._scene.choose(None)
-        return crossed
+        return self._scene.patch.disconnect(crossed), disconnection(len(crossed))

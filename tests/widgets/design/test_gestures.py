@@ -3,11 +3,13 @@
 import pytest
 from design_samples import LEFT, NONE, drag, middle, port, send
 from groups_by_hand import CONTROL, menu_texts
+from msgspec import structs
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
+from underfoot.patch.groups import Note
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.items import WireItem
 
@@ -107,3 +109,33 @@ def test_a_frame_that_is_let_go_with_alt_is_copied_with_its_group(chain):
     first, second = chain.patch().groups
     assert (first.members, second.title) == (("through", "through1"), "Chain")
     assert [chain.patch().node(id).at for id in second.members] == [(200.0, -200.0), (400.0, -200.0)]
+
+
+# --- the width of a note ---
+
+
+def test_the_right_edge_of_a_note_sets_its_width(row):
+    words = "Heel first, then the ball of the foot"
+    row.set_patch(structs.replace(row.patch(), notes=(Note("note", words, (0.0, 200.0)),)))
+    row.canvas.zoom_to(1.0)
+    item = row.canvas.patch_scene.notes["note"]
+    low = item.size[1]
+
+    def edge():
+        return row.canvas.mapFromScene(item.mapToScene(item.size[0], 8.0))
+
+    drag(row, edge(), edge() - QPoint(70, 0))
+    assert (row.patch().notes[0].width, row.patch().notes[0].at) == (128.0, (0.0, 200.0))
+    assert item.size[0] == 128.0
+    assert item.size[1] > low
+    drag(row, edge(), edge() - QPoint(300, 0), release=False)
+    assert item.size[0] == 64.0
+    QTest.keyClick(row.canvas, Qt.Key.Key_Escape)
+    send(row.canvas.viewport(), QEvent.Type.MouseButtonRelease, QPoint(9, 9), LEFT)
+    assert item.size[0] == row.patch().notes[0].width == 128.0
+    row.undo_action.trigger()
+    assert item.size == (200.0, low)
+    drag(row, edge(), edge() + QPoint(300, 0))
+    QTest.keyClick(row.canvas, Qt.Key.Key_F2)
+    assert item.size[0] == 496.0
+    assert row.canvas.inline.width() >= 496  # so that lines break where they will

@@ -1,0 +1,35 @@
+"""Setting the width of a note by its right edge."""
+
+from msgspec.structs import replace
+from PySide6.QtCore import QPointF, Qt
+
+from underfoot.patch.groups import NARROWEST, WIDEST
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.group_items import NoteItem
+from underfoot.widgets.design.patch_editing import snapped
+from underfoot.widgets.design.scene import PatchScene
+
+
+class NoteWidth:
+    """One drag of a note's edge, from the press to the release."""
+
+    button = Qt.MouseButton.LeftButton
+
+    def __init__(self, scene: PatchScene, item: NoteItem, place: QPointF) -> None:
+        self._scene, self._item, self._before = scene, item, item.note
+        self._beside = item.note.at[0] + item.note.width - place.x()
+        scene.select([item.note.id])
+
+    def move(self, place: QPointF) -> None:
+        """Follow the mouse, on the grid."""
+        right, _ = snapped(place.x() + self._beside, 0.0)
+        width = min(max(right - self._before.at[0], NARROWEST), WIDEST)
+        self._item.set_note(replace(self._before, width=width))
+        self._scene.adjust_group_frames()
+
+    def end(self) -> tuple[Patch, str] | None:
+        """Give the note back its width, and return the patch with the new one."""
+        after = self._item.note
+        self._item.set_note(self._before)
+        self._scene.adjust_group_frames()
+        return self._scene.patch.with_item(after), "Set the width of a note"
