@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOpt
 
 from underfoot.patch.patch import PlacedNode
 from underfoot.patch.wiring import Wire, port_name
-from underfoot.quantities import pretty_text, pretty_unit
+from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.design.marks import button_at, is_inactive, paint_far_marks, paint_marks
 from underfoot.widgets.design.node_geometry import (
@@ -159,6 +159,11 @@ class NodeItem(QGraphicsItem):
         """Return the scene position of a wire's end at "node.port"."""
         return self.port_place(side, port_name(end))
 
+    def end_text(self, side: str, end: str) -> str:
+        """Return the names of the node and of its port at a wire's end "node.port", as they are shown."""
+        placed = self.geometry.port(side, end) or self.geometry.port(side, port_name(end))
+        return f"{self.description.title}: {placed.row.text}" if placed else self.description.title
+
     def port_place(self, side: str, name: str) -> QPointF:
         """Return the scene position of the wires' ends at a port."""
         placed = self.geometry.port(side, name)
@@ -263,6 +268,10 @@ class WireItem(QGraphicsItem):
         self.refused = False
         self.is_highlighted = False
         self.is_in_picture = False
+        self.unit = ""
+        """Of the signal, for its range."""
+        self.signal_range: tuple[float, float] | None = None
+        """Least and largest value in the last preview of its source, if it is a signal."""
         self.about_to_move: Callable[[WireItem], None] | None = None
         """The scene is notified before the wire moves."""
         self._hovered = False
@@ -273,7 +282,6 @@ class WireItem(QGraphicsItem):
         self._bounds = QRectF()
         self.setZValue(-1.0)
         self.setAcceptHoverEvents(True)
-        self.setToolTip(" → ".join(wire))
         for end in (source, target):
             if end is not None:
                 end.wires.append(self)
@@ -349,7 +357,17 @@ class WireItem(QGraphicsItem):
 
     def hoverEnterEvent(self, event: QGraphicsSceneHoverEvent) -> None:
         self._hovered = True
+        self.setToolTip(self._says())
         self._paint_or_not()
+
+    def _says(self) -> str:
+        """Return from where to where it leads, and the range of its signal."""
+        ends = ((self.source, "out", self.wire[0]), (self.target, "in", self.wire[1]))
+        names = " → ".join(end if item is None else item.end_text(side, end) for item, side, end in ends)
+        if self.signal_range is None:
+            return names
+        low, high = (quantity(value, self.unit, 3) for value in self.signal_range)
+        return f"{names}\n{low} to {high} in the step that is previewed"
 
     def hoverLeaveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
         self._hovered = False

@@ -54,6 +54,7 @@ class PreviewRequests(QObject):
         preview.distributions_requested.connect(self.request_all)
         self.small_plots.timed_out.connect(self._idle_timer.start)
         self.small_plots.signal_ranges_changed.connect(inspector.show_signal_ranges)
+        self.small_plots.signal_ranges_changed.connect(canvas.patch_scene.show_signal_ranges)
         inspector.errors_toggled.connect(self._request_previewed)  # which stops the measurement, or begins one
 
     def compare(self, slots: SlotListening) -> None:

@@ -1,6 +1,6 @@
 """The drawn patch: one item for each node and wire, of which only changed ones are updated."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
@@ -52,6 +52,7 @@ class PatchScene(QGraphicsScene):
         self._highlighted: WireItem | None = None
         self._descriptions: dict[tuple[str, str], NodeDescription] = {}
         self._curves: dict[str, np.ndarray] = {}
+        self._signal_ranges: Mapping[str, tuple[float, float]] = {}
 
     def show(self, patch: Patch, inside: str = "") -> None:
         """Show this patch, or the content of its group `inside`."""
@@ -174,6 +175,7 @@ class PatchScene(QGraphicsScene):
             inner, side = (start, "out") if start is not None else (end, "in")
             assert inner is not None
             self.wires[wire] = StubItem(wire, inner, side, colour, self._other_end_names(wire, side))
+        self.wires[wire].unit, self.wires[wire].signal_range = port.unit, self._signal_ranges.get(wire[0])
         self.addItem(self.wires[wire])
 
     def _other_end_names(self, wire: Wire, side: str) -> str:
@@ -411,6 +413,12 @@ class PatchScene(QGraphicsScene):
         """Mark the node that is played alone; "" for none."""
         for other, item in self.nodes.items():
             item.set_auditioned(other == id)
+
+    def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
+        """Set the ranges of outputs ("node.port") in their last preview, which wires tell."""
+        self._signal_ranges = signal_ranges
+        for wire, item in self.wires.items():
+            item.signal_range = signal_ranges.get(wire[0])
 
     def show_curve(self, id: str, values: np.ndarray | None) -> None:
         """Set the small plot of a node; it is stored while the node is not visible."""
