@@ -66,10 +66,18 @@ def paint_far_title(painter: QPainter, geometry: NodeGeometry, title: str, look:
     """Paint only the name, at the size of a small label, when zoomed out."""
     if zoom < MIN_ZOOM:
         return
-    painter.setFont(theme.font(round(theme.SMALL_PX / zoom)))
+    size_px = round(theme.SMALL_PX / zoom)
+    painter.setFont(theme.font(size_px))
     painter.setPen(QColor(theme.MUTED if look.quiet else theme.TEXT))
     room = geometry.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
-    painter.drawText(room, _CENTRED, title)
+    painter.drawText(room, _CENTRED, far_text(title, size_px, room.width()))
+
+
+@lru_cache(maxsize=512)
+def far_text(title: str, size_px: int, width: float) -> str:
+    """Return a name in which words that are wider than their line are cut short: Qt would cut them at both ends."""
+    metrics = QFontMetricsF(theme.font(size_px))
+    return " ".join(metrics.elidedText(word, Qt.TextElideMode.ElideRight, width) for word in title.split())
 
 
 def paint_port(painter: QPainter, geometry: NodeGeometry, placed: PlacedPort, *, faint: bool, filled: bool) -> None:
