@@ -74,6 +74,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     <Patch 'Hum': 2 nodes, 1 wire>
     >>> Patch.loads(patch.dumps()) == patch
     True
+    >>> sand = Patch().add("modal-bank", modes=((90.0, 20.0, 1.0),))
+    >>> Patch.loads(sand.dumps()) == sand
+    True
     """
 
     format: str = FORMAT
@@ -142,7 +145,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: object
     ) -> "Patch":
         """Add a node of `type`; its id is the type's name with the first free number."""
-        made = PlacedNode(self.free_id(type), type, at, {name: plain(value) for name, value in parameters.items()})
+        values = {name: _as_in_file(value) for name, value in parameters.items()}
+        made = PlacedNode(self.free_id(type), type, at, values)
         return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
 
     def remove(self, ids: Iterable[str]) -> "Patch":
@@ -171,7 +175,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
         """Change one parameter of one node. Only this node is checked: a slider that is moved calls it all the time."""
         node = self.node(id)
-        changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
+        changed = msgspec.structs.replace(node, parameters={**node.parameters, name: _as_in_file(value)})
         # Whoever sets it knows its id, not its place in a file.
         _check_type(changed, id, installed_nodes() if registry is None else registry)
         return self.with_item(changed)
@@ -360,6 +364,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def save(self, path: str | Path) -> None:
         """Write the patch beside `path` and move it into place."""
         write_file(path, self.dumps())
+
+
+def _as_in_file(value: object) -> object:
+    """Return a parameter's value with lists where a file has them: a patch is equal to its copy from a file."""
+    value = plain(value)
+    return [*map(_as_in_file, value)] if isinstance(value, list | tuple) else value
 
 
 def _check_type(node: PlacedNode, place: str, registry: Registry) -> None:
