@@ -22,8 +22,9 @@ from underfoot.widgets.design.group_items import FRAME_PAD
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import Box, framed_places, shift_to_free_place
+from underfoot.widgets.design.placing import Box, behind, framed_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
+from underfoot.widgets.design.scene import box_of
 from underfoot.widgets.design.undo import Document
 
 NOTE_ROOM = 200.0, 96.0
@@ -105,9 +106,18 @@ class EditableView(PatchView):
         return x + dx, y + dy
 
     def _shift_clear(self, boxes: Sequence[Box], group: str, without: Sequence[str] = ()) -> Place:
-        """Return the shift to where neither items but these nor frames are, but those of this group and around it."""
+        """Return the shift to where neither items but these nor frames are, but those of this group and around it; if
+        there is room, also to where those need not grow over what is not in them.
+        """
         scene, around = self.patch_scene, chain(self.document.patch.groups, group)
-        return shift_to_free_place(boxes, scene.boxes(without=without) + scene.frame_boxes(without=around))
+        avoided = list[Box]()
+        for frame in (frame for id, frame in scene.group_frames.items() if id in around):
+            inside = {scene.group_view.shown_as[member] for member in frame.shown_group.members}
+            strangers = scene.boxes(without={*without, *inside})
+            beside = [box for box in strangers if not frame.frame_rect().intersects(QRectF(*box))]
+            avoided += [behind(box_of(frame.frame_rect()), box, TITLE) for box in beside]
+        taken = scene.boxes(without=without) + scene.frame_boxes(without=around)
+        return shift_to_free_place(boxes, taken, avoided)
 
     def _middle(self) -> QPointF:
         """Return the place of a node in the centre of the view."""

@@ -14,6 +14,9 @@ Box = tuple[float, float, float, float]
 GAP = 2.0 * GRID
 """Distance between a node and a node placed beside it, in pixels."""
 
+FAR = 1e5
+"""Further than any item, in pixels."""
+
 COLUMN_GAP = 8.0 * GRID
 SWEEPS = 8
 
@@ -21,8 +24,9 @@ NEAR_STEPS, FAR_STEPS, GRID_STEP = 24, 96, 2
 """Search range for a free place, near and far, and its step, in units of the grid."""
 
 
-def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, float]:
-    """Return the smallest shift, on the grid, with which no new box touches an existing one.
+def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box], avoided: Sequence[Box] = ()) -> tuple[float, float]:
+    """Return the smallest shift, on the grid, with which no new box touches an existing one, nor, if there is such a
+    shift, one of `avoided`.
 
     >>> shift_to_free_place([(0.0, 0.0, 100.0, 80.0)], [])
     (0.0, 0.0)
@@ -31,7 +35,15 @@ def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float
     """
     if not new or not taken:
         return 0.0, 0.0
-    there = np.array(taken)
+    for there in ([*taken, *avoided], taken):
+        shift = _shift(new, np.array(there))
+        if shift is not None:
+            return shift
+    below = max(top + height for _, top, _, height in taken) + GAP - min(box[1] for box in new)
+    return 0.0, float(np.ceil(below / GRID) * GRID)
+
+
+def _shift(new: Sequence[Box], there: np.ndarray) -> tuple[float, float] | None:
     for boxes, reach in ((np.array(new), NEAR_STEPS), (_bounding_box(new), FAR_STEPS)):
         shifts = _shifts(reach)
         for left, top, width, height in boxes:
@@ -41,8 +53,27 @@ def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float
             shifts = shifts[free.all(axis=1)]
         if len(shifts):
             return float(shifts[0, 0]), float(shifts[0, 1])
-    below = (there[:, 1] + there[:, 3]).max() + GAP - min(box[1] for box in new)
-    return 0.0, float(np.ceil(below / GRID) * GRID)
+    return None
+
+
+def behind(frame: Box, stranger: Box, title: float) -> Box:
+    """Return where something put into a frame would make it grow over a stranger: the place of the stranger, and all
+    that lies behind it. `title` is the height of the frame's title.
+
+    >>> behind((0.0, 0.0, 100.0, 80.0), (0.0, 120.0, 100.0, 80.0), 24.0) == (-FAR, 120.0, 2 * FAR, FAR)
+    True
+    """
+    sides = []
+    for i, margin in enumerate((0.0, title)):
+        near, far = stranger[i], stranger[i] + stranger[2 + i]
+        if near >= frame[i] + frame[2 + i]:
+            sides.append((near, FAR))
+        elif far <= frame[i]:
+            sides.append((far + margin - FAR, FAR))
+        else:
+            sides.append((-FAR, 2 * FAR))
+    (left, width), (top, height) = sides
+    return left, top, width, height
 
 
 def framed_places(

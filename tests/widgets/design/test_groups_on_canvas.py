@@ -189,6 +189,17 @@ def test_a_new_frame_says_who_lies_in_it_and_is_not_in_its_group(row):
     assert row.canvas.message == "Through within the frame is not in the group: drag beside, or put into it"
 
 
+def test_a_frame_grows_away_from_what_is_not_in_it(chain):
+    canvas, frame = chain.canvas, chain.canvas.patch_scene.group_frames["group"]
+    canvas.add("beat", QPointF(230.0, -140.0))
+    canvas.patch_scene.select(["through"])
+    canvas.copy()
+    canvas.paste(frame.title_rect().center())
+    assert len(chain.patch().groups[0].members) == 3
+    strangers = [item_rect(canvas.patch_scene.nodes[id]) for id in ("hum", "shaker", "beat")]
+    assert not [rect for rect in strangers if rect.intersects(frame.frame_rect())]
+
+
 # --- into groups and out of them ---
 
 
