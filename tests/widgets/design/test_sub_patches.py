@@ -177,7 +177,7 @@ def test_what_is_added_inside_belongs_there(row):
     assert "beat" in row.canvas.patch_scene.nodes
     QTest.keyClick(row.canvas, Qt.Key.Key_U)
     assert "beat" not in row.canvas.patch_scene.nodes
-    assert [placed.name for placed in row.canvas.patch_scene.group_nodes["group"].geometry.ports][-1] == "beat.out"
+    assert "beat.out" in [placed.name for placed in row.canvas.patch_scene.group_nodes["group"].geometry.ports]
 
 
 def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
