@@ -29,14 +29,20 @@ class PresetPictures(QObject):
         self._begins = time.monotonic() + SETTLED_S
         self._thread: threading.Thread | None = None
         self._asked: set[Path] = set()
+        self._lock = threading.Lock()
+        self._waiting: list[Path] = []
+        self._is_computing = False
 
     def ask(self, paths: Sequence[Path]) -> None:
         """Request pictures of these files, unless requested before; none comes for a file that cannot be played."""
         new = [path for path in paths if path not in self._asked]
-        if not new or (self._thread is not None and self._thread.is_alive()):
-            return
         self._asked.update(new)
-        self._thread = threading.Thread(target=self._compute, args=(new,), name="pictures of presets", daemon=True)
+        with self._lock:
+            self._waiting += new
+            if self._is_computing or not new:
+                return
+            self._is_computing = True
+        self._thread = threading.Thread(target=self._compute_all, name="pictures of presets", daemon=True)
         self._thread.start()
 
     def forget(self, path: Path) -> None:
@@ -48,6 +54,16 @@ class PresetPictures(QObject):
         self._leaving.set()
         if self._thread is not None:
             self._thread.join()
+
+    def _compute_all(self) -> None:
+        """Compute what waits, and what is asked for meanwhile."""
+        while True:
+            with self._lock:
+                paths, self._waiting = self._waiting, []
+                self._is_computing = bool(paths)
+            if not paths:
+                return
+            self._compute(paths)
 
     def _compute(self, paths: Sequence[Path]) -> None:
         missing = [path for path in paths if not self._take_kept(path)]

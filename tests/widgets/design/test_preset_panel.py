@@ -1,5 +1,9 @@
 """The presets beside the canvas, tried with keys and mouse."""
 
+import threading
+from pathlib import Path
+
+import numpy as np
 import pytest
 from made_patches import hum
 from on_screen import show
@@ -8,6 +12,7 @@ from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QMessageBox
 
 from underfoot.engine.levels import levels_of
+from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
@@ -180,3 +185,25 @@ def test_what_is_said_to_be_heard_is_heard(panel, qtbot):
     panel.list.step(1)
     qtbot.keyClick(panel.list, Qt.Key.Key_Return)
     assert "undo brings your patch back" in said.at(said.count() - 1)[0]
+
+
+def test_what_is_asked_for_while_pictures_are_computed_comes_after_them(qtbot, monkeypatch):
+    given, may_end = [], threading.Event()
+
+    def computed(work, jobs, *_, **__):
+        given.append(jobs)
+        assert may_end.wait(60.0)
+        yield from enumerate([PresetPicture(np.zeros(96), 1.0, None)] * len(jobs))
+
+    monkeypatch.setattr(preset_pictures, "in_parallel", computed)
+    monkeypatch.setattr(preset_pictures, "kept_picture", lambda path: None)
+    monkeypatch.setattr(preset_pictures, "SETTLED_S", 0.0)
+    pictures, came = preset_pictures.PresetPictures(), []
+    pictures.arrived.connect(lambda path, picture: came.append(path))
+    old, new = Path("old.json"), Path("new.json")
+    pictures.ask([old])
+    qtbot.waitUntil(lambda: given == [[old]])
+    pictures.ask([old, new])
+    may_end.set()
+    qtbot.waitUntil(lambda: came == [old, new])
+    pictures.close()
