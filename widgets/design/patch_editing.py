@@ -187,7 +187,7 @@ def changed_nodes(before: Patch, after: Patch) -> set[str]:
     old = {node.id: node for node in before.nodes}
     changed = {node.id for node in after.nodes if node.id not in old or not _plays_same(old[node.id], node)}
     changed |= {node_id(target) for _, target in set(before.wires) ^ set(after.wires)}
-    if before.seed != after.seed or _soloed(before) != _soloed(after):
+    if _of_all_nodes(before) != _of_all_nodes(after):
         return {node.id for node in after.nodes}
     return changed & {node.id for node in after.nodes}
 
@@ -196,8 +196,9 @@ def _plays_same(a: PlacedNode, b: PlacedNode) -> bool:
     return a is b or (a.type == b.type and a.parameters == b.parameters and a.marks == b.marks)
 
 
-def _soloed(patch: Patch) -> set[str]:
-    return {node.id for node in patch.nodes if node.soloed}
+def _of_all_nodes(patch: Patch) -> tuple[int, float, set[str]]:
+    """Return what any node's signal may depend on: the seed, the factor on errors, and which nodes are soloed."""
+    return patch.seed, patch.error_scale, {node.id for node in patch.nodes if node.soloed}
 
 
 def driven_parameters(registry: Registry, type: str, wired: Iterable[str]) -> tuple[str, ...]:
