@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.drawing import Range
 from underfoot.engine.reports import MEASURED, Preview
 from underfoot.kernels import Floats
-from underfoot.models.sole import felt, stiffness_in_words, windowed_peak
+from underfoot.models.sole import felt, felt_in_words, stiffness_in_words, windowed_peak
 from underfoot.patch.node import Port
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
@@ -163,15 +163,11 @@ def felt_text(measured_m_s2: Floats, rate_hz: float) -> str:
     >>> felt_text(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
     'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %; 90 N/mm feel like 67 N/mm'
     """
-    found = felt(measured_m_s2, rate_hz)
-    db = found.level_db["shoe"]
+    words = felt_in_words(felt(measured_m_s2, rate_hz))
     peak = quantity(float(np.abs(measured_m_s2).max(initial=0.0)), "m/s^2")
-    if not math.isfinite(db):
+    if not words:
         return f"tile {peak}"
-    side = "over" if db >= 0.0 else "under"
-    chance = f"noticed by {100.0 * found.noticed:.0f} %"
-    stiffness = stiffness_in_words(windowed_peak(measured_m_s2, rate_hz))
-    return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}; {stiffness}"
+    return f"tile {peak}, {words}; {stiffness_in_words(windowed_peak(measured_m_s2, rate_hz))}"
 
 
 def signal_of(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:

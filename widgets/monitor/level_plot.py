@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.tile_response import TileResponse
-from underfoot.models.sole import BAND_HZ, felt, stiffness_in_words, threshold_m_s2, windowed_peak
+from underfoot.models.sole import BAND_HZ, felt, felt_in_words, stiffness_in_words, threshold_m_s2, windowed_peak
 from underfoot.quantities import quantity
 from underfoot.widgets.plots.plot import Plot
 
@@ -73,12 +73,8 @@ def summary_text(
         text += (
             f" ({20.0 * math.log10(measured_peak / commanded_peak):+.1f} dB, {100.0 * unexplained:.0f} % unexplained)"
         )
-    found = felt(measured, rate_hz)
-    level_db = found.level_db["shoe"]
-    if math.isfinite(level_db):
-        side = "over" if level_db >= 0.0 else "under"
-        text += f"; {abs(level_db):.0f} dB {side} threshold, noticed by {100.0 * found.noticed:.0f} %"
-    return f"{text}; {stiffness_in_words(measured_peak)}".replace("-", "−")
+    parts = text, felt_in_words(felt(measured, rate_hz)), stiffness_in_words(measured_peak)
+    return "; ".join(filter(None, parts)).replace("-", "−")
 
 
 def whole_parts(text: str) -> str:

@@ -148,6 +148,18 @@ def felt_stiffness_n_mm(peak_m_s2: float) -> float | None:
     return STIFFNESS_N_MM * stiffness[0] / float(np.interp(peak_m_s2, peaks, stiffness))
 
 
+def felt_in_words(found: Felt) -> str:
+    """Return the level over the threshold of a sole in a hard shoe, and who notices it, as text; "" for silence.
+
+    >>> felt_in_words(Felt({"shoe": -0.7, "barefoot": 24.3}, 0.426)), felt_in_words(Felt({"shoe": -math.inf}, 0.0))
+    ('1 dB under threshold, noticed by 43 %', '')
+    """
+    db = found.level_db["shoe"]
+    if not math.isfinite(db):
+        return ""
+    return f"{abs(db):.0f} dB {'over' if db >= 0.0 else 'under'} threshold, noticed by {100.0 * found.noticed:.0f} %"
+
+
 def stiffness_in_words(peak_m_s2: float) -> str:
     """Return the perceived stiffness of a plate of 90 N/mm with vibration of this peak as text, or "not covered".
 
