@@ -187,7 +187,7 @@ def connect_menu(
 
     def name_of(end: str) -> str:
         id, _, port = end.partition(".")
-        return f"{patch.node(id).label or registry[patch.node(id).type].label} ({id}): {display_name(port)}"
+        return f"{patch.node(id).name_in(registry)} ({id}): {display_name(port)}"
 
     menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

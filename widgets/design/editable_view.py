@@ -380,8 +380,7 @@ class EditableView(PatchView):
     # --- texts ---
 
     def _name(self, id: str) -> str:
-        node = self.document.patch.node(id)
-        return node.label or self.registry[node.type].label
+        return self.document.patch.node(id).name_in(self.registry)
 
     def _count_text(self, ids: Sequence[str], patch: Patch | None = None) -> str:
         """Return the name of a single node, or the numbers of nodes and notes, for the name of an undo step."""
@@ -390,7 +389,7 @@ class EditableView(PatchView):
         notes = sum(note.id in wanted for note in patch.notes)
         words = [counted(notes, "note")] if notes else []
         if len(nodes) == 1:
-            words.insert(0, nodes[0].label or self.registry[nodes[0].type].label)
+            words.insert(0, nodes[0].name_in(self.registry))
         elif nodes:
             words.insert(0, counted(len(nodes), "node"))
         return " and ".join(words)

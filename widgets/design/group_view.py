@@ -86,7 +86,7 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
         inputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(into))) for p in into]
         outputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
-    names = ", ".join(node.label or registry[node.type].label for node in nodes)
+    names = ", ".join(node.name_in(registry) for node in nodes)
     return NodeDescription(
         title, f"Sub-patch of {names}", theme.PALETTE[COLOURS[group.colour]], tuple(inputs), tuple(outputs)
     )
@@ -106,5 +106,5 @@ def _is_port(end: str, crossing: set[str], wired: set[str], *, plain: bool) -> b
 
 def _text(node: PlacedNode, registry: Registry, port: str, ports: int) -> str:
     """Return the label of a group's port: its node's name, with the port's own name if the node has several."""
-    name = node.label or registry[node.type].label
+    name = node.name_in(registry)
     return name if ports == 1 else f"{name} {display_name(port)}"

@@ -212,7 +212,7 @@ class Inspector(QScrollArea):
 
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]
-        title = theme.label(self._patch.node(id).label or type.label, "title")
+        title = theme.label(self._patch.node(id).name_in(self._registry), "title")
         title.setWordWrap(True)
         title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
         column.addWidget(title)
@@ -288,7 +288,7 @@ class Inspector(QScrollArea):
             id, _, name = end.partition(".")
             editor = editor_for(self._declared(id, name))
             self._add_editor(column, end, editor)
-            editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
+            editor.label.setText(f"{self._patch.node(id).name_in(self._registry)}: {editor.parameter.label.lower()}")
             editor.label.setWordWrap(True)
             self._connect_editor(editor, end)
         if not group.published:
@@ -417,7 +417,7 @@ class Inspector(QScrollArea):
         node = self._patch.node(id)
         type = self._registry[node.type]
         output = type.output_ports[port]
-        title = node.label or type.label
+        title = node.name_in(self._registry)
         name = title if len(type.outputs) == 1 else f"{title}, {display_name(port)}"
         editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._signal_ranges.get(source))
 

@@ -61,7 +61,7 @@ class _ItemList(NamedList):
 
         for node in patch.nodes:
             type, around = registry[node.type], path(inner.get(node.id, ""), node.id)
-            yield _Row(node.id, node.label or type.label, accent(type), around, f"{node.id} {type.label}")
+            yield _Row(node.id, node.name_in(registry), accent(type), around, f"{node.id} {type.label}")
         for group in patch.groups:
             yield _Row(group.id, names[group.id], theme.PALETTE[COLOURS[group.colour]], path(above[group.id]), "group")
         for note in patch.notes:

@@ -186,7 +186,7 @@ class PatchScene(QGraphicsScene):
         if wire != next(end for end in ends if not all(self.group_view.ends(end))):
             return ""
         nodes = map(self.patch.node, dict.fromkeys(outside))
-        return ", ".join(node.label or self.registry[node.type].label for node in nodes)
+        return ", ".join(node.name_in(self.registry) for node in nodes)
 
     def _show_group_frames(self) -> None:
         wanted = {group.id: group for group in self.group_view.opened}

@@ -27,15 +27,15 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
         node = patch.node(here)
         type = registry[node.type]
         if node.muted:
-            return f"{node.label or type.label} is muted"
+            return f"{node.name_in(registry)} is muted"
         fed = [source for port in type.inputs for source in sources[f"{here}.{port.name}"]]
         values = type.values(node.parameters)
         if any(isinstance(one, FilePath) and not values[name] for name, one in type.parameters.items()):
-            return f"{node.label or type.label} has no file"
+            return f"{node.name_in(registry)} has no file"
         runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
         if type.inputs and not fed and not runs_alone:
             inputs = " or ".join(port.name for port in type.inputs)
-            return f"nothing comes to {inputs}" + (f" of {node.label or type.label}" if here != id else "")
+            return f"nothing comes to {inputs}" + (f" of {node.name_in(registry)}" if here != id else "")
         waiting += [source for source in dict.fromkeys(fed) if source not in seen]
         seen.update(fed)
     return ""

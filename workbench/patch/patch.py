@@ -59,6 +59,10 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return those of `MARKS` that are set."""
         return tuple(name for name in MARKS if getattr(self, name))
 
+    def name_in(self, registry: Registry) -> str:
+        """Return the name that it was given, or else that of its type."""
+        return self.label or registry[self.type].label
+
 
 CanvasItem = TypeVar("CanvasItem", PlacedNode, Note, Group)
 
