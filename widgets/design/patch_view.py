@@ -10,6 +10,7 @@ from underfoot.patch.groups import chain, innermost
 from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.design.breadcrumbs import Breadcrumbs
+from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE
 from underfoot.widgets.design.message import Message
 from underfoot.widgets.design.minimap import MiniMap
 from underfoot.widgets.design.scene import PatchScene
@@ -196,7 +197,7 @@ class PatchView(QGraphicsView):
 
     def visible_ids(self) -> Sequence[str]:
         """Return the nodes that are visible and large enough to read."""
-        if self.transform().m11() < 0.45:
+        if self.transform().m11() < MIN_LEGIBLE_SCALE:
             return ()
         seen = self.mapToScene(self.viewport().rect()).boundingRect()
         return [id for id, item in self.patch_scene.nodes.items() if seen.intersects(item.sceneBoundingRect())]

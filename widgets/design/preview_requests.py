@@ -17,14 +17,12 @@ from underfoot.widgets.design.patch_editing import changed_nodes, is_only_heard,
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.silence import why_silent
 from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
-from underfoot.widgets.design.small_plots import SmallPlots
+from underfoot.widgets.design.small_plots import TIMEOUT_MS, SmallPlots
 
 PREVIEW_DELAY_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
 IDLE_MS = 150
 """Time without edits after which the small plots of the other nodes are updated."""
-TIMEOUT_MS = 5000
-"""Time after which a missing preview is requested again, because the compiler may not have been running."""
 
 
 class PreviewRequests(QObject):
