@@ -66,9 +66,9 @@ class MiniMap(QWidget):
 
     def _nodes(self) -> QPixmap:
         """Return the picture of the nodes, redrawn only after a change of nodes or scale."""
-        place_requested = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
-        if place_requested != self._drawn:
-            self._drawn = place_requested
+        key = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
+        if key != self._drawn:
+            self._drawn = key
             self._picture = blank_picture(self.size(), self.devicePixelRatioF(), Qt.GlobalColor.transparent)
             painter = QPainter(self._picture)
             self._go_to_scene(painter)

@@ -13,12 +13,12 @@ def thumbnail(values: np.ndarray, *, are_events: bool = False) -> QPainterPath:
     """Return samples, or events as rows of (share of the duration, strength), as a path in the unit square."""
     path = QPainterPath()
     if are_events:
-        strongest_events = max(float(values[:, 1].max(initial=0.0)), 1e-12)
+        strongest = max(float(values[:, 1].max(initial=0.0)), 1e-12)
         path.moveTo(0.0, 1.0)
         path.lineTo(1.0, 1.0)
         for time, strength in values[:400]:
             path.moveTo(float(time), 1.0)
-            path.lineTo(float(time), 1.0 - 0.9 * float(strength) / strongest_events)
+            path.lineTo(float(time), 1.0 - 0.9 * float(strength) / strongest)
         return path
     values = np.nan_to_num(values)
     if values.size == 0:
