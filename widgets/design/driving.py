@@ -119,7 +119,9 @@ class DriverMenus:
         menu.insertSeparator(before)
 
     def drive(self, id: str, name: str, by: str) -> None:
-        """Drive a parameter by a new node of type `by`; or, for "port" and "no port", show or hide its port."""
+        """Drive a parameter by a new node of type `by`; or, for "port" and "no port", show or hide its port; or, for
+        "no wire", take its wire away.
+        """
         patch, registry = self._document.patch, self._scene.registry
         self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
         if by in registry:
