@@ -297,3 +297,13 @@ def declared_in(owner: type) -> dict[str, Parameter]:
     ['speed', 'people']
     """
     return {name: value for name, value in vars(owner).items() if isinstance(value, Parameter)}
+
+
+def require_identifier(place: str, id: str) -> None:
+    """Raise `BadValue` for an id that is no `IDENTIFIER`.
+
+    >>> require_identifier("nodes[0].id", "a tone")
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: nodes[0].id is 'a tone'; allowed: letters, digits, - and _
+    """
+    require(bool(IDENTIFIER.fullmatch(id)), place, id, "letters, digits, - and _")

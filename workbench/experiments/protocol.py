@@ -20,7 +20,7 @@ from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Level, Stimulus, patch_path
 from underfoot.files import read_file, write_file
-from underfoot.parameters import IDENTIFIER
+from underfoot.parameters import IDENTIFIER, require_identifier
 from underfoot.patch.custom_nodes import files_needed
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
@@ -203,7 +203,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         seen: set[str] = set()
         for i, stage in enumerate(self.stages):
             place = f"stages[{i}]"
-            require(bool(IDENTIFIER.fullmatch(stage.id)), f"{place}.id", stage.id, "letters, digits, - and _")
+            require_identifier(f"{place}.id", stage.id)
             require(
                 stage.id not in seen | {END, "participant"}, f"{place}.id", stage.id, "an id that no other stage has"
             )

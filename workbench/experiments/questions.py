@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from underfoot.errors import BadValue, require
-from underfoot.parameters import IDENTIFIER, Choice, Count, Number, Parameter, Text
+from underfoot.parameters import Choice, Count, Number, Parameter, Text, require_identifier
 from underfoot.quantities import parse_quantity
 
 FIRST, SECOND = "first", "second"
@@ -153,7 +153,7 @@ class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def check(self, place: str) -> None:
         """Raise `BadValue` for an invalid question; `place` is its place in the protocol."""
-        require(bool(IDENTIFIER.fullmatch(self.name)), f"{place}.name", self.name, "letters, digits, - and _")
+        require_identifier(f"{place}.name", self.name)
         require(self.low < self.high or self.kind in ("choice", "text"), f"{place}.high", self.high, "above low")
         if self.kind == "choice":
             distinct = len(set(self.options)) == len(self.options) >= 2

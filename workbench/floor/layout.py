@@ -16,7 +16,7 @@ from underfoot.arguments import integer, plain
 from underfoot.documents import read_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
-from underfoot.parameters import IDENTIFIER
+from underfoot.parameters import require_identifier
 
 FORMAT = "underfoot-floor"
 VERSION = 1
@@ -62,7 +62,7 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     output: int | None = None
 
     def __post_init__(self) -> None:
-        require(bool(IDENTIFIER.fullmatch(self.id)), "id", self.id, "letters, digits, - and _")
+        require_identifier("id", self.id)
         for name in ("rotation_deg", "sensor_depth_m", "output"):
             force_setattr(self, name, plain(getattr(self, name)))
         force_setattr(self, "size_m", _point("size_m", self.size_m))

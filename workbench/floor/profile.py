@@ -27,7 +27,7 @@ from underfoot.floor.layout import LOADS, Floor
 from underfoot.floor.profile_parts import PARTS
 from underfoot.models.filtering import cascade
 from underfoot.models.tile.fsr_hysteresis import STATE
-from underfoot.parameters import IDENTIFIER
+from underfoot.parameters import require_identifier
 from underfoot.version import __version__
 
 FORMAT = "underfoot-profile"
@@ -214,7 +214,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return Picture(tuple(drawings) or (Drawing(f"Profile of {self.tile}", "", "", note="not calibrated"),))
 
     def __post_init__(self) -> None:
-        require(bool(IDENTIFIER.fullmatch(self.tile)), "tile", self.tile, "letters, digits, - and _")
+        require_identifier("tile", self.tile)
         if self.made:
             _require_date("made", self.made)
 

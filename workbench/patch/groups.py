@@ -6,7 +6,7 @@ from numbers import Real
 import msgspec
 
 from underfoot.errors import BadValue, require
-from underfoot.parameters import IDENTIFIER
+from underfoot.parameters import require_identifier
 from underfoot.patch.wiring import node_id, renamed_end
 
 COLOURS = ("grey", "teal", "amber", "violet", "green", "red")
@@ -162,7 +162,7 @@ def is_pair(at: object) -> bool:
 
 
 def _check_id(place: str, id: str, seen: set[str]) -> None:
-    require(bool(IDENTIFIER.fullmatch(id)), f"{place}.id", id, "letters, digits, - and _")
+    require_identifier(f"{place}.id", id)
     require(id not in seen, f"{place}.id", id, "an id that no other node, note or group has")
     seen.add(id)
 

@@ -40,7 +40,7 @@ from msgspec import Struct
 
 from underfoot.drawing import Drawing
 from underfoot.errors import require
-from underfoot.parameters import IDENTIFIER, Number, Parameter
+from underfoot.parameters import Number, Parameter, require_identifier
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
 
@@ -203,7 +203,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     """
 
     def declare(cls: builtins.type) -> NodeType:
-        require(bool(IDENTIFIER.fullmatch(type)), f"type of node {cls.__name__}", type, "letters, digits, - and _")
+        require_identifier(f"type of node {cls.__name__}", type)
         require(bool(cls.__doc__), f"docstring of node {type}", cls.__doc__, "what the node does, for its help")
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}

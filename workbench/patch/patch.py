@@ -10,7 +10,7 @@ from underfoot.arguments import plain
 from underfoot.documents import parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
-from underfoot.parameters import IDENTIFIER
+from underfoot.parameters import require_identifier
 from underfoot.patch.custom_nodes import run_needed
 from underfoot.patch.groups import (
     Group,
@@ -283,7 +283,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         seen: set[str] = set()
         for i, node in enumerate(self.nodes):
             place = f"nodes[{i}]"
-            require(bool(IDENTIFIER.fullmatch(node.id)), f"{place}.id", node.id, "letters, digits, - and _")
+            require_identifier(f"{place}.id", node.id)
             require(node.id not in seen, f"{place}.id", node.id, "an id that no other node has")
             seen.add(node.id)
             check_place(place, node.at)
