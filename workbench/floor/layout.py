@@ -17,6 +17,7 @@ from underfoot.documents import read_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import require_identifier
+from underfoot.quantities import counted
 
 FORMAT = "underfoot-floor"
 VERSION = 1
@@ -119,7 +120,7 @@ class Floor(msgspec.Struct, frozen=True):
     title: str = ""
 
     def __repr__(self) -> str:
-        return f"<Floor {self.title!r}: {len(self.tiles)} tile{'s' * (len(self.tiles) != 1)}>"
+        return f"<Floor {self.title!r}: {counted(len(self.tiles), 'tile')}>"
 
     def __post_init__(self) -> None:
         force_setattr(self, "tiles", tuple(self.tiles))

@@ -25,6 +25,7 @@ from underfoot.patch.groups import (
 from underfoot.patch.node import NodeType, Registry, installed_nodes
 from underfoot.patch.node_files import has_nodes
 from underfoot.patch.wiring import Wire, node_id, renamed_end
+from underfoot.quantities import counted
 
 _T = TypeVar("_T")
 FORMAT = "underfoot-patch"
@@ -98,9 +99,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Factor on the requested errors of its nodes (`underfoot.patch.effective`)."""
 
     def __repr__(self) -> str:
-        nodes, wires = len(self.nodes), len(self.wires)
-        counted = f"{nodes} node{'s' * (nodes != 1)}, {wires} wire{'s' * (wires != 1)}"
-        return f"<Patch {self.title!r}: {counted}>"
+        return f"<Patch {self.title!r}: {counted(len(self.nodes), 'node')}, {counted(len(self.wires), 'wire')}>"
 
     @property
     def types(self) -> dict[str, str]:

@@ -25,6 +25,7 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_people import drawn_people
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.patch.preset_files import walks
+from underfoot.quantities import counted
 from underfoot.records.force_files import read_force_file
 from underfoot.records.tables import Table, force_table, to_dataframe
 
@@ -59,8 +60,7 @@ class Forces(ForceSeries, frozen=True):
         require(0.05 < found_hz / rate_hz < 20.0, "rate_hz", rate_hz, f"{found_hz:.6g}, by time_s in seconds")
 
     def __repr__(self) -> str:
-        tiles = len(self.floor.tiles)
-        what = f"{len(self)} samples of {tiles} tile{'s' * (tiles != 1)} at {self.rate_hz:.6g} Hz"
+        what = f"{counted(len(self), 'sample')} of {counted(len(self.floor.tiles), 'tile')} at {self.rate_hz:.6g} Hz"
         return f"<Forces: {what}, {self.seconds:.6g} s>"
 
     def __len__(self) -> int:
