@@ -126,10 +126,9 @@ class PresetBrowsing(QObject):
 def as_sub_patch(patch: Patch, title: str) -> Patch:
     """Return the patch, which is not empty, with all nodes in a collapsed group of this title, cut if too long."""
     items = patch.canvas_items()
-    taken = {item.id for item in (*items, *patch.groups)}
-    id = next(name for name in ("preset", *(f"preset{k}" for k in range(len(taken)))) if name not in taken)
     at = min(item.at[0] for item in items), min(item.at[1] for item in items)
-    whole = Group(id, tuple(item.id for item in items), title[:LONGEST_LABEL], collapsed=True, at=at)
+    ids, title = tuple(item.id for item in items), title[:LONGEST_LABEL]
+    whole = Group(patch.free_id("preset"), ids, title, collapsed=True, at=at)
     return msgspec.structs.replace(patch, groups=(whole, *patch.groups))
 
 
