@@ -100,9 +100,7 @@ def description_of(type: NodeType, label: str = "") -> NodeDescription:
     def rows(ports: Iterable[Port], *, are_parameters: bool = False) -> tuple[PortRow, ...]:
         return tuple(PortRow(port, port.name, display_name(port.name), are_parameters) for port in ports)
 
-    drivable = rows(
-        (type.input_ports[name] for name in type.input_ports if name in type.parameters), are_parameters=True
-    )
+    drivable = rows(type.drivable_ports, are_parameters=True)
     return NodeDescription(label or type.label, type.doc, accent(type), rows(type.inputs), rows(type.outputs), drivable)
 
 

@@ -204,11 +204,7 @@ def _of_all_nodes(patch: Patch) -> tuple[int, float, set[str]]:
 def driven_parameters(registry: Registry, type: str, wired: Iterable[str]) -> tuple[str, ...]:
     """Return the wired inputs that are parameters, in the order of declaration."""
     wired = set(wired)
-    return tuple(
-        name
-        for name, parameter in registry[type].parameters.items()
-        if isinstance(parameter, Number) and parameter.wire and name in wired
-    )
+    return tuple(port.name for port in registry[type].drivable_ports if port.name in wired)
 
 
 def wire_at(patch: Patch, target: str) -> Wire | None:

@@ -25,8 +25,8 @@ def fitting_port(type: NodeType, end: Port, side: str) -> str:
     plain = next((port.name for port in type.inputs if can_connect(end, port)), "")
     if plain or not end.unit:
         return plain or loudness_port(type, end)
-    driven = (port for name, port in type.input_ports.items() if name in type.parameters)
-    return next((port.name for port in driven if port.kind == end.kind and port.unit == end.unit), "")
+    fitting = (port.name for port in type.drivable_ports if port.kind == end.kind and port.unit == end.unit)
+    return next(fitting, "")
 
 
 def loudness_port(type: NodeType, end: Port) -> str:
@@ -37,11 +37,10 @@ def loudness_port(type: NodeType, end: Port) -> str:
     >>> loudness_port(REGISTRY["tone"], envelope), loudness_port(REGISTRY["gain"], envelope)
     ('amplitude', 'gain')
     """
-    driven = (port for name, port in type.input_ports.items() if name in type.parameters)
     return next(
         (
             port.name
-            for port in driven
+            for port in type.drivable_ports
             if not end.unit
             and getattr(type.parameters[port.name], "scale", "") in ("gain", "amplitude")
             and can_connect(end, port)

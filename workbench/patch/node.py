@@ -148,6 +148,11 @@ class NodeType(Struct, frozen=True, dict=True):
         return ports
 
     @cached_property
+    def drivable_ports(self) -> tuple[Port, ...]:
+        """Ports of the parameters that a wire may drive."""
+        return tuple(port for name, port in self.input_ports.items() if name in self.parameters)
+
+    @cached_property
     def output_ports(self) -> Mapping[str, Port]:
         """Ports at which a wire may start."""
         return {port.name: port for port in self.outputs}
