@@ -1,7 +1,6 @@
 """`underfoot bench`: requirements, run time against error, whole blocks, and stability; or the thesis's figures."""
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import click
 
 from underfoot.commands.files import FILE, require_folders_writable
 from underfoot.commands.options import takes_options
+from underfoot.commands.telling import tell
 from underfoot.errors import BadValue, UnderfootError
 
 
@@ -78,7 +78,7 @@ def bench(options: BenchOptions) -> None:
 
     before = None if options.compare is None else read(options.compare)
     found = (
-        run_all.run_times(_tell) if options.short else run_all.run(options.quick, options.seed, _tell, options.cluster)
+        run_all.run_times(tell) if options.short else run_all.run(options.quick, options.seed, tell, options.cluster)
     )
     if report is not None:
         write(found, report)
@@ -95,7 +95,7 @@ def _stress(options: BenchOptions) -> None:
     from underfoot.bench import stress
     from underfoot.bench.stress.outcome import Effort
 
-    found = stress.run(options.stress or "", Effort(options.times, options.seconds, options.seed), _tell)
+    found = stress.run(options.stress or "", Effort(options.times, options.seconds, options.seed), tell)
     as_data = {name: [one.data() for one in tried] for name, tried in found.items()}
     print(json.dumps(as_data) if options.as_json else stress.text(found))
     failed = sum(not one.passed for tried in found.values() for one in tried)
@@ -106,10 +106,6 @@ def _stress(options: BenchOptions) -> None:
 def _draw(folder: Path, quick: bool, as_json: bool) -> None:
     from underfoot.bench import figures
 
-    found = figures.run(quick, _tell)
+    found = figures.run(quick, tell)
     figures.write(found, folder)
     print(json.dumps([figure.data() for figure in found]) if as_json else figures.text(found))
-
-
-def _tell(line: str) -> None:
-    print(f"underfoot: {line}", file=sys.stderr)

@@ -13,6 +13,7 @@ from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.options import chosen, click_parameters
+from underfoot.commands.telling import tell
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def _measured(
 
     def show(page: "Page") -> None:
         instruction = f". {page.instruction}" if by_hand or shakes else ""
-        print(f"underfoot: {page.title}{instruction}", file=sys.stderr, flush=True)
+        tell(f"{page.title}{instruction}")
         if by_hand and shakes and page.sound is None and sys.stdin.isatty():
             _wait_for_key()
 
@@ -125,7 +126,7 @@ def _measured(
                     if measured is not None:
                         options.keep(measured, setup.tile.id, by_hand=by_hand)
                     raise
-                print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
+                tell(f"{error}; again")
                 waits = page.sound is not None
     finally:
         opened.close()
@@ -133,5 +134,5 @@ def _measured(
 
 def _wait_for_key() -> None:
     """Wait for a key; Ctrl-C raises `KeyboardInterrupt`, where `click.pause` would go on, and play."""
-    print("underfoot: press any key", file=sys.stderr, flush=True)
+    tell("press any key")
     click.getchar()

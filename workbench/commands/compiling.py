@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from underfoot.commands.telling import tell
 from underfoot.files import cache_folder
 from underfoot.quantities import counted
 
@@ -87,7 +88,7 @@ class _CompileReporter:
 
     def _tell(self) -> None:
         again = "\r" if sys.stderr.isatty() else ""
-        print("underfoot: first use: compiling kernels, which takes up to a minute", file=sys.stderr, flush=True)
+        tell("first use: compiling kernels, which takes up to a minute")
         told = 0
         while not self._done.wait(_EVERY_S if again else 5 * _EVERY_S):
             if told < self.begun:  # a session goes on for weeks
@@ -98,7 +99,7 @@ class _CompileReporter:
         folder = cache_folder()
         if not os.access(folder, os.W_OK):  # which the first kernel would have made
             kept = f"kernels cannot be kept in {folder}, so each time they are compiled"
-            print(f"underfoot: {kept}; name another folder in UNDERFOOT_CACHE", file=sys.stderr, flush=True)
+            tell(f"{kept}; name another folder in UNDERFOOT_CACHE")
 
     def _line(self, begin: str, end: str) -> None:
         kernels = counted(self.count, "kernel")

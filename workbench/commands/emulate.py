@@ -1,6 +1,5 @@
 """`underfoot emulate`: a tile's firmware, or a floor's, without a tile."""
 
-import sys
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -15,6 +14,7 @@ import click
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES
 from underfoot.commands.options import takes_options
+from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue, DeviceError
@@ -157,7 +157,7 @@ def _run(emulator: "Emulator", tiles: str) -> None:
         stop = threading.Event()
         stack.enter_context(ended_by_signals(stop.set))
         print(emulator.sender.name, flush=True)
-        print(f"underfoot: {tiles}", file=sys.stderr)
+        tell(tiles)
         emulator.start()
         while not (stop.wait(0.05) or emulator.is_finished):
             pass
@@ -165,7 +165,7 @@ def _run(emulator: "Emulator", tiles: str) -> None:
     counts = emulator.injector.counts
     faulty = ", ".join(f"{getattr(counts, kind)} {kind}" for kind in KINDS)
     frames, unheard = counted(counts.frames, "frame"), counted(emulator.undelivered, "sample")
-    print(f"underfoot: {frames}, {faulty}; {unheard} unheard", file=sys.stderr)
+    tell(f"{frames}, {faulty}; {unheard} unheard")
     if emulator.failure:
         raise DeviceError(emulator.failure)
 

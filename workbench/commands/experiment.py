@@ -14,6 +14,7 @@ from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_folders_writ
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
 from underfoot.commands.session_target import SENSOR_RATE
+from underfoot.commands.telling import tell
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
             measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
             found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
             if len(played) > 1:
-                print(f"underfoot: {len(found)} of {len(played)}: {name}", file=sys.stderr, flush=True)
+                tell(f"{len(found)} of {len(played)}: {name}")
     if as_json:
         print(json.dumps(found))
         return

@@ -1,6 +1,5 @@
 """`underfoot export`: a recording for other programs."""
 
-import sys
 import time
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, require_outputs_writable
+from underfoot.commands.telling import tell
 
 
 class _Formats(click.Command):
@@ -48,7 +48,7 @@ def export(recording: Path, output: Path, vibration: str, from_s: float | None, 
     def progress(text: str, share: float) -> bool:
         if time.monotonic() - told[0] >= 1.0:
             told[0] = time.monotonic()
-            print(f"underfoot: {text}: {100.0 * share:.0f} %", file=sys.stderr, flush=True)
+            tell(f"{text}: {100.0 * share:.0f} %")
         return True
 
     with Recording(recording) as opened, report_compiling(None):

@@ -1,7 +1,6 @@
 """`underfoot levels`: commanded, measured and felt levels of patches on a loaded tile."""
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, PATCH, RUN_CODE, SIMULATION
+from underfoot.commands.telling import tell
 
 if TYPE_CHECKING:
     from underfoot.engine.levels import Level, PatchLevels
@@ -32,7 +32,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
 
     of_tile = Profile.load(profile) if profile else None
     if of_tile is not None and of_tile.response is None:
-        print(f"underfoot: {profile} has no part of vibration: the levels are those without it", file=sys.stderr)
+        tell(f"{profile} has no part of vibration: the levels are those without it")
     made_of = TileParameters.load(simulation) if simulation else None
     stems = [path.stem for path in patches]
     files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in patches}
@@ -43,7 +43,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
         for name, patch in read.items():
             found[name] = levels_of(patch, files[name].parent, of_tile, made_of)
             if len(read) > 1:
-                print(f"underfoot: {len(found)} of {len(read)}: {name}", file=sys.stderr, flush=True)
+                tell(f"{len(found)} of {len(read)}: {name}")
     if as_json:
         print(json.dumps({name: one.data() for name, one in found.items()}))
     else:

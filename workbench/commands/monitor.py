@@ -1,7 +1,6 @@
 """`underfoot monitor`: footsteps as they happen."""
 
 import json
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE
+from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -88,7 +88,7 @@ def monitor(options: MonitorOptions) -> None:
     with report_compiling():
         _follow(stream, options)
     for warning in stream.warnings():
-        print(f"underfoot: {warning}", file=sys.stderr)
+        tell(warning)
     if stream.failure:
         raise BadFile(stream.failure)
 
@@ -114,10 +114,10 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
             for step in found.steps:
                 print(json.dumps(step_figures(step)) if options.as_json else step_line(step), flush=True)
             for line in found.messages:
-                print(f"underfoot: {line}", file=sys.stderr, flush=True)
+                tell(line)
     if not options.as_json:
         for line in gait.lines():
-            print(f"underfoot: {line}", file=sys.stderr, flush=True)
+            tell(line)
 
 
 def _tables(stream: "FileStream | SessionStream", options: MonitorOptions, stack: ExitStack) -> Iterator[_Write]:
@@ -142,4 +142,4 @@ def _put(found: "Detections", tables: list[_Write], stream: "FileStream | Sessio
                 raise
             tables.remove(write)
             stream.failure = f"{error}; it has what came before"
-            print(f"underfoot: {stream.failure}", file=sys.stderr, flush=True)
+            tell(stream.failure)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import sys
 import time
 from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, SIMULATION, require_outputs_writable
 from underfoot.commands.options import takes_options
+from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
 
@@ -189,10 +189,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             if isinstance(answer, UnderfootError):
                 _tell_failure(told[at], patches[at // len(grid)], answer)
             else:
-                print(
-                    f"underfoot: {len(found)} of {len(told)}: {told[at]}{_time_left(found, told, began)}",
-                    file=sys.stderr,
-                )
+                tell(f"{len(found)} of {len(told)}: {told[at]}{_time_left(found, told, began)}")
     finally:
         if manifest is not None:
             manifest.write()
@@ -214,7 +211,7 @@ def _shown(path: Path) -> str:
 
 def _tell_failure(what: str, path: Path, error: UnderfootError) -> None:
     reason = str(error).removeprefix(f"{path}: ").removeprefix(f"{path} ")
-    print(f"underfoot: {what}: {reason}", file=sys.stderr)
+    tell(f"{what}: {reason}")
 
 
 def _say_all(options: RenderOptions, told: Sequence[str], found: Mapping[int, Summary | UnderfootError]) -> None:

@@ -1,6 +1,5 @@
 """`underfoot scene`: a scene on the floor without a window; events are printed, and filmed on request."""
 
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -16,6 +15,7 @@ from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, session_target
+from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError, require
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ class _Show:
         while not self._stopped and (self.options.seconds is None or now_s < self.options.seconds):
             reports = session.poll()
             for line in (line for report in reports for line in messages_of(report, session.health)):
-                print(f"underfoot: {line}", file=sys.stderr, flush=True)
+                tell(line)
             stage.take(reports)
             with _ended_in_a_line():
                 moments = stage.tick()
@@ -210,5 +210,5 @@ class _Show:
         if self.options.picture is not None:
             write_file(self.options.picture, png(canvas.paint(self._shapes())))
         if self.options.film is not None:
-            print(f"underfoot: painting {len(self._frames)} pictures", file=sys.stderr, flush=True)
+            tell(f"painting {len(self._frames)} pictures")
             write_file(self.options.film, gif([canvas.paint(shapes) for shapes in self._frames], 1.0 / FILM_HZ))

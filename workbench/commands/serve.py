@@ -2,7 +2,6 @@
 
 import math
 import os
-import sys
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE
+from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 from underfoot.quantities import counted
@@ -110,8 +110,8 @@ def serve(options: ServeOptions) -> None:
         server = NetworkServer(plan, target.floor, target.rate, session.force_rate_hz)
         stack.callback(server.close)
         for line in plan.warnings():
-            _say(f"warning: {line}")
-        _say("; ".join(_enabled_outputs(plan)))
+            tell(f"warning: {line}")
+        tell("; ".join(_enabled_outputs(plan)))
         if options.record is not None:
             session.record(options.record)
         _run(session, server, patch, options, stack)
@@ -138,10 +138,10 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     while session.health.frame < end_frame and not stopped:
         reports = session.poll()
         for line in (line for report in reports for line in messages_of(report, session.health)):
-            _say(line)
+            tell(line)
         if problem != server.problem:
             problem = server.problem
-            _say(problem or "all is sent and taken again")
+            tell(problem or "all is sent and taken again")
         player.tick(reports)
         frames, forces = session.force.read()
         health = session.health
@@ -156,11 +156,11 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
             server.send_health(health)
         time.sleep(_WAIT_S)
     for line in finder.warnings():
-        _say(line)
+        tell(line)
     counts = server.counts
     last = f", the last one because {counts.reason}" if counts.reason else ""
     sent, received = counted(counts.sent, "datagram"), counted(counts.received, "cue")
-    _say(f"{sent} sent, {received} received, {counts.refused} refused{last}")
+    tell(f"{sent} sent, {received} received, {counts.refused} refused{last}")
 
 
 def _target(options: ServeOptions) -> "Target":
@@ -194,7 +194,3 @@ def _enabled_outputs(plan: "NetworkPlan") -> list[str]:
         f"marks from {plan.serial_marks}": plan.serial_marks,
     }
     return [words for words, is_on in enabled.items() if is_on] or ["nothing is sent and nothing is taken"]
-
-
-def _say(line: str) -> None:
-    print(f"underfoot: {line}", file=sys.stderr, flush=True)

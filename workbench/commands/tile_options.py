@@ -1,13 +1,13 @@
 """The options of every command that calibrates a tile: which tile, and where the result goes."""
 
 import json
-import sys
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.commands.telling import tell
 from underfoot.errors import BadFile
 from underfoot.files import stem_of
 from underfoot.options import option
@@ -81,9 +81,9 @@ class TileOptions:
             return
         try:
             options._write_report(measured, Profile(tile=tile, serial=self.serial))
-            print(f"underfoot: what was measured is in {options.report}", file=sys.stderr)
+            tell(f"what was measured is in {options.report}")
         except BadFile as error:
-            print(f"underfoot: {error}", file=sys.stderr)
+            tell(error)
 
     def _write_report(self, result: "Result", new: "Profile") -> None:
         from underfoot.calibration.files.report import write_report
@@ -109,4 +109,4 @@ class TileOptions:
         for name, value, unit in result.quantities:
             print(f"{label_of(name)}: {value:.4g} {unit}".rstrip())
         for warning in result.warnings:
-            print(f"underfoot: {warning}", file=sys.stderr)
+            tell(warning)
