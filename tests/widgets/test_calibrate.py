@@ -1,10 +1,8 @@
 """The Calibrate workspace and its wizard, driven by clicks and keys through a small calibration of their own."""
 
-import itertools
 import threading
 from functools import partial
 
-import msgspec
 import numpy as np
 import pytest
 from calibrate_driver import CalibrateDriver
@@ -16,18 +14,15 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QMessageBox,
-    QScrollArea,
     QWidget,
 )
 from windows import calibrate, dialog_of, quiet_window
 
-from underfoot.calibration.declaration import MeasurementSetup
 from underfoot.calibration.procedure import Page
-from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import PressRequest, Sound
 from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement, DeviceError
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, WatchedRig
 from underfoot.widgets.calibrate.page_view import PageView
@@ -341,6 +336,38 @@ def test_another_target_ends_the_measurement(driver):
     assert not driver.workspace.overview.begin.isEnabled()
 
 
+def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_path):
+    window, made = quiet_window(qtbot, tmp_path), []
+    window.workspaces.create_all()
+    tile = default_floor().tiles[0]
+    make = partial(weighing(made, by_hand=True).make, Target(default_floor()), tile, Profile(tile="t1"), "")
+    measurement = Measurement(make, by_hand=True, pace=Pace(0.0, 0.0), parent=window)
+    wizard = calibrate(window).wizard
+    wizard.begin(measurement, tile, "Bell", None)
+    measurement.start()
+    try:
+        for page in ("setup", "weigh"):
+            qtbot.waitUntil(lambda page=page: wizard.snapshot is not None and wizard.snapshot.page.key == page)
+            made[0][1].hand_n = 90.0
+            wizard.go_on()
+        qtbot.waitUntil(lambda: wizard.would_lose)
+        window.close()
+        assert window.isVisible()
+        assert window.workspaces.chosen == "Calibrate"
+        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+        assert window.isVisible()
+        window.close()
+        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
+        assert not window.isVisible()
+    finally:
+        measurement.stop()
+        measurement.join()
+
+
+def _button(window, button):
+    return dialog_of(window, QMessageBox).button(button)
+
+
 # --- hardware ---
 
 
@@ -384,9 +411,6 @@ def test_a_page_that_waits_for_a_person_says_so(qtbot, tmp_path):
     assert driver.page == "weigh"
 
 
-# --- hands and eyes ---
-
-
 def test_a_line_that_is_gone_while_a_page_asks_loses_nothing(qtbot, tmp_path):
     driver = CalibrateDriver(qtbot, tmp_path, kind="serial")
     driver.click(driver.workspace.overview.begin)
@@ -402,99 +426,3 @@ def test_a_line_that_is_gone_while_a_page_asks_loses_nothing(qtbot, tmp_path):
     driver.click(driver.wizard.going)
     driver.wait(lambda: driver.page == "note")
     assert driver.workspace.is_measuring
-
-
-def test_everything_that_takes_the_focus_has_a_name(driver):
-    driver.begin()
-    for page in PAGES:
-        driver.go(page)
-        for widget in driver.workspace.findChildren(QWidget):
-            if widget.isVisible() and widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None:
-                text = widget.text() if isinstance(widget, QAbstractButton) else ""
-                assert widget.accessibleName() or text, (page, widget)
-
-
-def test_tab_goes_through_the_fields_and_then_the_buttons(driver):
-    driver.begin()
-    first, second = driver.wizard.page.editors
-    order = []
-    for _ in range(8):
-        order.append(QApplication.focusWidget())
-        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
-    assert order[0] is first.field
-    assert order.index(second.box) < order.index(driver.wizard.leaving) < order.index(driver.wizard.going)
-
-
-def test_nothing_overlaps_or_is_cut_off_at_the_smallest_size(driver):
-    driver.begin()
-    for page in PAGES:
-        driver.go(page)
-        for view in (driver.wizard, driver.wizard.page if page != "result" else driver.wizard.result):
-            inside = view.rect()
-            for widget in view.children():
-                if isinstance(widget, QWidget) and widget.isVisible():
-                    assert inside.contains(widget.geometry()), (page, widget)
-        buttons = sorted(
-            (b.geometry() for b in driver.wizard.leaving.parentWidget().findChildren(QAbstractButton) if b.isVisible()),
-            key=lambda place: place.x(),
-        )
-        assert all(a.right() < b.left() for a, b in itertools.pairwise(buttons))
-
-
-@pytest.mark.parametrize("kind", list(CALIBRATIONS))
-def test_questions_are_scrolled_where_the_window_is_too_low_for_them(qtbot, kind):
-    procedure = CALIBRATIONS[kind]().procedure(MeasurementSetup(default_floor().tiles[0], Profile(tile="t1")))
-    window = QWidget()
-    qtbot.addWidget(window)
-    window.resize(300, 1000)
-    view = PageView()
-    view.setParent(window)
-    view.set_tile(default_floor().tiles[0])
-    view.show_page(procedure.page)
-    view.resize(300, 240)
-    show(qtbot, window)
-    for editor in view.editors:
-        assert editor.height() >= editor.minimumSizeHint().height(), editor.parameter.name
-    view.resize(300, 1000)
-    QApplication.processEvents()
-    last = view.editors[-1]
-    assert last.visibleRegion().boundingRect() == last.rect()  # where there is room, nothing is scrolled
-
-
-def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_path):
-    window, made = quiet_window(qtbot, tmp_path), []
-    window.workspaces.create_all()
-    tile = default_floor().tiles[0]
-    make = partial(weighing(made, by_hand=True).make, Target(default_floor()), tile, Profile(tile="t1"), "")
-    measurement = Measurement(make, by_hand=True, pace=Pace(0.0, 0.0), parent=window)
-    wizard = calibrate(window).wizard
-    wizard.begin(measurement, tile, "Bell", None)
-    measurement.start()
-    try:
-        for page in ("setup", "weigh"):
-            qtbot.waitUntil(lambda page=page: wizard.snapshot is not None and wizard.snapshot.page.key == page)
-            made[0][1].hand_n = 90.0
-            wizard.go_on()
-        qtbot.waitUntil(lambda: wizard.would_lose)
-        window.close()
-        assert window.isVisible()
-        assert window.workspaces.chosen == "Calibrate"
-        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
-        assert window.isVisible()
-        window.close()
-        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
-        assert not window.isVisible()
-    finally:
-        measurement.stop()
-        measurement.join()
-
-
-def _button(window, button):
-    return dialog_of(window, QMessageBox).button(button)
-
-
-def test_a_tile_with_a_long_id_makes_the_panel_no_wider(driver):
-    tile = msgspec.structs.replace(default_floor(1, 1).tiles[0], id="jump-field-front-left-entrance")
-    driver.workspace.set_target(Target(Floor((tile,))))
-    area = driver.workspace.choice.findChild(QScrollArea)
-    assert area.widget().minimumSizeHint().width() <= area.viewport().width()
