@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.calibration.procedure import Page, PageProgress, Procedure, step
 from underfoot.calibration.result import Inconclusive, Result
-from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
+from underfoot.calibration.rig import STOPPED, PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement, DeviceError, UnderfootError
 
@@ -369,7 +369,7 @@ class WatchedRig:
     def play(self, sound: Sound) -> NDArray[np.float64]:
         recorded = None if self._is_silenced else self._rig.play(sound)
         if recorded is None or self._is_silenced:
-            raise BadMeasurement("the sound was stopped; take it again")
+            raise BadMeasurement(STOPPED)
         return recorded
 
     def allow(self) -> None:

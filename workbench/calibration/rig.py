@@ -89,6 +89,8 @@ def _joined(one: NDArray[np.float64] | None, two: NDArray[np.float64] | None) ->
 
 
 NO_READINGS = Readings(np.empty(0), np.empty((0, 4)), None)
+STOPPED = "the sound was stopped; take it again"
+"""What `BadMeasurement` says of a sound that was silenced."""
 
 
 class Rig(Protocol):

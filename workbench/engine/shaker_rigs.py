@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
+from underfoot.calibration.rig import NO_READINGS, STOPPED, PressRequest, Readings, Sound
 from underfoot.devices.outputs import card_channels
 from underfoot.devices.sound import MAX_CHANNELS, STILL_S, PlayRecord, device_of, pairs_up_to, portaudio
 from underfoot.engine.card_process import CardProcess
@@ -19,7 +19,6 @@ from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.quantities import counted
 
 _TAIL_S = 0.5
-_STOPPED = "the sound was stopped; take it again"
 
 
 def require_channel(device: Mapping[str, Any], kind: str, wanted: int) -> int:
@@ -73,7 +72,7 @@ class SoundCard:
         self._is_silenced = False
         self._card.call("open", sound)
         if self._is_silenced:
-            raise BadMeasurement(_STOPPED)
+            raise BadMeasurement(STOPPED)
         lasts_s = sound.signal.size / sound.rate_hz + _TAIL_S
         recorded: NDArray[np.float64] = self._card.call("play", within_s=lasts_s + STILL_S)
         return recorded
@@ -117,7 +116,7 @@ class _OpenCard:
         assert play_record is not None
         play_record.run()
         if play_record.silenced:
-            raise BadMeasurement(_STOPPED)
+            raise BadMeasurement(STOPPED)
         if play_record.played_frames < len(play_record.recorded):
             raise BadMeasurement("the sound card lost samples and stopped; is it plugged in? Take it again")
         if play_record.lost:
