@@ -184,10 +184,7 @@ def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Tes
         df = (float(len(difference) - 1),)
         found.append(Test(f"{one} - {other}", "t", float(statistic), df, float(p), "Cohen's d", size))
     corrected = statsmodels("stats.multitest").multipletests([one.p for one in found], method="bonferroni")[1]
-    return [
-        Test(one.name, one.statistic, one.value, one.df, float(p), one.effect, one.size)
-        for one, p in zip(found, corrected, strict=True)
-    ]
+    return [replace(one, p=float(p)) for one, p in zip(found, corrected, strict=True)]
 
 
 def spearman(name: str, x: ArrayLike, y: ArrayLike) -> Test:
