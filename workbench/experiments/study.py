@@ -18,7 +18,7 @@ from underfoot.experiments.latin_square import Turn
 from underfoot.experiments.method import BLOCK_ROW, COUNTERBALANCED, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
-from underfoot.experiments.questions import ask, needs_answer, unanswered, yes_or_no
+from underfoot.experiments.questions import YES, ask, needs_answer, unanswered, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import IDENTIFIER, Number, Parameter
@@ -266,7 +266,7 @@ class Study:
                 raise unanswered(question)
         checked = {question.name: question.check(values.get(question.name, question.default)) for question in questions}
         if self._page.kind == "consent":
-            require(checked[AGREED] == "yes", AGREED, checked[AGREED], "yes; who does not agree does not take part")
+            require(checked[AGREED] == YES, AGREED, checked[AGREED], "yes; who does not agree does not take part")
         return checked
 
     def _take_again(self, entry: Entry, number: int) -> None:

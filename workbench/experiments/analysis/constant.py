@@ -19,6 +19,7 @@ from underfoot.experiments.analysis.psychometric import NAMES, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import GUESSED
+from underfoot.experiments.questions import YES
 from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
 
 _STIFFNESS = "stiffness_n_mm"
@@ -35,7 +36,7 @@ def judged_more(row: Row) -> bool:
     True
     """
     if row.get("felt"):
-        return bool(row["felt"] == "yes")
+        return bool(row["felt"] == YES)
     chosen = row["interval"] == row["comparison_at"]
     return bool(chosen != (row.get("judged_more") == "not chosen"))
 

@@ -11,7 +11,7 @@ from underfoot.experiments.analysis.comparisons import paired_t, repeated_measur
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, by_value, factors_of, grouped
+from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
 
 _NOTE = (
     "Corrected: by Greenhouse and Geisser, with df times epsilon. The p above it assumes sphericity: where the "
@@ -56,7 +56,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
 
 def _without_vibration(rows: Sequence[Row]) -> str:
     """Return the condition whose level is 0, "" for none."""
-    found = {str(row["stimulus"]) for row in rows if row.get("level_m_s2") == 0.0}
+    found = {str(row["stimulus"]) for row in rows if row.get(LEVEL) == 0.0}
     return min(found) if found else ""
 
 
@@ -64,7 +64,7 @@ def _factors(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[Row]]:
     """Return the factors of the conditions, and their rows, without the condition without vibration."""
     plain = _without_vibration(rows)
     kept = [row for row in rows if row["stimulus"] != plain]
-    return tuple(name for name in factors_of(kept) if name != "level_m_s2"), kept
+    return tuple(name for name in factors_of(kept) if name != LEVEL), kept
 
 
 def _are_crossed(rows: Sequence[Row], factors: Sequence[str]) -> bool:

@@ -13,7 +13,8 @@ from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import Staircase, Staircases, balanced_share, is_yes, move
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.questions import YES
+from underfoot.experiments.table import LEVEL, Row, grouped
 
 _COLOURS = ("force", "vibration", "contact", "events")
 
@@ -123,15 +124,15 @@ def _beside(rows: Sequence[Row], settings: Settings) -> str:
 def _references(rows: Sequence[Row]) -> dict[tuple[str, str], float]:
     """Return each person's level of each stimulus in m/s^2, at 0 dB; a level that a participant set is in it."""
     return {
-        (str(row["participant"]), str(row["comparison"])): float(row["level_m_s2"]) / 10.0 ** (row["level_db"] / 20.0)
+        (str(row["participant"]), str(row["comparison"])): float(row[LEVEL]) / 10.0 ** (row["level_db"] / 20.0)
         for row in rows
-        if row.get("comparison") and row.get("level_m_s2") not in (None, "")
+        if row.get("comparison") and row.get(LEVEL) not in (None, "")
     }
 
 
 def _false_alarms(rows: Sequence[Row]) -> tuple[int, int]:
     empty = [row for row in rows if row.get("catch")]
-    return sum(row.get("felt") == "yes" for row in empty), len(empty)
+    return sum(row.get("felt") == YES for row in empty), len(empty)
 
 
 def _drawn(person: str, rows: Sequence[Row], settings: Settings) -> Drawing:

@@ -17,6 +17,7 @@ from underfoot.experiments.analysis.estimate import (
 )
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.questions import YES
 from underfoot.experiments.table import Row, by_value, grouped, shares_by_person
 
 FACTORS = {
@@ -90,7 +91,7 @@ def _selected(rows: Sequence[Row]) -> tuple[int, int]:
 
 
 def _is_selected(row: Row) -> bool:
-    return bool(row["selected"] == "yes")
+    return bool(row["selected"] == YES)
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
