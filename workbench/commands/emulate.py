@@ -13,7 +13,7 @@ import click
 
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import require_seconds, takes_options
 from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
@@ -128,8 +128,7 @@ def emulate(options: EmulateOptions) -> None:
     if len(options.senders) != 1:
         forms = ", ".join(f"--{sender.option} {sender.option_value}".strip() for sender in _SENDERS.values())
         raise BadValue(f"{len(options.senders) or 'no'} transports are given; allowed: one of {forms}")
-    if options.seconds is not None and not options.seconds > 0.0:
-        raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
+    require_seconds(options.seconds)
     if not abs(options.drift) < 20_000.0:
         raise BadValue(f"--drift is {options.drift:g}; allowed: -20000 to 20000 ppm")
     injector = _injector(options)

@@ -12,12 +12,12 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import require_seconds, takes_options
 from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile
 
 if TYPE_CHECKING:
     from underfoot.floor.step_finder import Detections
@@ -72,8 +72,7 @@ def monitor(options: MonitorOptions) -> None:
     """Print footsteps as they happen."""
     from underfoot import monitoring
 
-    if options.seconds is not None and not options.seconds > 0.0:
-        raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
+    require_seconds(options.seconds)
     inputs = (options.source, options.floor, options.patch)
     require_outputs_writable(options.steps, options.contacts, options.record, inputs=inputs)
     stream = monitoring.open_stream(

@@ -8,6 +8,7 @@ from typing import TypeVar
 import click
 
 from underfoot.commands.files import FILE, FileOrPreset
+from underfoot.errors import BadValue
 from underfoot.options import Option, options_of
 
 Options = TypeVar("Options")
@@ -62,3 +63,14 @@ def takes_options(kind: type[Options]) -> Callable[[Callable[[Options], None]], 
         return run
 
     return wrap
+
+
+def require_seconds(seconds: float | None) -> None:
+    """Raise `BadValue` for a `--seconds` that is given and not above 0.
+
+    >>> require_seconds(-1.0)
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: --seconds is -1; allowed: above 0
+    """
+    if seconds is not None and not seconds > 0.0:
+        raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")

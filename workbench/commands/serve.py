@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import require_seconds, takes_options
 from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
@@ -90,8 +90,7 @@ def serve(options: ServeOptions) -> None:
     from underfoot.patch.patch import Patch
     from underfoot.studies.markers import lsl_library
 
-    if options.seconds is not None and not options.seconds > 0.0:
-        raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
+    require_seconds(options.seconds)
     if not -120.0 <= options.level <= 0.0:
         raise BadValue(f"--level is {options.level:g}; allowed: -120 to 0 dB")
     require_outputs_writable(options.record, inputs=(options.target, options.floor, options.patch))
