@@ -57,7 +57,7 @@ class Conversion:
     """
 
     def __init__(self, floor: Floor, profiles: Mapping[str, Profile]) -> None:
-        notices = list(uncalibrated(floor, profiles, "20 counts a newton are assumed"))
+        notices = list(uncalibrated(floor, profiles, f"{NOMINAL_COUNTS_A_NEWTON:g} counts a newton are assumed"))
         for tile in floor.tiles:
             profile = profiles.get(tile.id)
             if profile is not None and profile.is_calibrated:
