@@ -24,6 +24,7 @@ from underfoot.devices.silent_tiles import SilentTiles
 from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.errors import require
+from underfoot.floor.forces import LEAST_HZ, MOST_HZ
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 
@@ -49,7 +50,7 @@ class DeviceFloor:
         form: str = "auto",
         beside: Sequence[int] = (),
     ) -> None:
-        require(20.0 <= rate_hz <= 100_000.0, "rate_hz", rate_hz, "20 to 100000 Hz")
+        require(LEAST_HZ <= rate_hz <= MOST_HZ, "rate_hz", rate_hz, f"{LEAST_HZ:g} to {MOST_HZ:g} Hz")
         self.floor, self.rate_hz = floor, rate_hz
         self.stamps, self.arrivals, self.forces = buffers = sample_buffers(floor)
         self.clocks = DeviceClocks(len(floor.tiles), rate)

@@ -13,7 +13,7 @@ from underfoot.devices.transport import asked
 from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
 from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import names_file
-from underfoot.floor.forces import ForceSeries
+from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import profiles_of
 from underfoot.floor.simulated_plates import PlateOutput
@@ -77,8 +77,8 @@ def simulation_of(text: str) -> str | None:
 def live_target(name: str, floor: str | Path | None = None, sensor_hz: float | None = None) -> Target | None:
     """Return the simulator or hardware of this name on the floor in a file, by default the default floor.
 
-    Return None for another name, such as a file's. `sensor_hz`: what the tiles of hardware send, 20 to 100000 samples
-    per second; by default 1000. Raise `BadValue` for a rate outside of that, or of what has its own.
+    Return None for another name, such as a file's. `sensor_hz`: how many samples per second the tiles of hardware
+    send, `LEAST_HZ` to `MOST_HZ`; by default 1000. Raise `BadValue` for a rate outside of that, or of what has its own.
 
     >>> live_target("udp:127.0.0.1:9000").kind, live_target("simulator:people=2").simulation, live_target("walk.csv")
     ('udp', 'people=2', None)
@@ -89,8 +89,8 @@ def live_target(name: str, floor: str | Path | None = None, sensor_hz: float | N
     if sensor_hz is not None:
         if hardware is None:
             raise BadValue(f"--sensor-rate is for tiles of hardware; {name} has its own rate")
-        if not 20.0 <= sensor_hz <= 100_000.0:
-            raise BadValue(f"--sensor-rate is {sensor_hz:g}; allowed: 20 to 100000 Hz")
+        if not LEAST_HZ <= sensor_hz <= MOST_HZ:
+            raise BadValue(f"--sensor-rate is {sensor_hz:g}; allowed: {LEAST_HZ:g} to {MOST_HZ:g} Hz")
     if hardware is None and simulation is None:
         return None
     kind, source = hardware or ("simulator", "")

@@ -32,6 +32,7 @@ from underfoot.errors import require
 from underfoot.floor import tracking
 from underfoot.floor.baselines import bring_up_noise, renew_all
 from underfoot.floor.feet import FootFinder
+from underfoot.floor.forces import LEAST_HZ, MOST_HZ
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tracker_memory import BEGAN, tracker_memory
 
@@ -144,7 +145,7 @@ class ContactTracker:
     """
 
     def __init__(self, floor: Floor, rate_hz: float) -> None:
-        require(20.0 <= rate_hz <= 100_000.0, "rate_hz", rate_hz, "20 to 100000 Hz")
+        require(LEAST_HZ <= rate_hz <= MOST_HZ, "rate_hz", rate_hz, f"{LEAST_HZ:g} to {MOST_HZ:g} Hz")
         self.floor = floor
         self.memory = tracker_memory(floor, rate_hz, SLAB, max(GAP_S, 2.5 / rate_hz))
         """Memory of `tracking.follow`. Callers that have the samples in arrays of their own follow them with these in
