@@ -4,6 +4,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
+from underfoot.clock import RATE_HZ
 from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import SENSOR_HZ, WITHOUT_HARDWARE, ForceSource
@@ -31,7 +32,7 @@ class Target(Struct, frozen=True):
     """File of a replay, or address of a transport."""
     sound: str | None = None
     """Name of the sound device; "" for the system's own, None for none."""
-    rate: int = 48_000
+    rate: int = RATE_HZ
     """Frames per second."""
     block: int = 128
     """Frames per block."""
