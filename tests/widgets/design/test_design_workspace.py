@@ -255,6 +255,18 @@ def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_ag
     assert wanted.args[0] == ["step"]
 
 
+@pytest.mark.parametrize("strengths", [(1.0, 0.2), (0.2, -1.0), (-1.0, -0.1)])
+def test_events_of_any_sign_are_drawn_within_their_node(workspace, qapp, strengths):
+    canvas, step = workspace.canvas, workspace.canvas.patch_scene.nodes["step"]
+    room = canvas.mapFromScene(step.mapToScene(step.geometry.rect)).boundingRect()
+    below = room.translated(0, room.height() + 1)
+    bare = [canvas.viewport().grab(area).toImage() for area in (room, below)]
+    step.set_curve(np.array([(0.3, strengths[0]), (0.6, strengths[1])]))
+    drawn = [canvas.viewport().grab(area).toImage() for area in (room, below)]
+    assert drawn[0] != bare[0]
+    assert drawn[1] == bare[1]
+
+
 def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
     QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
     with qtbot.waitSignal(workspace.previews.preview_requested):
