@@ -6,7 +6,7 @@ import numpy as np
 
 from underfoot.kernels import Floats
 
-_SHARE = 0.618  # of the interval that a step leaves
+_SHARE = 0.5 * (5.0**0.5 - 1.0)  # of the interval that a step leaves: one of its two places is one of the next step's
 
 
 def least_at(error: Callable[[float], float], tried: Floats, steps: int) -> float:
@@ -19,7 +19,14 @@ def least_at(error: Callable[[float], float], tried: Floats, steps: int) -> floa
     """
     best = int(np.argmin([error(float(one)) for one in tried]))
     low, high = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, tried.size - 1)])
-    for _ in range(steps):
-        one, two = high - _SHARE * (high - low), low + _SHARE * (high - low)
-        low, high = (low, two) if error(one) < error(two) else (one, high)
+    one, two = high - _SHARE * (high - low), low + _SHARE * (high - low)
+    errors = error(one), error(two)
+    for _ in range(steps - 1):
+        if errors[0] < errors[1]:
+            high, two, one = two, one, two - _SHARE * (two - low)
+            errors = error(one), errors[0]
+        else:
+            low, one, two = one, two, one + _SHARE * (high - one)
+            errors = errors[1], error(two)
+    low, high = (low, two) if errors[0] < errors[1] else (one, high)
     return 0.5 * (low + high)

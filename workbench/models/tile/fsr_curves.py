@@ -207,9 +207,11 @@ def _best_of(
 
     def error(s: float) -> tuple[float, float]:
         h = made(s)[1](x)
-        square = float((w * h * h).sum())
-        a = float((w * h * f).sum()) / square if square > 0.0 else 0.0
-        return float((w * (f - a * h) ** 2).sum()), a
+        weighted = w * h
+        square = float(weighted @ h)
+        a = float(weighted @ f) / square if square > 0.0 else 0.0
+        left = f - a * h
+        return float((w * left) @ left), a
 
     s = least_at(lambda s: error(s)[0], shapes, 40)
     _, a = error(s)
