@@ -158,8 +158,9 @@ def _require_one_unit(sensors: list[tuple[Floats, Floats]]) -> None:
     """Refuse a sensor whose forces are in another unit than the others', at the same distance from rest."""
     known: dict[int, tuple[Floats, Floats]] = {}
     for j, (reading, force) in enumerate(sensors):
-        if force.size >= 4 and abs(rank_correlation(reading, force)) >= 0.5:
-            x = direction_of(reading, force) * reading
+        follows = rank_correlation(reading, force) if force.size >= 4 else 0.0
+        if abs(follows) >= 0.5:
+            x = reading if follows > 0.0 else -reading
             order = np.argsort(x, kind="stable")
             known[j] = (x[order] - x.min(), force[order])
     tops = {j: float(x[-1]) for j, (x, _) in known.items()}

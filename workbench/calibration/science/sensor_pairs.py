@@ -113,7 +113,7 @@ def _insufficient(reading: Floats, force_n: Floats, full_scale_n: float) -> str:
     """Return why these pairs are too few, or too similar; "" if they are not."""
     if reading.size == 0:
         return "it has no pairs"
-    distinct = np.unique(np.stack([reading, force_n]), axis=1).shape[1]
+    distinct = len(set(zip(reading.tolist(), force_n.tolist(), strict=True)))  # NumPy would sort the pairs
     if distinct < 4:
         return f"it has only {distinct} different pairs; at least 4 are needed"
     if np.unique(force_n).size < 3:
