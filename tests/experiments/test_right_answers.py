@@ -2,7 +2,6 @@
 
 import pytest
 from made_studies import TD, made_protocol, walked
-from statsmodels.stats.proportion import proportion_confint
 
 from underfoot.errors import BadFile
 from underfoot.experiments.analysis.analyses import analysed
@@ -44,6 +43,8 @@ def test_words_are_chosen_and_told_right_or_wrong(words):
 
 
 def test_shares_of_right_answers_are_those_of_each_condition(words):
+    from statsmodels.stats.proportion import proportion_confint  # here: all processes of the tests read this file
+
     study = Study(words, "P1")
     walked(study, always("sand"))
     (found,) = analysed(rows_of(words, "P1", study.entries), words, Settings())
