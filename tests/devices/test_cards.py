@@ -33,6 +33,15 @@ def test_cards_that_cannot_be_are_refused_in_one_line(text, says):
         outputs_of(text)
 
 
+def test_an_engine_that_refuses_its_cards_says_one_line(until, monkeypatch, capfd):
+    """Python wrote twenty more of memory that nothing had released."""
+    monkeypatch.setattr("underfoot.engine.session.MOST_DEATHS", 0)
+    with live(hum(), until, sound="a; a") as playing:
+        playing.until(lambda: playing.of(OutputChanged), "it is given up")
+    assert playing.of(Notice)[0].text == "the engine stopped: sound device is 'a; a'; allowed: each card once"
+    assert capfd.readouterr().err == ""
+
+
 @pytest.mark.parametrize("text", ["", "USB Audio: - (hw:1,0)=18; default", "a; b; c=3"])
 def test_the_text_of_cards_is_read_as_it_is_written(text):
     assert text_of(outputs_of(text)) == text

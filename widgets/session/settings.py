@@ -6,8 +6,10 @@ from typing import Annotated
 
 import msgspec
 
+from underfoot.devices.outputs import outputs_of
 from underfoot.documents import placed, plain_json
-from underfoot.errors import BadFile
+from underfoot.engine.commands import SILENT_DB
+from underfoot.errors import BadFile, BadValue
 from underfoot.files import read_file, write_file
 from underfoot.network.plan import LISTEN_PORT, SEND_PORT, TUIO_PORT, loopback
 from underfoot.widgets.controls.true_scale import Placement
@@ -68,7 +70,7 @@ class Settings(msgspec.Struct):
     rate: Annotated[int, msgspec.Meta(ge=8000, le=192_000)] = 48_000
     block: Annotated[int, msgspec.Meta(ge=8, le=8192)] = 128
     accelerometers: str = ""
-    level_db: float = LOW_LEVEL_DB
+    level_db: Annotated[float, msgspec.Meta(ge=SILENT_DB, le=0.0)] = LOW_LEVEL_DB
     folder: str = ""
     references: dict[str, str] = {}
     projector_scale: float = 1.0
@@ -114,9 +116,14 @@ class Settings(msgspec.Struct):
         made, refused = Settings(), []
         for name in filter(raw.__contains__, Settings.__struct_fields__):
             try:
-                setattr(made, name, getattr(msgspec.convert({name: raw[name]}, Settings), name))
+                value = getattr(msgspec.convert({name: raw[name]}, Settings), name)
+                if name == "sound" and value is not None:
+                    outputs_of(value)
+                setattr(made, name, value)
             except msgspec.ValidationError as error:
                 refused.append(f"{path}: {placed(error, raw)}; {getattr(made, name)!r} is used")
+            except BadValue as error:
+                refused.append(f"{path}: $.{name}: {error}; {getattr(made, name)!r} is used")
         return made, refused
 
     def save(self, folder: Path) -> None:

@@ -64,7 +64,6 @@ class Engine:
     def __init__(self, connection: Connection, setup: Setup, rehearsed: Setup | None = None) -> None:
         """Create the engine; `rehearsed` is the setup whose kernels are already loaded."""
         self._connection, self._setup = connection, setup
-        self.memory = SessionMemory.open(setup.memory)
         target = setup.target
         patch = Patch.loads(setup.patch, REGISTRY)
         channels, sound_channel = output_channels(target.floor), None
@@ -87,6 +86,7 @@ class Engine:
             patch = Patch()
         passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
         frame = next_span(setup.frame + round(passed_s * target.rate))
+        self.memory = SessionMemory.open(setup.memory)  # after what is refused: then nothing would release it
         self.memory.skip(frame)
         self.loop = Loop(patch, REGISTRY, source_of(target, frame), replace(options, frame=frame))
         self.runner = BlockRunner(self.loop, self.memory)

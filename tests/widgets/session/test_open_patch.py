@@ -260,13 +260,23 @@ def test_settings_that_cannot_be_read_are_the_first_ones_and_kept_beside_them(qt
 
 
 def test_a_setting_that_is_not_allowed_is_the_usual_one_and_that_is_said(qtbot, tmp_path):
-    """A rate or a block of 0 ended the engine at each start, and a text in its place all other settings with it."""
-    given = {"rate": 0, "block": 10**9, "level_db": "loud", "stars": ["gravel.json"]}
+    """A rate or a block of 0 ended the engine at each start, and a text in its place all other settings with it; a
+    level that no number of tenths can hold was an error of Python's.
+    """
+    given = {"rate": 0, "block": 10**9, "sound": "a; a", "level_db": 1e308, "text_size": "big", "stars": ["g.json"]}
     (tmp_path / "settings.json").write_text(json.dumps(given, indent=1))
     window = quiet_window(qtbot, tmp_path)
-    assert window.settings == Settings(stars=["gravel.json"], first_steps_done=True)
+    assert window.settings == Settings(stars=["g.json"], first_steps_done=True)
     said = dialog_of(window, FileErrorDialog).error_text.text()
-    assert said == "Line 4: level_db is 'loud'; allowed: a number; -30.0 is used"
+    assert said == "Line 6: text_size is 'big'; allowed: a whole number; 100 is used"
+    refused = [line.partition("$.")[2] for line in Settings.read(tmp_path)[1]]
+    assert refused == [
+        "sound: sound device is 'a; a'; allowed: each card once; '' is used",
+        "rate is 0; allowed: a whole number >= 8000; 48000 is used",
+        "block is 1000000000; allowed: a whole number <= 8192; 128 is used",
+        "level_db is 1e+308; allowed: a number <= 0.0; -30.0 is used",
+        "text_size is 'big'; allowed: a whole number; 100 is used",
+    ]
     window.close()
     assert Settings.read(tmp_path) == (window.settings, [])
 
