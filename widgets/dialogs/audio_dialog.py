@@ -111,11 +111,13 @@ class AudioDialog(QDialog):
         super().hideEvent(event)
 
     def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
-        """Show the present settings."""
+        """Show the present settings; a rate or block that is not offered, as of a file edited by hand, is added."""
         self.accelerometers.setText(accelerometers)
         self.cards.show_text(device)
-        for box, value in ((self.rate, rate_hz), (self.block, block)):
-            box.setCurrentIndex(max(0, index_of(box, value)))
+        for box, value, add in ((self.rate, rate_hz, self._add_rate), (self.block, block, self._add_block)):
+            if index_of(box, value) < 0:
+                add(value)
+            box.setCurrentIndex(index_of(box, value))
         self._update_note()
 
     def values(self) -> tuple[str | None, int, int, str]:
@@ -125,9 +127,15 @@ class AudioDialog(QDialog):
 
     def _fill(self) -> None:
         for rate_hz in RATES_HZ:
-            self.rate.addItem(f"{rate_hz / 1000:g} kHz", rate_hz)
+            self._add_rate(rate_hz)
         for block in BLOCKS:
-            self.block.addItem(f"{block} frames", block)
+            self._add_block(block)
+
+    def _add_rate(self, rate_hz: int) -> None:
+        self.rate.addItem(f"{rate_hz / 1000:g} kHz", rate_hz)
+
+    def _add_block(self, block: int) -> None:
+        self.block.addItem(f"{block} frames", block)
 
     def _show_devices(self, devices: list[Device]) -> None:
         self.cards.search_again.setEnabled(True)

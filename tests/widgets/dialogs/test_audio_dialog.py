@@ -30,6 +30,9 @@ def test_what_is_in_use_is_what_is_shown(qtbot):
     assert dialog.values() == ("Headphones", 44_100, 256, "")
     assert "2 channels" in dialog.cards.rows[0].device_box.currentText()
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
+    dialog.set_values("Headphones", 192_000, 16)  # which a settings file may have
+    assert dialog.values() == ("Headphones", 192_000, 16, "")
+    assert (dialog.rate.currentText(), dialog.block.currentText()) == ("192 kHz", "16 frames")
 
 
 def test_opening_it_prints_no_warning_of_qt(qtbot, qtlog):
