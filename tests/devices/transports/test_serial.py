@@ -70,7 +70,7 @@ def test_a_port_belongs_to_one():
     one, other = SerialTransport(sender.name), SerialTransport(sender.name)
     one.open()
     try:
-        with pytest.raises(DeviceError, match="cannot be opened: another program has it"):
+        with pytest.raises(DeviceError, match="cannot be opened: another program has it, or Underfoot itself"):
             other.open()
     finally:
         one.close()

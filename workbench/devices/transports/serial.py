@@ -21,6 +21,7 @@ BAUD = 1_000_000
 USB.
 """
 _PATIENCE_S = 0.05
+_TAKEN = "another program has it, or Underfoot itself, as for a plate or a trigger"
 
 
 class PtySender(Sender):
@@ -195,8 +196,8 @@ def port_reason(error: Exception) -> str:
         errno.EIO: "it was unplugged",
         errno.EACCES: "it may not be opened"
         + ("; is the user in the group dialout?" if sys.platform == "linux" else ""),
-        errno.EBUSY: "another program has it",
-        errno.EAGAIN: "another program has it",  # and has locked it
+        errno.EBUSY: _TAKEN,
+        errno.EAGAIN: _TAKEN,  # it is locked
         errno.EISDIR: "it is a folder",
         errno.ENOTTY: "it is no serial port",
     }
