@@ -99,6 +99,11 @@ class DeviceFloor:
         return self.reader.parser.counts
 
     @property
+    def lost(self) -> int:
+        """Number of samples of the floor's tiles that did not arrive; what others on the line lost does not count."""
+        return self.reader.parser.lost(len(self.floor.tiles))
+
+    @property
     def late(self) -> int:
         """Number of samples that arrived after their row was handed over."""
         return int(self._progress["late"])

@@ -130,7 +130,7 @@ class CommandListener:
     def _report_costs(self) -> None:
         source = self._loop.source
         if isinstance(source, DeviceFloor):
-            self._status.put(Field.LOST, float(source.counts.lost))
+            self._status.put(Field.LOST, float(source.lost))
             latency_s, block_s = source.latency_s, self._runner.block_s
             self._status.put(Field.LATENCY_S, max(latency_s, block_s))
             self._status.put(Field.HOLD_S, max(latency_s - block_s, 0.0))

@@ -202,6 +202,10 @@ class Parser:
         refused = known["doubled"] + known["stale"]
         return np.stack([known["accepted"], known["missed"], refused, known["foreign"], known["restarts"]], axis=1)
 
+    def lost(self, tiles: int) -> int:
+        """Return how many frames of the first so many tiles did not arrive, as in `FrameCounts`."""
+        return int(self._state.tiles[:tiles]["lost"].sum())
+
     def heard(self, tiles: int) -> NDArray[np.int64]:
         """Return how many valid frames of each of the first so many tiles came, handed over or not."""
         known = self._state.tiles[:tiles]
