@@ -261,8 +261,9 @@ def run(connection: Connection, job: Job) -> None:
         if has_ended and is_empty:
             os.unlink(job.path)
     except (UnderfootError, OSError, sqlite3.Error) as error:
+        why = str(error).replace(f"{job.path} ", "it ")
         with suppress(OSError):
-            connection.send(f"{job.path} is not recorded any further: {error}")
+            connection.send(f"{job.path} is not recorded any further: {why}")
         return
     for reader in readers.values():
         reader.ring.close()
