@@ -60,7 +60,7 @@ def test_a_plate_and_a_trigger_are_chosen_tried_and_remembered(hand, tmp_path):
         hand.switch("trigger")
         hand.qtbot.keyClicks(dialog.trigger.lineEdit(), os.ttyname(slave))
         hand.click(dialog.try_out)
-        assert dialog.note.text() == "Opened: plate, trigger."
+        hand.qtbot.waitUntil(lambda: dialog.note.text() == "Opened: plate, trigger.")
         hand.click(dialog.use_button)
         (chosen,) = hand.used
         assert chosen == EquipmentChoice(plate=f"{emulated.name}:{tmp_path / 'plate.json'}", trigger=os.ttyname(slave))
@@ -83,7 +83,8 @@ def test_what_is_wrong_is_one_line_and_nothing_is_used(hand, tmp_path):
     assert dialog.note.text() == "trigger is ''; allowed: a serial port, as /dev/ttyUSB0 or COM3"
     hand.qtbot.keyClicks(dialog.trigger.lineEdit(), str(tmp_path / "no-port"))
     hand.click(dialog.try_out)
-    assert dialog.note.text().startswith(f"the trigger {tmp_path / 'no-port'} cannot be opened")
+    refused = f"the trigger {tmp_path / 'no-port'} cannot be opened"
+    hand.qtbot.waitUntil(lambda: dialog.note.text().startswith(refused))
     hand.switch("trigger")
     hand.switch("plate")
     hand.qtbot.keyClicks(dialog.plate.lineEdit(), "/dev/ttyACM9")
@@ -99,7 +100,7 @@ def test_a_simulated_plate_needs_no_calibration(hand):
     hand.switch("plate")
     dialog.plate.setCurrentIndex(dialog.plate.findText("simulated"))
     hand.click(dialog.try_out)
-    assert dialog.note.text() == "Opened: plate."
+    hand.qtbot.waitUntil(lambda: dialog.note.text() == "Opened: plate.")
     hand.click(dialog.use_button)
     assert hand.used == [EquipmentChoice(plate="simulated")]
 
@@ -111,10 +112,14 @@ def test_the_cards_come_while_the_dialog_is_open_and_a_server_that_hangs_holds_n
     try:
         dialog = hand.opened(EquipmentChoice(masking="headphones"))
         assert dialog.masking.currentText() == "headphones"
+        dialog.masking.setCurrentIndex(0)
+        hand.click(dialog.try_out)
+        assert (dialog.note.text(), dialog.use_button.isEnabled()) == ("Opening…", False)
         hand.click(dialog.buttons.button(QDialogButtonBox.StandardButton.Cancel))
         assert not dialog.isVisible()
     finally:
         os.kill(server, signal.SIGCONT)
+    dialog.trial.join()
     dialog = hand.opened(EquipmentChoice(masking="headphones"))
     hand.qtbot.waitUntil(lambda: dialog.masking.findText("uf") > 0)
     assert dialog.masking.currentText() == "headphones"

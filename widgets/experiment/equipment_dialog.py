@@ -28,7 +28,7 @@ from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import default_floor
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
-from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.controls.choice_box import name_control
 from underfoot.widgets.controls.file_dialog import file_dialog
 
@@ -82,6 +82,9 @@ class EquipmentDialog(QDialog):
         self.buttons.rejected.connect(self.reject)
         self._cards, self.search = CardSearch(), BackgroundWorker(self)
         self.search.found.connect(self._show_devices)
+        self.trial = BackgroundWorker(self)
+        self.trial.found.connect(self._show_trial)
+        self.trial.failed.connect(self._show_failure)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -90,6 +93,7 @@ class EquipmentDialog(QDialog):
 
     def hideEvent(self, event: QHideEvent) -> None:
         self._cards.give_up()
+        self.trial.stop()  # which closes again what it opens
         self.search.stop()
         self.search.join()
         super().hideEvent(event)
@@ -120,13 +124,33 @@ class EquipmentDialog(QDialog):
         self.accept()
 
     def _try_out(self) -> None:
+        """Open the equipment in a thread: a sound server that hangs is waited for, and a card takes its time, too."""
         try:
             chosen = self.choice()
-            chosen.opened(Sounds(noise="pink"), default_floor(), _TRIED_HZ).close()
         except UnderfootError as error:
             self._show_note(str(error), "alarm")
             return
-        self._show_note(f"Opened: {chosen.text}." if chosen.text else "Nothing is chosen.", "good")
+
+        def opened(_: Task) -> list[str]:
+            chosen.opened(Sounds(noise="pink"), default_floor(), _TRIED_HZ).close()
+            return [f"Opened: {chosen.text}." if chosen.text else "Nothing is chosen."]
+
+        self._set_trying(True)
+        self._show_note("Opening…", "muted")
+        self.trial.compute(opened)
+
+    def _set_trying(self, on: bool) -> None:
+        """Let nothing else open what is being tried."""
+        for button in (self.try_out, self.use_button):
+            button.setDisabled(on)
+
+    def _show_trial(self, lines: list[str]) -> None:
+        self._set_trying(False)
+        self._show_note(lines[0], "good")
+
+    def _show_failure(self, why: str) -> None:
+        self._set_trying(False)
+        self._show_note(why, "alarm")
 
     def _show_devices(self, cards: list[Card]) -> None:
         for name in dict.fromkeys(card.name for card in cards):
