@@ -4,6 +4,7 @@ import html
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from underfoot.drawing.page import facts_table, made_by, page
@@ -11,14 +12,24 @@ from underfoot.drawing.svg import svg
 from underfoot.experiments.analysis.findings import Findings, Table, cell_text
 from underfoot.files import make_folder, write_file
 
+_LINE = 100
+"""Characters of a line of text."""
+
 
 def text_of(findings: Sequence[Findings]) -> str:
-    """Format the tables in succession, with their notes and the remarks."""
+    """Format the tables in succession, with their notes and the remarks, which are read without scrolling aside.
+
+    >>> print(text_of([Findings("Rating", remarks=["Left out: " + "somebody, " * 9 + "and others."])]))
+    Rating
+    <BLANKLINE>
+    Left out: somebody, somebody, somebody, somebody, somebody, somebody, somebody, somebody, somebody,
+    and others.
+    """
     parts: list[str] = []
     for found in findings:
         parts.append(found.title)
         parts += [_lines(table) for table in found.tables]
-        parts += found.remarks
+        parts += [_wrapped(remark) for remark in found.remarks]
     return "\n\n".join(parts)
 
 
@@ -58,7 +69,20 @@ def _lines(table: Table) -> str:
     rows = [table.columns, *(tuple(cell_text(cell) for cell in row) for row in table.rows)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(table.columns))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([table.title, *(f"  {line}" for line in lines), *([f"  ({table.note})"] if table.note else [])])
+    note = [_wrapped(f"({table.note})", "  ")] if table.note else []
+    return "\n".join([table.title, *(f"  {line}" for line in lines), *note])
+
+
+def _wrapped(text: str, indent: str = "") -> str:
+    """Return a text in lines; the words of a path stay whole."""
+    return fill(
+        text,
+        _LINE,
+        initial_indent=indent,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _table_html(table: Table) -> str:
