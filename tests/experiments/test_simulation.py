@@ -102,7 +102,7 @@ def test_why_a_curve_has_no_numbers_or_no_bounds_is_said_below_them(answer, word
     study = Study(made, "P1")
     walked(study, lambda page: {"felt": answer(page.trial)})
     (found,) = analysed(rows_of(made, "P1", study.entries), made, Settings(bootstrap=0))
-    assert found.tables[0].note.startswith(f"Intervals by covariance. {words}")
+    assert found.tables[0].note.startswith(f"Along level, m/s^2. Intervals by covariance. {words}")
 
 
 def test_estimates_of_two_stages_are_beside_the_truth_of_their_own():

@@ -194,9 +194,9 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks += _lapsing(rows, axis, condition, guessed)
     lines = [(str(person), one) for person, several in people.items() for one in several]
     shown = [(person, one) for person, each in lines for one in (each, *([] if guessed else _jnd(each)))]
-    found.tables.append(
-        estimates_table("Curves of each person", "participant", shown, _how(lines, half, guessed, settings))
-    )
+    along = f"Along {axis_label(axis)}{f'; each number is of {axis_label(condition)}' if condition else ''}."
+    how = f"{along} {_how(lines, half, guessed, settings)}"
+    found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     is_thesis = _is_of_thesis(rows, axis, condition)
