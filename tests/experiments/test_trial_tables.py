@@ -257,6 +257,8 @@ def test_a_trial_that_two_files_have_counts_once(tmp_path):
         results_of(paths)
     paths[1].write_text(text.replace("S1,", "S2,"))
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
+    paths[1].write_text(text.replace(",IT", ",WS"))  # the other set, by the same person in another study
+    assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
 
 
 @pytest.mark.parametrize("damaged", [b"", b"not a database"])

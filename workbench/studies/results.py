@@ -128,10 +128,13 @@ def written_files(
 
 
 def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
-    """Return the rows of a file; raise `BadValue` if a file before it has one of these trials."""
+    """Return the rows of a file; raise `BadValue` if a file before it has one of these trials.
+
+    A trial of the same number and another stimulus is of another study, in which the same person took part.
+    """
 
     def key(row: Row) -> tuple[object, ...]:
-        return tuple(row.get(column, 1) for column in ("participant", "stage", "block", "trial", "attempt"))
+        return tuple(row.get(column, 1) for column in ("participant", "stage", "block", "trial", "attempt", "stimulus"))
 
     seen = set(map(key, known))
     for row in rows:
