@@ -33,11 +33,13 @@ def test_a_curve_is_drawn_of_each_of_six_conditions():
     assert named(drawing_of("constant-stimuli", rows, "Judged more")) == [f"{name} material" for name in NAMES]
 
 
-def test_ratings_are_drawn_in_the_order_of_a_factor_that_is_a_number():
+def test_ratings_are_drawn_along_a_factor_that_is_a_number():
+    """The axis was 1 to 3, and its label said 1 5, 2 20, 3 100."""
     rows = [{"stimulus": f"s{hz}", "hz": hz, "rating": 10 + hz} for hz in (5, 100, 20) for _ in range(2)]
     drawing = drawing_of("rating", rows, "Rating by hz")
-    assert drawing.x == "1 5, 2 20, 3 100"
-    assert list(drawing.series[0].y) == [15, 30, 110]
+    assert (drawing.x, list(drawing.series[0].x), list(drawing.series[0].y)) == ("hz", [5, 20, 100], [15, 30, 110])
+    words = [{"stimulus": name, "wave": name, "rating": 10} for name in "ba"]
+    assert drawing_of("rating", words, "Rating by wave").x == "1 a, 2 b"
 
 
 def test_learning_is_drawn_of_each_of_four_sets():

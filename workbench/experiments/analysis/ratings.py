@@ -8,6 +8,7 @@ import numpy as np
 from underfoot.drawing import Drawing, series
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import paired_t, repeated_measures_anova
+from underfoot.experiments.analysis.constant import axis_label
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
@@ -81,9 +82,12 @@ def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
         values = [np.mean([float(row["rating"]) for row in p]) for p in grouped(part, "participant").values()]
         means.append(float(np.mean(values)))
         errors.append(float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0)
-    x = np.arange(1, len(parts) + 1)
-    names = ", ".join(f"{k} {value}" for k, (value, _) in zip(x, parts, strict=True))
-    across = np.repeat(x, 3).astype(np.float64)
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value, _ in parts):
+        x, label, shown = np.array([float(value) for value, _ in parts]), axis_label(factor), None
+    else:  # in their order, told below
+        x, shown = np.arange(1.0, len(parts) + 1.0), (0.5, len(parts) + 0.5)
+        label = ", ".join(f"{k:g} {value}" for k, (value, _) in zip(x, parts, strict=True))
+    across = np.repeat(x, 3)
     bars = np.column_stack([np.array(means) - errors, np.array(means) + errors, np.full(len(x), np.nan)]).ravel()
     lines = (series("mean", x, means, "dots"), series("1 SE", across, bars, colour="force"))
-    return Drawing(f"Rating by {factor}", names, "rating", lines, x_range=(0.5, len(parts) + 0.5))
+    return Drawing(f"Rating by {factor}", label, "rating", lines, x_range=shown)
