@@ -23,7 +23,8 @@ RATE_HZ = 100.0
 class Hand:
     """Presses exactly what is asked, on sensors that read 20 counts a newton from 2000 on; tests spoil something."""
 
-    def __init__(self, counts=None, load=None, force=True):
+    def __init__(self, counts=None, load=None, force=True, spoil=lambda readings: None):
+        self.spoil = spoil
         self.counts = counts or (lambda corners: 2000.0 + 20.0 * corners)
         self.load, self.has_cell = load or (lambda press, force: force), force
         self.time, self.force, self.asked, self.reads = 0.0, 0.0, None, 0
@@ -47,7 +48,9 @@ class Hand:
                            + np.array([x * y, -x * y, x * y, -x * y])))  # fmt: skip
         time_s = self.time + np.arange(1, n + 1) / RATE_HZ
         self.time = float(time_s[-1])
-        return Readings(time_s, self.counts(corners), force if self.has_cell else None)
+        readings = Readings(time_s, self.counts(corners), force if self.has_cell else None)
+        self.spoil(readings)
+        return readings
 
     def close(self):
         pass
@@ -114,8 +117,11 @@ def test_known_weights_make_a_curve():
     assert profile.force(np.full(4, 2000.0 + 20.0 * 150.0)) == pytest.approx(np.full(4, 150.0), rel=0.01)
 
 
-def test_the_load_cell_makes_the_same_curve():
-    result = run(FsrProcedure(TILE), Hand(), QUICK)
+@pytest.mark.parametrize("zero_n", [0.0, 3.5])
+def test_the_load_cell_makes_the_same_curve(zero_n):
+    """Also one that is off its zero, by less than is refused: it was in all forces."""
+    hand = Hand(spoil=lambda readings: np.add(readings.force_n, zero_n, out=readings.force_n))
+    result = run(FsrProcedure(TILE), hand, QUICK)
     profile = result.apply(Profile(tile="t1"))
     assert profile.force(np.full(4, 2000.0 + 20.0 * 150.0)) == pytest.approx(np.full(4, 150.0), rel=0.01)
     assert result.figures["error_percent"] < 0.2
@@ -123,14 +129,8 @@ def test_the_load_cell_makes_the_same_curve():
 
 def test_a_sensor_that_drifts_while_others_are_loaded_is_named():
     """Its own loads begin with a tare of its own, and the verdict was good."""
-
-    class Drifting(Hand):
-        def read(self):
-            readings = super().read()
-            readings.values[:, 2] += 10.0 * readings.time_s
-            return readings
-
-    said = run(FsrProcedure(TILE), Drifting(), QUICK).warnings
+    hand = Hand(spoil=lambda readings: np.add(readings.values[:, 2], 10 * readings.time_s, out=readings.values[:, 2]))
+    said = run(FsrProcedure(TILE), hand, QUICK).warnings
     assert [words.partition(": ")[0] for words in said] == ["sensor 3 drifts"]
 
 

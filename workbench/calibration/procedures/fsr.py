@@ -37,6 +37,8 @@ _NEAR = 0.96
 _STAYS_S, _OTHER_UNIT = 3.0, (0.03, 0.25)
 """Time for which a force does not rise, and shares of the requested load then, that a load cell in kilograms or pounds
 gives."""
+_ZERO = 5e-4
+"""Share of full scale by which an unloaded load cell is off its zero, and not only noisy."""
 _STEPS = 20
 _COVERED = 0.8
 """Share of equal steps of force that a loading must pass through."""
@@ -380,8 +382,11 @@ class FsrProcedure(PagedProcedure):
         """
         times, sensors, values, forces = [], [], [], []
         shares = np.zeros(4) if first is None else np.array([self._share_of_others(first, j) for j in range(4)])
+        zero_n = 0.0
         for step, readings, answers in self._step_data_of_sensors():
             j = step.sensor
+            if step.page.key.endswith("-tare"):
+                zero_n = self._zero_n(readings, zero_n)
             if self._reference != LOAD_CELL:
                 time_s, value = readings.time_s[-1:], np.array([_steady_reading(readings, j)])
                 force = np.array([float(answers.get("weight_n", 0.0))])
@@ -390,12 +395,25 @@ class FsrProcedure(PagedProcedure):
                 time_s, value, force = seen.time_s, seen.values[:, j], np.zeros(seen.time_s.size)
             else:
                 time_s, value = readings.time_s, readings.values[:, j]
-                force = self._load_cell(readings) * (1.0 - shares[j])
+                force = (self._load_cell(readings) - zero_n) * (1.0 - shares[j])
             times.append(time_s)
             sensors.append(np.full(time_s.size, j))
             values.append(value)
             forces.append(force)
         return Pairs(self._tile.id, *(np.concatenate(one) for one in (times, sensors, values, forces)))
+
+    def _zero_n(self, tare: Readings, known_n: float) -> float:
+        """Return the force that the unloaded load cell gives, 0 if that is noise; the known one where it changes.
+
+        It then is the end of the load before.
+        """
+        force = (tare.last(_TARE_S) or tare).force_n
+        if force is None:
+            return known_n
+        before, zero_n = (float(np.median(part)) for part in np.array_split(force[force.size // 2 :], 2))
+        if abs(zero_n - before) > _ZERO * self._full_n:
+            return known_n
+        return zero_n if abs(zero_n) > _ZERO * self._full_n else 0.0
 
     def _share_of_others(self, first: "Linearisation", j: int) -> float:
         """Return the share of the loads over sensor `j` that the other sensors carry."""
