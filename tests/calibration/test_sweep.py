@@ -189,7 +189,7 @@ OTHER = {f"another sweep of {s:g} s": train(exponential(20.0, 2000.0, s, RATE, 0
         ),
         (SWEEP, 0.5 * SWEEP, "the sweep itself"),
         (SWEEP, heard(SWEEP, noise=0.5), "do not fit|above the noise"),
-        *((sweep, heard(SWEEP), "do not fit|does not hold") for sweep in OTHER.values()),
+        *((sweep, heard(SWEEP), "not fit: .*(lost samples|octaves arrive)|not hold") for sweep in OTHER.values()),
     ],
 )
 def test_what_cannot_be_right_is_refused_with_the_reason(sweep, recorded, reason):

@@ -76,7 +76,7 @@ def require_explained(f: Floats, recording: Floats, left: Floats, noise: Floats)
         if float(np.nan_to_num(noise).sum()) > 0.5 * float(left.sum()):
             why = "the rest is hum or noise, heard without the sweep, too; look for its source, or another channel?"
         else:
-            why = "another channel, another sweep, or a signal far too close to the noise?"
+            why = "another channel, another sweep, lost samples, or a signal far too close to the noise?"
         raise BadMeasurement(
             f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; {why}"
         )
