@@ -129,7 +129,7 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
     server = serve(lsl=True)
     inlets = {}
     for name in ("contacts", "steps", "marks", "force"):
-        (found,) = pylsl.resolve_byprop("source_id", f"underfoot-live-{name}", timeout=120.0)
+        (found,) = pylsl.resolve_byprop("source_id", f"underfoot-live-{name}-{socket.gethostname()}", timeout=120.0)
         inlets[name] = pylsl.StreamInlet(found)
         inlets[name].open_stream(timeout=120.0)
     assert inlets["force"].channel_count == 4

@@ -3,6 +3,7 @@
 import json
 import os
 import resource
+import socket
 import sqlite3
 import tty
 from contextlib import contextmanager
@@ -467,7 +468,7 @@ def test_those_who_want_marks_get_them(session, until, tmp_path):
     tty.setraw(slave)
     os.set_blocking(master, False)
     trigger, lsl = SerialTrigger(os.ttyname(slave)), LslMarkers(default_floor(1, 1), 1000.0)
-    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=120.0)
+    (found,) = pylsl.resolve_byprop("source_id", f"underfoot-markers-{socket.gethostname()}", timeout=120.0)
     inlet = pylsl.StreamInlet(found)
     inlet.open_stream(timeout=120.0)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")

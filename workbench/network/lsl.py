@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.live_contacts import LiveContact
-from underfoot.studies.markers import lsl_library
+from underfoot.studies.markers import lsl_library, source_id
 
 if TYPE_CHECKING:
     from pylsl import StreamOutlet
@@ -75,7 +75,7 @@ class LslStreams:
 
     def _outlet(self, name: str, kind: str, rate_hz: float, format: str, channels: Sequence[Channel]) -> "StreamOutlet":
         info = self._lsl.StreamInfo(
-            f"Underfoot live {name}", kind, len(channels), rate_hz, format, f"underfoot-live-{name}"
+            f"Underfoot live {name}", kind, len(channels), rate_hz, format, source_id(f"live-{name}")
         )
         described = info.desc().append_child("channels")
         for label, unit in channels:

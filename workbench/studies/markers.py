@@ -5,6 +5,7 @@ trigger sends one byte for each marker.
 """
 
 import os
+import socket
 from contextlib import suppress
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
@@ -60,9 +61,9 @@ class LslMarkers:
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """Open the streams; raise `BadValue` if the package pylsl is not installed."""
         self._lsl = lsl_library()
-        markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", "underfoot-markers")
+        markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", source_id("markers"))
         force = self._lsl.StreamInfo(
-            "Underfoot force", "Force", len(floor.tiles), force_hz, "float32", "underfoot-force"
+            "Underfoot force", "Force", len(floor.tiles), force_hz, "float32", source_id("force")
         )
         channels = force.desc().append_child("channels")
         for tile in floor.tiles:
@@ -127,6 +128,15 @@ class SerialTrigger:
     def close(self) -> None:
         """Close the port."""
         self._port.close()
+
+
+def source_id(stream: str) -> str:
+    """Return the source id of a stream of this computer.
+
+    By its id an inlet finds a stream again that ended: without the computer's name it would go on with that of another
+    floor on the network.
+    """
+    return f"underfoot-{stream}-{socket.gethostname()}"
 
 
 def lsl_library() -> ModuleType:
