@@ -236,6 +236,9 @@ def test_the_keys_of_the_projection_can_be_read_on_black_in_the_light_palette(sc
     greys = {picture.pixelColor(x, y).lightness() for y in rows for x in range(picture.width())}
     assert min(greys) == 0
     assert max(greys) > 128
+    width, edge = picture.width(), theme.GRID  # of a small projector both ends of the line were cut off
+    sides = {picture.pixelColor(x, y).lightness() for y in rows for x in (*range(edge), *range(width - edge, width))}
+    assert sides == {0}
     scenes.projection.close()
 
 

@@ -58,7 +58,7 @@ class FloorProjection(TrueScaleWindow):
         self._paint_places(painter)
         self._paint_press(painter)
         self._paint_rule(painter, outline.boundingRect())
-        self._paint_words(painter)
+        self.paint_hint(painter, "Return: continue")
 
     def _paint_places(self, painter: QPainter) -> None:
         now = place_number(self.page.places_m, self.page.press)
@@ -87,7 +87,7 @@ class FloorProjection(TrueScaleWindow):
     def _paint_rule(self, painter: QPainter, area: QRectF) -> None:
         """Paint a length to check with a ruler."""
         left = QPointF(
-            max(area.left(), 2.0 * theme.GRID), min(area.bottom() + 3 * theme.GRID, self.height() - 6 * theme.GRID)
+            max(area.left(), 2.0 * theme.GRID), min(area.bottom() + 3 * theme.GRID, self.height() - 8 * theme.GRID)
         )
         right = left + QPointF(RULE_M * self.px_per_m, 0.0)
         painter.setPen(QPen(QColor(_LIT["muted"]), 1.0))
@@ -96,9 +96,3 @@ class FloorProjection(TrueScaleWindow):
             painter.drawLine(end + QPointF(0, -6), end + QPointF(0, 6))
         painter.setFont(theme.font(theme.TEXT_PX))
         painter.drawText(right + QPointF(theme.GRID, 5), f"{quantity(RULE_M, 'm')} on a ruler")
-
-    def _paint_words(self, painter: QPainter) -> None:
-        line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
-        painter.fillRect(line, QColor("black"))
-        painter.setPen(QColor(_LIT["muted"]))
-        painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.hint("Return: continue"))

@@ -4,12 +4,13 @@ import math
 
 from msgspec import Struct
 from msgspec.structs import replace
-from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QScreen, QTransform
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QScreen, QTransform
 from PySide6.QtWidgets import QWidget
 
 from underfoot import quantities
 from underfoot.quantities import quantity
+from underfoot.widgets import theme
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
@@ -82,15 +83,29 @@ class TrueScaleWindow(QWidget):
         """Return a point, in metres about the centre with y upwards, in pixels of the view."""
         return self.to_pixels().map(QPointF(*at_m))
 
-    def hint(self, more: str) -> str:
-        """Return scale, offset and rotation as text, with their keys; `more` are further keys."""
+    def paint_hint(self, painter: QPainter, more: str) -> None:
+        """Paint scale, offset and rotation with their keys at the lower edge, in as many lines as the screen needs.
+
+        `more` are further keys. The ground is black, whatever the window has.
+        """
+        flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
+        area = QRectF(self.rect()).adjusted(theme.GRID, 0, -theme.GRID, -theme.GRID)
+        painter.setFont(theme.font())
+        top = painter.boundingRect(area, flags, self._hint(more)).top() - theme.GRID
+        painter.fillRect(QRectF(0.0, top, self.width(), self.height() - top), QColor("black"))
+        painter.setPen(QColor(theme.colours("dark")["muted"]))
+        painter.drawText(area, flags, self._hint(more))
+
+    def _hint(self, more: str) -> str:
+        """Return the parts of the hint, each of which stays in one line."""
         right, up = (quantity(part, "m") if part else "0 mm" for part in self.placement.at_m)
-        return (
-            f"Scale {quantities.number(100 * self.placement.scale, 4)} %  (+ and −; with Ctrl finer)      "
-            f"Moved {right} right, {up} up  (arrows)      "
-            f"Turned {quantities.number(self.placement.turn_deg, 4)}°  (, and .)      "
-            f"0: reset      {more}      Esc: close"
+        parts = (
+            f"Scale {quantities.number(100 * self.placement.scale, 4)} %  (+ and −; with Ctrl finer)",
+            f"Moved {right} right, {up} up  (arrows)",
+            f"Turned {quantities.number(self.placement.turn_deg, 4)}°  (, and .)",
+            *("0: reset", more, "Esc: close"),
         )
+        return "      ".join(part.replace(" ", "\u00a0") for part in parts)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         fine = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)

@@ -176,11 +176,7 @@ class SceneProjection(TrueScaleWindow):
         painter.fillRect(self.rect(), QColor("black"))
         _paint_scene(self._scene, painter, self.to_pixels(), self.failed)
         if time.monotonic() < self._hint_until:
-            line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
-            painter.setFont(theme.font())
-            painter.fillRect(line, QColor("black"))
-            painter.setPen(QColor(theme.colours(ON_BLACK)["muted"]))
-            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.hint("this line goes by itself"))
+            self.paint_hint(painter, "this line goes by itself")
         painter.end()
         self.times.add_picture(began)
 
