@@ -73,7 +73,7 @@ class CursorReadout(QObject):
         if values.corners_n is None:
             self._show_unloaded(content, time_s)
             return
-        loads = np.nan_to_num(values.corners_n.sum(axis=1)) - baseline_n[:-1]
+        loads = np.nan_to_num(values.corners_n.sum(axis=1) - baseline_n[:-1])
         self.map.set_loads(loads, np.zeros(len(loads), bool))
         self.map.set_contacts(contacts_at(content, time_s), time_s)
         self.map.update()
@@ -99,6 +99,9 @@ def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floa
     >>> values = CursorValues(0.0, 0, corners, {"commanded": Vibration(0.5, -9.03, 200.0)})
     >>> readout_text(default_floor(1, 2), values, np.zeros(3), 1.5)
     '1.500 s  ·  all tiles 1\\u202f400 N  ·  tile t1 1\\u202f400 N  ·  commanded 0.5 m/s² at 200 Hz, −9.0 dB'
+    >>> corners[0] = np.nan
+    >>> readout_text(default_floor(1, 2), CursorValues(0.0, 0, corners), np.zeros(3), 1.5)
+    '1.500 s  ·  all tiles 0 N  ·  tile t1 lost this sample'
     """
     parts = [time_text(time_s)]
     if values.corners_n is None:
@@ -106,7 +109,9 @@ def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floa
     else:
         loads = values.corners_n.sum(axis=1) - baseline_n[:-1]
         parts.append(f"all tiles {fixed(float(np.nansum(loads)))} N")
-        parts.append(f"tile {floor.tiles[values.tile].id} {fixed(float(np.nan_to_num(loads[values.tile])))} N")
+        is_lost = bool(np.isnan(values.corners_n[values.tile]).any())
+        said = "lost this sample" if is_lost else f"{fixed(float(np.nan_to_num(loads[values.tile])))} N"
+        parts.append(f"tile {floor.tiles[values.tile].id} {said}")
     parts += [f"{source} {vibration_text(one)}" for source, one in values.vibration.items()]
     return "  ·  ".join(parts)
 
