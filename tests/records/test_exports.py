@@ -24,12 +24,12 @@ from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
 
-FLOOR = default_floor(1, 2)
+FLOOR, BEGUN = default_floor(1, 2), "2026-11-24T10:00:00"
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    made = write_recording(tmp_path_factory.mktemp("exported") / "walk.underfoot", 4.0, FLOOR)
+    made = write_recording(tmp_path_factory.mktemp("exported") / "walk.underfoot", 4.0, FLOOR, about={"begun": BEGUN})
     with Recording(made) as recording:
         recording.add_mark(48_000, 'a "quoted" mark')
     return made
@@ -94,6 +94,7 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         assert [name.decode() for name in file["steps/tile"][:]] == [step.tile for step in recorded[2]]
         assert file["marks/text"][0].decode() == 'a "quoted" mark'
         assert json.loads(file.attrs["floor"])["tiles"][0]["id"] == "t1"
+        assert file.attrs["begun"] == BEGUN
 
 
 def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
@@ -104,6 +105,7 @@ def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
         np.testing.assert_array_equal(content["measured_m_s2"], recording.acceleration("measured")[1])
     np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
     assert content["tiles"].tolist() == ["t1", "t2"]
+    assert content["begun"] == BEGUN
 
 
 @pytest.fixture(scope="module")
@@ -151,6 +153,7 @@ def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_p
     (mark,) = (k for k, label in enumerate(events["LABELS"]["value"]) if label == "Mark")
     assert events["TIMES"]["value"][:, mark] == pytest.approx([0.0, 1.0])
     assert events["SUBJECTS"]["value"][mark] == ""
+    assert content["parameters"]["UNDERFOOT"]["BEGUN"]["value"] == [BEGUN]
 
 
 def test_events_of_c3d_are_told_in_minutes_and_seconds(tmp_path):

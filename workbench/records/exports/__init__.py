@@ -77,6 +77,11 @@ class ExportSource:
         """Duration in seconds."""
         return (self.end - self.first) / self.forces.rate
 
+    @property
+    def begun(self) -> str:
+        """Date and local time at which the recording was begun, to the second (ISO 8601); "" if it is not known."""
+        return self.recording.about.get("begun", "")
+
     def pieces(self, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield times (n,) and corner forces (n, tiles, 4), piece by piece."""
         begin, end = (-math.inf, math.inf) if self.stretch_s is None else (self.first, self.end)

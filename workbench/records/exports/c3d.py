@@ -81,6 +81,7 @@ def _write(export: ExportSource, path: Path) -> None:
     _describe_plates(made, forces.floor)
     made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
     made.add_parameter("UNDERFOOT", "FIRST_S", [export.from_s + first_s])
+    made.add_parameter("UNDERFOOT", "BEGUN", [export.begun])
     _add_people_and_events(made, export, first_s)  # last: a byte tells some readers how much there is of parameters
     export.report_progress("Writing", 0.95)
     with replaced(path) as part, written(path):

@@ -49,6 +49,7 @@ def _write(export: ExportSource, path: Path) -> None:
         "rate_hz": forces.rate,
         "force_rate_hz": forces.rate_hz,
         "from_s": export.from_s,
+        "begun": export.begun,
         "floor_json": export.recording.about["floor"],
         "patch_json": export.recording.about["patch"],
         "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)])[:, None],
