@@ -438,8 +438,7 @@ class Canvas(NodeDropView):
         if self._is_dragging():
             self._cancel_drag()
         elif any(node.shows_all_ports for node in self.patch_scene.nodes.values()):
-            for node in self.patch_scene.nodes.values():
-                node.set_ports(node.driven, shows_all=False)
+            self.patch_scene.close_ports()
         else:
             self.patch_scene.choose(None)
             self.patch_scene.select([])
@@ -487,9 +486,7 @@ class Canvas(NodeDropView):
         ids = self.selected_ids()
         self._nudges += 1
         self._stepping.forget()
-        for id, node in self.patch_scene.nodes.items():
-            if node.shows_all_ports and id not in ids:
-                node.set_ports(node.driven, shows_all=False)
+        self.patch_scene.close_ports(without=ids)
         self.map.update()
         self.setAccessibleDescription(spoken_selection(self.patch_scene))
         self.selected.emit(ids)

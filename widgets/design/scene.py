@@ -216,6 +216,14 @@ class PatchScene(QGraphicsScene):
         for frame in reversed(self.group_frames.values()):
             frame.adjust()
 
+    def close_ports(self, without: Collection[str] = ()) -> None:
+        """Show only driven parameters as ports, except on these nodes; a frame that has grown around them shrinks."""
+        opened = [node for id, node in self.nodes.items() if node.shows_all_ports and id not in without]
+        for node in opened:
+            node.set_ports(node.driven, shows_all=False)
+        if opened:
+            self.adjust_group_frames()
+
     # --- queries ---
 
     def nodes_and_group_nodes(self) -> list[NodeItem]:

@@ -183,6 +183,20 @@ def test_a_group_that_would_cut_another_is_refused_in_words(row):
     assert len(row.patch().groups) == 1
 
 
+def test_a_frame_shrinks_again_when_a_node_in_it_hides_its_parameters(workspace):
+    canvas = workspace.canvas
+    canvas.patch_scene.select(["shaker"])
+    QTest.keyClick(canvas, Qt.Key.Key_G, CONTROL)
+    write(workspace, "Low")
+    shaker, frame = canvas.patch_scene.nodes["shaker"], canvas.patch_scene.group_frames["group"]
+    before = frame.frame_rect()
+    QTest.mouseClick(canvas.viewport(), LEFT, NONE, in_view(workspace, shaker.mapToScene(shaker.geometry.more)))
+    workspace.document.edit(workspace.patch().name("push", "Heel"), "Rename")
+    assert frame.frame_rect().height() > before.height()
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    assert frame.frame_rect() == before
+
+
 def test_a_new_frame_says_who_lies_in_it_and_is_not_in_its_group(row):
     row.canvas.patch_scene.select(["hum", "through1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
