@@ -60,6 +60,19 @@ def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> Q
     return button
 
 
+def chip(
+    text: str, tip: str, parent: QWidget | None = None, *, checkable: bool = True, checked: bool = False
+) -> QToolButton:
+    """Return a small button, which stays pressed if it is `checkable`."""
+    button = QToolButton(parent)
+    button.setText(text)
+    button.setCheckable(checkable)
+    button.setChecked(checked)
+    button.setProperty("role", "chip")
+    button.setToolTip(tip)
+    return button
+
+
 class ColourBar(QWidget):
     """The colour scale of the spectrogram, with its levels."""
 

@@ -1,12 +1,13 @@
 """Run time as a function of error of the selected node, drawn during measurement, with the node's present point."""
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from underfoot.drawing import Drawing
 from underfoot.engine.reports import ErrorCurveDrawn
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import chip
 from underfoot.widgets.plots.plot import Plot
 
 _PLOT_PX = 184
@@ -20,14 +21,8 @@ class ErrorView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.toggle_button = QToolButton(self)
-        self.toggle_button.setText("Run time over error")
-        self.toggle_button.setCheckable(True)
-        self.toggle_button.setChecked(True)
-        self.toggle_button.setProperty("role", "chip")
-        self.toggle_button.setToolTip(
-            "What the asked error costs, measured on this computer; closed, nothing is measured"
-        )
+        tip = "What the asked error costs, measured on this computer; closed, nothing is measured"
+        self.toggle_button = chip("Run time over error", tip, self, checked=True)
         self.toggle_button.toggled.connect(self._toggle)
         self.plot = Plot("Run time over error")
         self.plot.setFixedHeight(_PLOT_PX)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton,
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.menu import literal
+from underfoot.widgets.controls.panels import chip
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -41,7 +42,7 @@ class ListenBar(QWidget):
         )
         self.start_button.setIcon(theme.icon("play", theme.MUTED))
         self.start_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.loop = self._add_toggle("Loop", "Play from the start again and again, as long as the preview is (L)")
+        self.loop = chip("Loop", "Play from the start again and again, as long as the preview is (L)", self)
         self.loop.toggled.connect(self.loop_requested)
         self.length = QComboBox(self)
         self.length.addItems([f"{seconds:g} s" if seconds else "whole" for seconds in LENGTHS_S])
@@ -49,22 +50,22 @@ class ListenBar(QWidget):
         self.length.setAccessibleName("Length of the preview")
         self.length.setToolTip("How long the preview and the loop last; whole: until the patch has come to its end")
         self.length.activated.connect(self.length_chosen)
-        self.slots = {slot: self._add_toggle(slot, f"Edit and play {slot} (X switches)") for slot in SLOTS}
+        self.slots = {slot: chip(slot, f"Edit and play {slot} (X switches)", self) for slot in SLOTS}
         group = QButtonGroup(self)
         for slot, button in self.slots.items():
             group.addButton(button)
             button.clicked.connect(lambda _=False, slot=slot: self._choose(slot))
         self.copy = self._add_chip("A → B", "", self.copy_requested.emit)
-        self.overlay = self._add_toggle(
-            "Overlay", "Draw the other slot's preview over this one's, and show the difference"
+        self.overlay = chip(
+            "Overlay", "Draw the other slot's preview over this one's, and show the difference", self, checked=True
         )
-        self.overlay.setChecked(True)
         self.overlay.toggled.connect(self.overlay_requested)
-        self.match = self._add_toggle(
+        self.match = chip(
             "Match",
             "Play the louder of A and B as softly as the other, by their RMS from 40 Hz to 1 kHz in the preview",
+            self,
+            checked=True,
         )
-        self.match.setChecked(True)
         self.match.toggled.connect(self.match_requested)
         self.blind_button = self._add_chip(
             "ABX…", "Blind test: is X A or B? Without pictures (Ctrl+B)", self.blind_requested.emit
@@ -139,19 +140,8 @@ class ListenBar(QWidget):
         return made
 
     def _add_chip(self, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
-        button = QToolButton(self)
-        button.setText(text)
-        button.setToolTip(tip)
-        button.setProperty("role", "chip")
+        button = chip(text, tip, self, checkable=False)
         button.clicked.connect(lambda _=False: do())
-        return button
-
-    def _add_toggle(self, text: str, tip: str) -> QToolButton:
-        button = QToolButton(self)
-        button.setText(text)
-        button.setCheckable(True)
-        button.setToolTip(tip)
-        button.setProperty("role", "chip")
         return button
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -4,11 +4,12 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QVBoxLayout, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset, all_presets, ranked
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import chip
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.design.node_list import SearchField
@@ -49,12 +50,8 @@ class PresetPanel(QWidget):
         self.about.setWordWrap(True)
         self.about.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.filters = QButtonGroup(self)
-        self.audition_button = QToolButton(self)
-        self.audition_button.setText("Hear")
-        self.audition_button.setCheckable(True)
-        theme.set_role(self.audition_button, "chip")
-        self.audition_button.setChecked(True)
-        self.audition_button.setToolTip("Play a preset while you go through the list; Esc goes back to your patch")
+        tip = "Play a preset while you go through the list; Esc goes back to your patch"
+        self.audition_button = chip("Hear", tip, self, checked=True)
         self._lay_out()
         self._audition_timer = QTimer(self, singleShot=True, interval=AUDITION_DELAY_MS)
         self._audition_timer.timeout.connect(self._audition)
@@ -106,12 +103,8 @@ class PresetPanel(QWidget):
         chips = QHBoxLayout()
         chips.setSpacing(4)
         for text, tip in _FILTERS.items():
-            button = QToolButton(self)
-            button.setText(text)
-            button.setToolTip(tip)
+            button = chip(text, tip, self)
             button.setAccessibleName(tip)
-            button.setCheckable(True)
-            theme.set_role(button, "chip")
             self.filters.addButton(button)
             chips.addWidget(button)
         self.filters.buttons()[0].setChecked(True)

@@ -13,8 +13,9 @@ from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
+from underfoot.widgets.controls.panels import chip
 from underfoot.widgets.design.distribution_view import LATE_AFTER_MS, DistributionView
-from underfoot.widgets.design.preview_plots import NARROW_PX, PreviewPlots, chip
+from underfoot.widgets.design.preview_plots import NARROW_PX, PreviewPlots
 from underfoot.widgets.design.preview_signal import PreviewSignal, event_rows, signal_of
 from underfoot.widgets.design.tile_pad import TilePad
 
@@ -48,7 +49,6 @@ class PreviewPanel(QWidget):
         self.distributions = chip(
             "Distributions",
             "The distributions that the node draws from, instead of what it does in a step",
-            checked=False,
         )
         self.distributions.hide()
         self.distribution_view = DistributionView()

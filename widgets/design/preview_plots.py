@@ -7,12 +7,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QGridLayout, QWidget
 
 from underfoot.drawing import HeatMap, Range
 from underfoot.kernels import Floats
 from underfoot.models.sole import band_levels
 from underfoot.quantities import pretty_unit, quantity
+from underfoot.widgets.controls.panels import chip
 from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import HEARD_HZ, Scale, quantised_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
@@ -306,17 +307,6 @@ class PreviewPlots(QWidget):
         if self._view_ms is not None:
             text = f"{self._view_ms[0]:.0f} to {self._view_ms[1]:.0f} ms: {text}"
         self.noted.emit(text)
-
-
-def chip(text: str, tip: str, *, checked: bool) -> QToolButton:
-    """Return a small button that stays pressed."""
-    button = QToolButton()
-    button.setText(text)
-    button.setCheckable(True)
-    button.setChecked(checked)
-    button.setProperty("role", "chip")
-    button.setToolTip(tip)
-    return button
 
 
 def top_level(levels_db: NDArray[np.float32]) -> float:
