@@ -1,6 +1,7 @@
 """The editor of a protocol: questions, stimuli, stages and sounds, checked during typing."""
 
 import json
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -280,12 +281,8 @@ class ProtocolEditor(QWidget):
             return
         trouble = self.draft.first_mistake()
         self.problem.setText(in_form(trouble, self.draft.raw))
-        theme.set_role(self.problem, "alarm")
-        index = (
-            _PAGE_OF_FIELD.get(trouble.removeprefix("$.").split(".")[0].split("[")[0].split(":")[0], 0)
-            if trouble
-            else -1
-        )
+        field = re.split(r"[.:[]", trouble.removeprefix("$."))[0]
+        index = _PAGE_OF_FIELD.get(field, 0) if trouble else -1
         for at, text in enumerate(PAGES):
             self.tabs.button(at).setText(f"{text}  •" if at == index else text)
         self.save_button.setEnabled(not trouble)
