@@ -65,6 +65,14 @@ def anchors(page):
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *PAGES], ids=lambda page: page.name)
+def test_a_list_has_a_blank_line_before_it_or_the_site_takes_it_for_more_of_the_paragraph(page):
+    text = re.sub(r"^( *)```.*?^\1```", "", page.read_text(), flags=re.M | re.S)
+    item = re.compile(r" *(- |\d+\. )")
+    for first, *others in (block.split("\n") for block in re.split(r"\n{2,}", text.strip())):
+        assert item.match(first) or not [line for line in others if item.match(line)], first
+
+
 def test_the_readme_leads_to_every_page():
     table = re.findall(r"^\| \[docs/(.*)\]\(docs/\1\) \|", (ROOT / "README.md").read_text(), re.MULTILINE)
     assert sorted(table) == sorted(page.name for page in (ROOT / "docs").glob("*.md"))
