@@ -8,8 +8,10 @@ from pathlib import Path
 
 import click
 import pytest
+from bare_row import PlainRow
 
 from underfoot.__main__ import cli
+from underfoot.nodes import REGISTRY
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
@@ -45,6 +47,14 @@ def test_the_node_that_is_written_on_its_page_does_what_the_page_says(module_of)
     module = module_of(whole_file)
     exec(tried, {"Tremolo": module.Tremolo})
     assert re.match(r"exact: .*\b1e-\d+", module.Tremolo.accuracy), "what every node of the program has to state"
+
+
+def test_the_node_of_the_readme_is_a_whole_file_of_one_that_there_is_not(module_of):
+    _, whole_file = blocks("../README.md")
+    boost = module_of(whole_file).Boost
+    assert boost.type not in REGISTRY
+    outputs, _ = PlainRow(boost, gain=2.0).run(frame=0, n=4, signals={"signal": [1.0, 2.0, 3.0, -4.0]})
+    assert list(outputs["out"]) == [2.0, 4.0, 6.0, -8.0]
 
 
 def test_the_scene_that_is_written_on_its_page_does_what_the_page_says(module_of):
