@@ -21,6 +21,7 @@ def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     workspace = bench.workspace
     row = [study.name for study in workspace.study_list.studies].index("detection-threshold")
     workspace.study_list.list.setCurrentRow(row)
+    assert workspace.overview.about.text().endswith("in dB re 0.43\xa0m/s².")
     bench.click(workspace.findings.simulate_button)
     bench.wait(lambda: workspace.findings.simulate_button.text() == "Stop")
     bench.click(workspace.findings.simulate_button)

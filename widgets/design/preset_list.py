@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.design import preset_drops
 from underfoot.widgets.design.headed_list import HeadedList, Index
@@ -150,10 +151,10 @@ class PresetList(HeadedList):
 def tooltip_text(preset: Preset, picture: PresetPicture | None) -> str:
     """Return a description of a preset in a few lines.
 
-    >>> tooltip_text(Preset(Path("a.json"), "", "Ice", "Ice", "It cracks."), None)
-    'Ice\\nIt cracks.'
+    >>> tooltip_text(Preset(Path("a.json"), "", "Ice", "Ice", "It cracks at 2 m/s^2."), None)
+    'Ice\\nIt cracks at 2\\xa0m/s².'
     """
-    lines = [preset.title, preset.comment]
+    lines = [preset.title, pretty_text(preset.comment)]
     if preset.tags:
         lines.append(", ".join(preset.tags))
     if preset.author:

@@ -9,7 +9,7 @@ from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import all_stages
-from underfoot.quantities import counted
+from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.session_start import SessionStart
 from underfoot.widgets.experiment.studies import StudyFile
@@ -46,7 +46,7 @@ class StudyOverview(QWidget):
     def show_study(self, study: StudyFile) -> None:
         """Show the title and the stages of a study."""
         self.title.setText(study.title)
-        self.about.setText(study.protocol.about)
+        self.about.setText(pretty_text(study.protocol.about))
         self.facts.setText(facts_of(study.protocol))
 
 
