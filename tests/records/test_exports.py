@@ -13,6 +13,7 @@ import pytest
 import soundfile
 from click.testing import CliRunner
 from long_recording import write_recording
+from msgspec.structs import replace
 from scipy.io import loadmat
 
 from underfoot.__main__ import cli
@@ -151,6 +152,7 @@ def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_p
         sorted(times[offs]), sorted(step.start_s + step.contact_ms / 1000 for step in steps), atol=1e-5
     )
     (mark,) = (k for k, label in enumerate(events["LABELS"]["value"]) if label == "Mark")
+    assert (events["USED"]["type"], events["USED"]["value"]) == (2, [2 * len(steps) + 1])  # 2: a whole number
     assert events["TIMES"]["value"][:, mark] == pytest.approx([0.0, 1.0])
     assert events["SUBJECTS"]["value"][mark] == ""
     assert content["parameters"]["UNDERFOOT"]["BEGUN"]["value"] == [BEGUN]
@@ -166,11 +168,13 @@ def test_events_of_c3d_are_told_in_minutes_and_seconds(tmp_path):
 
 def test_a_long_mark_in_any_script_leaves_c3d_readable_for_others(tmp_path):
     """A hundred letters of three bytes each were longer than a text can be, and nothing could be read."""
-    made = write_recording(tmp_path / "marked.underfoot", 1.0, FLOOR, people="")
+    long = Floor((replace(FLOOR.tiles[0], id="t" * 300), FLOOR.tiles[1]), FLOOR.title)
+    made = write_recording(tmp_path / "marked.underfoot", 1.0, long, people="")
     with Recording(made) as recording:
         recording.add_mark(0, "氷" * 100)
-    events = ezc3d.c3d(str(export(made, tmp_path / "marked.c3d")))["parameters"]["EVENT"]
-    assert "氷" * 33 in events["DESCRIPTIONS"]["value"]
+    found = ezc3d.c3d(str(export(made, tmp_path / "marked.c3d")))["parameters"]
+    assert "氷" * 33 in found["EVENT"]["DESCRIPTIONS"]["value"]
+    assert found["UNDERFOOT"]["TILES"]["value"] == ["t" * 100, FLOOR.ids[1]]
 
 
 def test_readers_to_which_a_byte_tells_the_size_of_parameters_miss_no_time_of_an_event(tmp_path):
@@ -206,6 +210,8 @@ def test_c3d_has_more_than_255_channels_as_the_manual_says(tmp_path):
     content = ezc3d.c3d(str(output), extract_forceplat_data=True)
     analog = content["parameters"]["ANALOG"]
     assert [len(analog[name]["value"]) for name in ("LABELS", "LABELS2")] == [255, 33]
+    assert [analog[name]["value"] for name in ("UNITS", "UNITS2")] == [["N"] * 255, ["N"] * 33]
+    assert [analog["DESCRIPTIONS"]["value"][k] for k in (0, 254)] == ["not measured", "vertical force"]
     assert content["data"]["analogs"].shape[1] == 288
     with Recording(source) as recording:
         corners = recording.force_samples()[:, 2:].reshape(-1, 36, 4)
