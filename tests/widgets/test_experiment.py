@@ -29,9 +29,8 @@ def rated(**stage):
 def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     bench.choose(stages=[CONSENT, rated()], participant=[AGE], stimuli={"WC": CONSTANT, "X": {}})
     bench.until(Phase.PAGE)
-    bench.key(Qt.Key.Key_1)  # no, or yes: the first button
-    if not bench.runner.study.entries:
-        bench.key(Qt.Key.Key_2)
+    assert bench.person.hint.text() == "Press 1 for yes or 2 for no, or click."
+    bench.key(Qt.Key.Key_1)
     bench.wait(lambda: bench.person.form.fields)
     bench.qtbot.keyClicks(bench.person.form.fields["age"], "31")
     bench.qtbot.keyClick(bench.person.form.fields["age"], Qt.Key.Key_Return)

@@ -39,6 +39,8 @@ TEXT_PX, BUTTON_LINES = 20, 2.6
 MAX_BUTTONS = 12
 """Integer questions with up to this many values have buttons; others have a text field."""
 _KEY_STEP = 0.02
+_SHORT = 20
+"""Letters of an answer that is named beside its key."""
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
 
@@ -70,6 +72,8 @@ class AnswerForm(QWidget):
         self._chosen: dict[str, Any] = {}
         self._keys: tuple[str, ...] = ()
         """The number that is typed for each button, if a button answers the page."""
+        self._meanings: tuple[str, ...] = ()
+        """These numbers in words: with what they mean, where that is not read on the buttons."""
         self._rows: dict[str, tuple[tuple[str, ...], list[QPushButton]]] = {}
         """The numbers that are typed, and the buttons, of each question on a page of several."""
         self._typed = ""
@@ -95,7 +99,7 @@ class AnswerForm(QWidget):
         if self.is_answered_by_button:
             first, last = int(self._keys[0]), int(self._keys[-1])
             is_row = [int(key) for key in self._keys] == list(range(first, last + 1)) and len(self._keys) > 2
-            which = f"a number from {first} to {last}" if is_row else " or ".join(self._keys)
+            which = f"a number from {first} to {last}" if is_row else " or ".join(self._meanings)
             return f"Type {which} and press Return, or click." if self.has_long_numbers else f"Press {which}, or click."
         if len(self.sliders) == 1:
             return "Left and Right move it. Return answers."
@@ -236,9 +240,14 @@ class AnswerForm(QWidget):
         words = tuple(str(option) for option in options)
         keys = keys_of(words)
         self._keys = keys if len(self._questions) == 1 else ()
+        is_read = all(map(str.startswith, words, keys))
+        are_short = max(map(len, words)) <= _SHORT
+        self._meanings = tuple(
+            f"{key} for {word}" if are_short and not is_read else key for key, word in zip(keys, words, strict=True)
+        )
         if len(self._questions) > 1:
             self._rows[question.name] = (keys, row_buttons)
-        is_numbered = len(keys) > 2 and not all(map(str.startswith, words, keys))
+        is_numbered = len(keys) > 2 and not is_read
         for key, word, option in zip(keys, words, options, strict=True):
             button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
             button.setFont(theme.font(self._text_px))
