@@ -19,6 +19,9 @@ pytest.importorskip("statsmodels")
 
 def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     workspace = bench.workspace
+    listed = workspace.study_list.list
+    titles = [listed.item(i).text() for i in range(listed.count())]
+    assert titles == sorted(titles)
     row = [study.name for study in workspace.study_list.studies].index("detection-threshold")
     workspace.study_list.list.setCurrentRow(row)
     assert workspace.overview.about.text().endswith("in dB re 0.43\xa0m/s².")

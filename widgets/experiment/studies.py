@@ -124,8 +124,8 @@ def load_study(path: Path, registry: Registry, *, is_own: bool = False) -> Study
 
 
 def preset_studies(registry: Registry) -> list[StudyFile]:
-    """Return the studies among the presets."""
-    return [load_study(path, registry) for path in preset_files.protocols().values()]
+    """Return the studies among the presets, by title."""
+    return sorted((load_study(path, registry) for path in preset_files.protocols().values()), key=lambda one: one.title)
 
 
 def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list[str]]:
