@@ -48,9 +48,10 @@ class GroupingView(EditableView):
         within = [id for id, item in scene.movable().items() if frame.frame_rect().intersects(item_rect(item))]
         strangers = [id for id in scene.members(within) if id not in inside]
         if strangers:
-            be = "is" if len(strangers) == 1 else "are"
-            text = f"{self._count_text(strangers)} within the frame {be} not in the group: drag beside, or put into it"
-            self.show_message(text, alarm=False)
+            lie, them = ("lies", "it") if len(strangers) == 1 else ("lie", "them")
+            names = self._count_text(strangers)
+            remedy = f"drag {them} out, or put {them} in by the context menu"
+            self.show_message(f"{names} {lie} in the frame but not in its group: {remedy}", alarm=False)
 
     def ungroup(self) -> None:
         """Remove the group around the selection, or dissolve the selected collapsed group."""

@@ -200,7 +200,8 @@ def test_a_frame_shrinks_again_when_a_node_in_it_hides_its_parameters(workspace)
 def test_a_new_frame_says_who_lies_in_it_and_is_not_in_its_group(row):
     row.canvas.patch_scene.select(["hum", "through1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
-    assert row.canvas.message == "Through within the frame is not in the group: drag beside, or put into it"
+    said = "Through lies in the frame but not in its group: drag it out, or put it in by the context menu"
+    assert row.canvas.message == said
 
 
 def test_a_frame_grows_away_from_what_is_not_in_it(chain):
