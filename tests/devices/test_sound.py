@@ -373,16 +373,16 @@ assert sound.devices() == []
 def found_later(path):
     """By how many frames pieces of what two accelerometers measured come later than what was played there.
 
-    Of 25 ms each, and only those that arrived whole: others lie between two underruns.
+    Of 25 ms each, and only those that arrived whole: others lie between two underruns, or the server mixed them.
     """
     with Recording(path) as recording:
         begun, played = recording.vibration()
         asked = recording.acceleration("commanded")[1]
         first, measured = recording.acceleration("measured")
-    assert not measured[:, [0, 3]].any()
+    assert not measured[:, [2, 3]].any()
     assert asked.any()
     delays = []
-    for at, tile in itertools.product(range(24_000, 96_000, 1_200), (1, 2)):
+    for at, tile in itertools.product(range(24_000, 96_000, 1_200), (0, 1)):
         begin = begun + at - first
         part = measured[max(begin, 0) : begin + 1_200, tile] / 20.0
         if len(part) == 1_200 and np.abs(part).max() > 0.01:  # the last are told late
@@ -395,7 +395,7 @@ def found_later(path):
 
 def test_accelerometers_are_heard_at_the_frames_that_were_played(null_sink, until, tmp_path):
     """The sink's monitor is the input: what comes back stands where it was played, whatever the device says."""
-    told = (Accelerometer("t2", 1, 20.0), Accelerometer("t3", 2, 20.0))  # a third of four inputs
+    told = (Accelerometer("t1", 0, 20.0), Accelerometer("t2", 1, 20.0))  # two of four inputs: the server mixes
     how = {"sound": "", "latency_s": BUFFER_S, "accelerometers": told}
     delays = []
     with live(rough_step(), until, **how) as playing:

@@ -114,11 +114,11 @@ def max_channels(name: str) -> int:
 
 
 def inputs_to_open(name: str, channel: int) -> int:
-    """Return how many inputs of a device to open for `channel`, from 0: whole pairs, if it is known to have them.
+    """Return how many inputs of a device to open for `channel`, from 0: all, as far as they are known.
 
-    For a single one a sound server would give the mean of all.
+    Where fewer are open, a sound server mixes the others in.
     """
-    return max(channel + 1, pairs_up_to(channel, _channels(name, "input", 0)))
+    return max(channel + 1, _channels(name, "input", 0))
 
 
 def pairs_up_to(channel: int, there: int) -> int:
