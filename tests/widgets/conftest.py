@@ -68,21 +68,33 @@ def _no_leaked_widgets(qapp):
     assert not left, f"left open: {left}"
 
 
-@pytest.fixture
-def workspace(qtbot):
-    """A Design workspace on the screen, with a small patch of nodes that do nothing."""
-    from design_samples import REGISTRY, sample
-    from on_screen import show
+@pytest.fixture(scope="module")
+def design_workspace(qapp):
+    """A Design workspace, shared by the tests of a file."""
+    from design_samples import REGISTRY
+    from windows import delete_widgets
 
     from underfoot.widgets.design.workspace import DesignWorkspace
 
     made = DesignWorkspace(REGISTRY)
-    qtbot.addWidget(made)
-    made.resize(1280, 748)
-    show(qtbot, made)
-    made.set_patch(sample())
-    made.canvas.setFocus()
-    return made
+    yield made
+    made.close()
+    made.deleteLater()
+    delete_widgets()
+
+
+@pytest.fixture
+def workspace(design_workspace, qtbot):
+    """The same workspace on the screen, with a small patch of nodes that do nothing, and nothing to undo."""
+    from design_samples import sample
+    from on_screen import show
+
+    design_workspace.resize(1280, 748)
+    show(qtbot, design_workspace)
+    design_workspace.set_patch(sample())
+    design_workspace.canvas.setFocus()
+    yield design_workspace
+    design_workspace.canvas.setFocus()  # with the focus goes what is said over a field
 
 
 @pytest.fixture

@@ -1,13 +1,28 @@
 """What is dragged to the canvas's edge scrolls the view."""
 
 import pytest
-from design_samples import LEFT, NONE, drag, middle, port, send
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
+from on_screen import show
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from underfoot.widgets.design.workspace import DesignWorkspace
+
 CANCELS = ("escape", "right button")
+
+
+@pytest.fixture
+def workspace(qtbot):
+    """One for each test: after a drag from elsewhere its window is not activated again."""
+    made = DesignWorkspace(REGISTRY)
+    qtbot.addWidget(made)
+    made.resize(1280, 748)
+    show(qtbot, made)
+    made.set_patch(sample())
+    made.canvas.setFocus()
+    return made
 
 
 @pytest.fixture
