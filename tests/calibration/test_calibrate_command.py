@@ -58,7 +58,7 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     page = (measured / "out" / "centroid.html").read_text()
     assert page.count("<svg") >= 4
     assert profile.centroid.verdict.split(" mm")[0] in page
-    assert {("serial number", "A7"), ("operator", "R. Ramp")} <= set(
+    assert {("tile", "t1"), ("serial number", "A7"), ("operator", "R. Ramp")} <= set(
         re.findall("<th>([^<]+)</th><td>([^<]+)</td>", page)
     )
     again = underfoot("calibrate", "fsr", "--pairs", "out/fsr-pairs.csv", "--profile", "t1.json", "--report", "out")
@@ -109,6 +109,7 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     said = underfoot(*arguments, "report", "--target", "simulator", "--quick", "--profile", "both.json")
     assert said.status == 0
     assert "with hysteresis and creep compensated" in said.out.lower()
+    assert "<td>t1, simulated</td>" in (measured / "report/centroid.html").read_text()
     assert underfoot(*arguments, "again", "--presses", "report/centroid-presses.csv").status == 0
     assert json.loads((measured / "again/centroid.json").read_text()) == json.loads(
         (measured / "report/centroid.json").read_text()

@@ -84,7 +84,7 @@ def test_a_profile_of_another_tile_is_flagged_and_takes_no_part_of_this_one(driv
     page = tmp_path / "report" / "response.html"
     _choose_folder(driver, page.parent)
     driver.wait(lambda: any(str(page) in line for line in driver.said))
-    assert "<td>t1</td>" in page.read_text()
+    assert "<td>t1, simulated</td>" in page.read_text()
     driver.click(driver.wizard.saving)
     driver.wait(lambda: f"is the profile of tile {other}; allowed: t1" in driver.wizard.refusal.text())
     assert Profile.load(driver.file("t1")).response is None
@@ -144,6 +144,7 @@ def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(driver, tmp
     page = (folder / "response.html").read_text()
     result = driver.wizard.snapshot.result
     assert page.count("<svg") == len(result.drawings) == 1
+    assert "<td>t1, simulated</td>" in page
     assert "It rings true." in page
     assert 'href="response-bell.csv"' in page
     rows = (folder / "response-bell.csv").read_text().splitlines()

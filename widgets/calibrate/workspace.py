@@ -1,6 +1,7 @@
 """The Calibrate workspace: the choice of tile and calibration, and the wizard that runs it."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import date
 from functools import cached_property, partial
 from pathlib import Path
@@ -337,6 +338,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
             profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
+        result = replace(result, is_simulated=self._target is not None and not by_hand(self._target))
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report

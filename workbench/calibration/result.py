@@ -35,6 +35,8 @@ class Result:
     """Returns the profile with this result; the previous values are kept in its history."""
     method: str = ""
     """Method of measurement, in a few sentences for the report."""
+    is_simulated: bool = False
+    """Whether the tile was simulated, which the report says."""
 
     @property
     def figures(self) -> dict[str, float]:

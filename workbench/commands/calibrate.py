@@ -5,6 +5,7 @@ needs, and of those that every calibration of a tile has.
 """
 
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -85,7 +86,7 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
     with report_compiling(), raised_at_signals():
         found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed), options)
-    options.conclude(found, known)
+    options.conclude(replace(found, is_simulated=rig.is_simulated), known)
 
 
 def _measured(

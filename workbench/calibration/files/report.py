@@ -46,7 +46,7 @@ def _body(result: Result, profile: Profile, operator: str) -> list[str]:
     """Return the page's elements: verdict, facts, warnings, drawings, figures, method and raw data."""
     part = profile.part(result.kind)
     facts = [
-        ("tile", profile.tile),
+        ("tile", f"{profile.tile}, simulated" if result.is_simulated else profile.tile),
         ("serial number", profile.serial or "not given"),
         ("reference", part.reference if part is not None else ""),
         *made_by(operator),
