@@ -275,10 +275,11 @@ def test_an_engine_that_dies_while_a_patch_is_compiled_is_back_with_the_numbers_
     os.kill(session.pids["engine"], signal.SIGKILL)
     playing.started()
     playing.play(4_800)
+    playing.until(lambda: np.isfinite(playing.played(playing.end - 2_400, 2_400)).all(), "it has played for so long")
     sounding = playing.played(playing.end - 2_400, 2_400)[:, 0]
+    os.kill(session.pids["compiler"], signal.SIGCONT)
     assert np.argmax(np.abs(np.fft.rfft(sounding))) == 10
     assert np.abs(sounding).max() == pytest.approx(0.1, rel=0.05)
-    os.kill(session.pids["compiler"], signal.SIGCONT)
     playing.done(Swap)
 
 

@@ -69,7 +69,7 @@ class SettingsFile(QObject):
         lock.tryLock(LOCK_MS)
         try:
             there, why = Settings.read(self._folder)
-            if there is None and why:
+            if there is None and why and file_in(self._folder).is_file():
                 file_in(self._folder).replace(self._folder / UNREADABLE)
             made = settings if there is None else settings.added_to(there, self._last_written)
             made.save(self._folder)
