@@ -120,10 +120,7 @@ def _mean(windows: Floats, shift: Floats, used: NDArray[np.bool_], search: int) 
 def _aligned(windows: Floats, mean: Floats, search: int) -> tuple[Floats, Floats]:
     """Return the delay of each response behind the mean, in samples, and the share of the mean in it."""
     offsets, energy = np.arange(-search, search + 1), float(mean @ mean)
-    found = [
-        _peak(np.lib.stride_tricks.sliding_window_view(window, len(mean)) @ mean / energy, offsets)
-        for window in windows
-    ]
+    found = [_peak(np.correlate(window, mean) / energy, offsets) for window in windows]
     shift, match = np.array(found).T
     return shift, match
 
