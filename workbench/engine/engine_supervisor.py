@@ -5,6 +5,7 @@ import time
 
 from underfoot.engine.child_process import ChildProcess, engine_process
 from underfoot.engine.commands import Quit
+from underfoot.engine.reports import Report
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -60,7 +61,7 @@ class EngineSupervisor:
         if self._engine is not None:
             self._engine.send(message)
 
-    def receive(self) -> list[object]:
+    def receive(self) -> list[Report]:
         """Return the engine's reports."""
         return self._engine.receive() if self._engine is not None else []
 

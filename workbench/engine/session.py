@@ -458,7 +458,7 @@ class Session:
                     self._standby_due = time.monotonic() + (0.0 if took_over else STANDBY_AFTER_S)
                     if self._compiler.awaits_preview:
                         self._compiler.start()
-            self._reports.append(message)  # type: ignore[arg-type]
+            self._reports.append(message)
 
     def _restart_engine(self) -> None:
         if not self._engine.has_died:
