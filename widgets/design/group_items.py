@@ -10,7 +10,7 @@ from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import PlacedNode
 from underfoot.patch.wiring import Wire
 from underfoot.widgets import theme
-from underfoot.widgets.design.group_view import COLOURS
+from underfoot.widgets.design.group_view import colour_of
 from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, PlacedPort
 
@@ -104,7 +104,7 @@ class GroupFrameItem(QGraphicsItem):
         return self._rect.adjusted(-1, -1, 1, 1)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        colour = theme.PALETTE[COLOURS[self.shown_group.colour]]
+        colour = colour_of(self.shown_group)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         line, ground = (1.0, 0.16) if self._is_entered else (0.55, 0.08)
         painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, line)), 1.0))

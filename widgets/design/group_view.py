@@ -14,7 +14,7 @@ from underfoot.widgets.design.node_geometry import NodeDescription, PortRow, dis
 _OPEN, _OUTSIDE = "", "."
 """Representations of a group's members that are not drawn as a block; no node id contains a dot."""
 
-COLOURS = {
+_COLOURS = {
     "grey": "muted",
     "teal": "vibration",
     "amber": "force",
@@ -23,6 +23,11 @@ COLOURS = {
     "red": "alarm",
 }
 """The colours that a group may have, by their names in the palettes."""
+
+
+def colour_of(group: Group) -> str:
+    """Return a group's colour in the palette that is in use, as #rrggbb."""
+    return theme.PALETTE[_COLOURS[group.colour]]
 
 
 class GroupView(Struct, frozen=True):
@@ -87,9 +92,7 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
         outputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
     names = ", ".join(node.name_in(registry) for node in nodes)
-    return NodeDescription(
-        title, f"Sub-patch of {names}", theme.PALETTE[COLOURS[group.colour]], tuple(inputs), tuple(outputs)
-    )
+    return NodeDescription(title, f"Sub-patch of {names}", colour_of(group), tuple(inputs), tuple(outputs))
 
 
 def node_of_group(patch: Patch, group: Group) -> PlacedNode:

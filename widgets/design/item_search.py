@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.patch.groups import chain, innermost, parents
 from underfoot.widgets import theme
-from underfoot.widgets.design.group_view import COLOURS
+from underfoot.widgets.design.group_view import colour_of
 from underfoot.widgets.design.named_list import NamedList
 from underfoot.widgets.design.node_geometry import accent
 from underfoot.widgets.design.scene import PatchScene
@@ -63,7 +63,7 @@ class _ItemList(NamedList):
             type, around = registry[node.type], path(inner.get(node.id, ""), node.id)
             yield _Row(node.id, node.name_in(registry), accent(type), around, f"{node.id} {type.label}")
         for group in patch.groups:
-            yield _Row(group.id, names[group.id], theme.PALETTE[COLOURS[group.colour]], path(above[group.id]), "group")
+            yield _Row(group.id, names[group.id], colour_of(group), path(above[group.id]), "group")
         for note in patch.notes:
             around = path(inner.get(note.id, ""))
             yield _Row(note.id, note.text.partition("\n")[0] or "Note", theme.MUTED, around, f"note {note.text}")
