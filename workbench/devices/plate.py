@@ -27,7 +27,7 @@ MOVE_S = 4.0
 """Duration of every move in seconds (thesis 6.3.6)."""
 LATE_S = 2.0
 """Seconds after which a servo that should have arrived is considered lost."""
-BAUD = 115_200
+_BAUD = 115_200
 SIMULATED = "simulated"
 """The port of a plate that is simulated."""
 FORMAT, VERSION = "underfoot-plate", 1
@@ -207,4 +207,4 @@ def _opened(port: str, clock: Callable[[], float]) -> "serial.Serial | Simulated
     if port == SIMULATED:
         return SimulatedServo(clock)
     with opening(f"the plate at {port} cannot be opened"):
-        return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0, exclusive=True)
+        return serial.Serial(port, _BAUD, timeout=0.0, write_timeout=1.0, exclusive=True)

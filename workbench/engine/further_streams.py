@@ -13,7 +13,7 @@ from underfoot.errors import DeviceError
 
 RETRY_S = 2.0
 """Interval in seconds between attempts to reopen a card."""
-STILL_S = 2.0
+_STILL_S = 2.0
 """Time in seconds for which a stream asks for no frames until its tiles are said to be silent."""
 _LOOK_S = 0.1
 _CALM_S = 0.04
@@ -79,7 +79,7 @@ class FurtherStream:
         self._looked_s = now_s
         if self.stream is None or self.frames.asked != self._asked:
             self._still_s, self._asked = 0.0, self.frames.asked
-        self.stands_still = self._still_s > STILL_S
+        self.stands_still = self._still_s > _STILL_S
         return self.stands_still != before
 
     @property

@@ -16,7 +16,7 @@ from underfoot.errors import BadValue, DeviceError, in_one_line, require
 if TYPE_CHECKING:
     from serial import Serial
 
-BAUD = 1_000_000
+_BAUD = 1_000_000
 """Default baud rate: exact on common microcontrollers, and four times what a tile at 1 kHz needs; ignored by native
 USB.
 """
@@ -108,7 +108,7 @@ class SerialTransport(Transport):
     )
     sender = PtySender
 
-    def __init__(self, path: str, baud: int = BAUD) -> None:
+    def __init__(self, path: str, baud: int = _BAUD) -> None:
         require(bool(path), "port", path, "a port's name, as /dev/ttyACM0 or COM3")
         require(50 <= baud <= 20_000_000, "baud", baud, "50 to 20000000")
         import serial  # here: not all commands need a port; and not in `open`, when a session is already running
