@@ -15,12 +15,11 @@ from underfoot.quantities import number
 from underfoot.records.envelopes import Envelope
 from underfoot.records.survey import ContactSpan, Stance
 from underfoot.widgets import theme
+from underfoot.widgets.floor_map import FULL_SCALE_N
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.reader import FINE_S, DetailEnvelopes, OpenedRecording, OverviewEnvelopes
 
 GUTTER_PX, RIGHT_PX, RULER_PX = 120, 12, 34
-FULL_SCALE_N = 1000.0
-"""The load at which a tile's row shows the full amber."""
 _ROW_PX = (3.0, 14.0)
 """Heights between which a tile's row is."""
 _BAR_PX, _BARS_PAD_PX, _TRACKS_APART_PX = 14.0, 8.0, 6.0
