@@ -92,6 +92,8 @@ def test_silence_and_another_signal_are_refused():
         click_delays(train, onsets, np.zeros(len(train)), RATE)
     with pytest.raises(BadMeasurement, match="clicks"):
         click_delays(train, onsets, np.random.default_rng(1).standard_normal(len(train)), RATE)
+    with pytest.raises(BadValue, match=r"recording is .*; allowed: one channel, shape \(frames,\)"):
+        click_delays(train, onsets, [], RATE)
     with pytest.raises(BadMeasurement, match="no click"):
         click_onsets(np.zeros(100), RATE)
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, integer, number
+from underfoot.calibration.science.recording_checks import signal_of
 from underfoot.errors import BadMeasurement, require
 from underfoot.kernels import Floats
 from underfoot.models.signals.random import stream_key, uniform
@@ -77,14 +78,7 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], recording: ArrayL
     >>> found.delay_s.round(5)[:2], found.lost
     (array([0.01, 0.01]), 0)
     """
-    sent, received = np.asarray(played, dtype=np.float64), np.asarray(recording, dtype=np.float64)
-    require(
-        received.ndim == 1 and bool(np.isfinite(received).all()),
-        "recording",
-        received.shape,
-        "finite samples of one channel",
-    )
-    require(sent.ndim == 1, "played", sent.shape, "one channel, shape (frames,)")
+    sent, received = signal_of("played", played), signal_of("recording", recording)
     onsets = np.asarray(onsets)
     is_frames = onsets.ndim == 1 and onsets.size > 0 and np.issubdtype(onsets.dtype, np.integer)
     within = is_frames and onsets[0] >= 0 and bool((np.diff(onsets) > 0).all())
