@@ -1,12 +1,16 @@
 """What requirements are measured on: models that are known to keep theirs, floors, presets and times."""
 
 import math
+import pkgutil
 import sys
+from importlib import import_module
 
 import pytest
 
+from underfoot.bench import requirements
 from underfoot.bench.blocks import BlockCost
 from underfoot.bench.requirements import (
+    FAMILIES,
     TIMINGS,
     Timing,
     blocks,
@@ -111,6 +115,12 @@ def test_a_start_is_a_process_of_its_own():
     assert starts.started([sys.executable, "-c", "print(3)"]) == "3\n"
     with pytest.raises(UnderfootError, match="fails: ZeroDivisionError"):
         starts.started([sys.executable, "-c", "1 / 0"])
+
+
+def test_each_file_with_requirements_is_a_family():
+    names = {file.name for file in pkgutil.iter_modules(requirements.__path__)}
+    files = {name: import_module(f"{requirements.__name__}.{name}") for name in names}
+    assert {name for name, file in files.items() if hasattr(file, "requirements")} == set(FAMILIES)
 
 
 def test_every_family_is_asked_and_told_of(monkeypatch):

@@ -6,7 +6,7 @@ moment (`timing.Timed`).
 
 from collections.abc import Callable, Iterable, Iterator
 
-from underfoot.bench.requirements import friction, impacts, materials, modes, signals, starts
+from underfoot.bench.requirements import contacts, friction, impacts, materials, modes, signals, starts
 from underfoot.bench.requirements.requirement import COMPARISON_ONLY, SPEED, Requirement, Timing
 from underfoot.engine.cluster import on_cluster
 from underfoot.errors import UnderfootError
@@ -19,6 +19,7 @@ FAMILIES: dict[str, Callable[[bool], Iterable[Requirement]]] = {
     "modes": modes.requirements,
     "materials": materials.requirements,
     "friction": friction.requirements,
+    "contacts": contacts.requirements,
 }
 """The function that measures each family, quick or in full."""
 

@@ -1,5 +1,6 @@
 """Requirements on contacts: feet, sides and persons, against simulated people."""
 
+import math
 from collections.abc import Iterable
 
 from underfoot.bench.identity import WalkAccuracy, simulate_walk
@@ -17,7 +18,7 @@ def requirements(quick: bool) -> Iterable[Requirement]:
     yield from _alone(simulate_walk(floor, (), seconds))
     for count, path in _KINDS:
         walked = simulate_walk(floor, drawn_people(count, path), seconds)
-        yield from _together(f"{count} {path}", walked, 0.99 if path == "crossing" else 0.0)
+        yield from _together(f"{count} {path}", walked, is_required=path == "crossing")
 
 
 def _alone(walked: WalkAccuracy) -> Iterable[Requirement]:
@@ -28,18 +29,12 @@ def _alone(walked: WalkAccuracy) -> Iterable[Requirement]:
     )
 
 
-def _together(name: str, walked: WalkAccuracy, least: float) -> Iterable[Requirement]:
+def _together(name: str, walked: WalkAccuracy, *, is_required: bool) -> Iterable[Requirement]:
+    least, most = (0.99, 0.0) if is_required else (-math.inf, math.inf)
     yield Requirement("contacts", f"{name}, splits", walked.splits, f"of {walked.feet} feet")
     yield Requirement("contacts", f"{name}, false joins", walked.joins, f"of {walked.feet} feet")
-    if least:
-        yield Requirement("contacts", f"{name}, IDF1 of feet", walked.contacts.idf1, "of 1", low=least)
-        yield Requirement("contacts", f"{name}, switches", walked.contacts.switches, "of a foot's contact", high=0.0)
-    else:
-        yield Requirement("contacts", f"{name}, IDF1 of feet", walked.contacts.idf1, "of 1")
-        yield Requirement("contacts", f"{name}, switches", walked.contacts.switches, "of a foot's contact")
+    yield Requirement("contacts", f"{name}, IDF1 of feet", walked.contacts.idf1, "of 1", low=least)
+    yield Requirement("contacts", f"{name}, switches", walked.contacts.switches, "of a foot's contact", high=most)
     yield Requirement("contacts", f"{name}, MOTA of feet", walked.contacts.mota, "of 1")
     yield Requirement("contacts", f"{name}, sides right", walked.sides_right / max(walked.sided, 1), "of 1")
-    if least:
-        yield Requirement("contacts", f"{name}, IDF1 of persons", walked.person_idf1, "of 1", low=least)
-    else:
-        yield Requirement("contacts", f"{name}, IDF1 of persons", walked.person_idf1, "of 1")
+    yield Requirement("contacts", f"{name}, IDF1 of persons", walked.person_idf1, "of 1", low=least)
