@@ -7,7 +7,8 @@ frames of both.
 """
 
 import math
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +18,11 @@ from scipy.optimize import linear_sum_assignment
 from underfoot.clock import RATE_HZ
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor import simulated_loads
-from underfoot.floor.contacts import Contact, ContactRows, ContactTracker
+from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_people import Person
-from underfoot.floor.walks import WalkTracker
+from underfoot.floor.step_finder import StepFinder
 
 MATCH_RADIUS_M = 0.15
 """Largest distance between a contact and its foot: less than to anybody's other foot, more than from a tile's own
@@ -38,7 +39,6 @@ joined; two feet on one tile have one load.
 
 LEAST_N = 20.0
 """Least force of a foot that counts; contacts begin above it."""
-
 
 _CHUNK = 4800
 
@@ -68,7 +68,7 @@ class Identity:
     switches: int
     fragments: int
     idf1: float
-    matched: dict[int, dict[int, int]]
+    matched: Mapping[int, Counter[int]]
 
     @property
     def mota(self) -> float:
@@ -87,8 +87,7 @@ def identity(truth: Tracks, found: Tracks, radius_m: float = MATCH_RADIUS_M) -> 
     >>> measured.mota, measured.idf1
     (0.25, 0.5)
     """
-    together: dict[int, dict[int, int]] = {}
-    matched: dict[int, dict[int, int]] = {}
+    together, matched = defaultdict[int, Counter[int]](Counter), defaultdict[int, Counter[int]](Counter)
     last: dict[int, tuple[int, int]] = {}
     misses = false_positives = switches = fragments = 0
     seen: dict[int, int] = {}
@@ -101,8 +100,7 @@ def identity(truth: Tracks, found: Tracks, radius_m: float = MATCH_RADIUS_M) -> 
             switches += before is not None and before[0] != other
             fragments += before is not None and seen[one] != before[1]
             last[one] = other, frame
-            of_one = matched.setdefault(one, {})
-            of_one[other] = of_one.get(other, 0) + 1
+            matched[one][other] += 1
         for one in truth.id[mine].tolist():
             seen[one] = frame
         misses += len(mine) - len(pairs)
@@ -123,7 +121,7 @@ def _matches(
     found: Tracks,
     mine: NDArray[np.intp],
     theirs: NDArray[np.intp],
-    state: tuple[dict[int, tuple[int, int]], float, dict[int, dict[int, int]]],
+    state: tuple[dict[int, tuple[int, int]], float, defaultdict[int, Counter[int]]],
 ) -> list[tuple[int, int]]:
     """Return the matches of one frame; pairs within reach are counted in `together`."""
     last, radius_m, together = state
@@ -133,15 +131,14 @@ def _matches(
     cost = np.where(far <= radius_m, far, 1e6)
     for i, j in zip(*np.nonzero(far <= radius_m), strict=True):
         one, other = int(truth.id[mine[i]]), int(found.id[theirs[j]])
-        of_one = together.setdefault(one, {})
-        of_one[other] = of_one.get(other, 0) + 1
+        together[one][other] += 1
         if last.get(one, (-1, -1))[0] == other:
             cost[i, j] -= 100.0
     chosen = zip(*linear_sum_assignment(cost), strict=True)
     return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if far[i, j] <= radius_m]
 
 
-def _best_assignment(together: dict[int, dict[int, int]]) -> int:
+def _best_assignment(together: Mapping[int, Counter[int]]) -> int:
     """Return the most frames in reach over all one-to-one assignments of truths to hypotheses."""
     others = sorted({other for of_one in together.values() for other in of_one})
     if not others:
@@ -179,25 +176,21 @@ def simulate_walk(floor: Floor, people: Sequence[Person], seconds: float) -> Wal
     Each sensor has a tare of 12 N and white noise of 0.3 N.
     """
     source = SimulatedFloor(floor, people=people)
-    tracker, counter = ContactTracker(floor, source.rate_hz), WalkTracker(floor)
+    finder = StepFinder(floor, source.rate_hz)
     draw = np.random.default_rng(1)
     rows: list[ContactRows] = []
     steps: list[Step] = []
-    contacts: tuple[Contact, ...] = ()
     now_s = 0.0
     for end in range(_CHUNK, math.ceil(seconds * RATE_HZ), _CHUNK):
         count = source.pull(end)
         time_s = source.stamps[:count] / RATE_HZ
         force_n = source.forces[:count] + 12.0 + draw.normal(0.0, 0.3, (count, *source.forces.shape[1:]))
-        tracked = tracker.feed(time_s, force_n)
+        found = finder.feed(time_s, force_n)
         now_s = float(time_s[-1])
-        rows.append(tracked.rows)
-        contacts += tracked.finished
-        steps += counter.feed(tracked.finished, now_s)
-    tracked = tracker.finish()
-    rows.append(tracked.rows)
-    steps += counter.feed(tracked.finished, now_s) + counter.finish()
-    return _accuracy(source, rows, steps, now_s)
+        rows.append(found.rows)
+        steps += found.steps
+    found = finder.finish()
+    return _accuracy(source, [*rows, found.rows], steps + found.steps, now_s)
 
 
 def _accuracy(
@@ -211,18 +204,18 @@ def _accuracy(
     sample = np.round(time_s * source.rate_hz).astype(int)
     kept = sample % EVERY == 0
     found = identity(truth, Tracks(sample[kept] // EVERY, contact[kept], x_m[kept], y_m[kept]))
-    feet_of: dict[int, dict[int, int]] = {}
+    feet_of = defaultdict[int, dict[int, int]](dict)
     for foot, of_foot in found.matched.items():
         for id, frames in of_foot.items():
-            feet_of.setdefault(id, {})[foot] = frames
+            feet_of[id][foot] = frames
     foot_of = {id: max(feet, key=lambda foot: feet[foot]) for id, feet in feet_of.items()}
     stepped = [(step, foot_of[step.contact]) for step in steps if step.contact in foot_of]
     footfalls = source.footfalls
     sides = [(step.side == "left") == bool(footfalls[foot]["left"]) for step, foot in stepped if step.side != "unknown"]
     persons = [(int(footfalls[foot]["person"]), step.person) for step, foot in stepped]
-    together: dict[int, dict[int, int]] = {}
+    together = defaultdict[int, Counter[int]](Counter)
     for true, found_id in persons:
-        together.setdefault(true, {})[found_id] = together.get(true, {}).get(found_id, 0) + 1
+        together[true][found_id] += 1
     return WalkAccuracy(
         contacts=found,
         feet=len(found.matched),
