@@ -11,7 +11,7 @@ from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, choice_of_settings
-from underfoot.widgets.experiment.studies import SessionFolder, StudyFile, is_id
+from underfoot.widgets.experiment.studies import LONGEST_ID, SessionFolder, StudyFile, is_id
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.settings import Settings
 
@@ -80,7 +80,7 @@ class SessionStart(QWidget):
         goes_on = is_id(person) and not alike and self._sessions.path(self._study, person).exists()
         why_not = "The session is not open yet." if not has_session else "" if person else _HOW
         if person and not is_id(person):
-            why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
+            why_not = f"An id has up to {LONGEST_ID} letters, digits, - and _; names are not asked for."
         if alike:
             why_not = (
                 f"{alike} has a session already, and ids must differ in more than letter case; type {alike} to go on."

@@ -1,6 +1,5 @@
 """The available studies, and the places of their session files."""
 
-import re
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -11,12 +10,16 @@ from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder, write_file
+from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile
 
 STUDY = "study.txt"
 """File beside the sessions of a study: the place of its protocol."""
+
+LONGEST_ID = 40
+"""Most characters of a participant's id, which names a file."""
 
 
 @dataclass(frozen=True)
@@ -154,4 +157,4 @@ def is_id(text: str) -> bool:
     >>> is_id("P07"), is_id("Ann Other"), is_id("")
     (True, False, False)
     """
-    return bool(re.fullmatch(r"[A-Za-z0-9_-]{1,40}", text))
+    return len(text) <= LONGEST_ID and bool(IDENTIFIER.fullmatch(text))
