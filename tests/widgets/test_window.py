@@ -9,7 +9,7 @@ import pytest
 from live import LONG_BLOCK
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QImage, QTextDocument
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMenu, QMessageBox, QPushButton
 from windows import (
@@ -398,6 +398,19 @@ def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):
     text = QApplication.clipboard().text()
     assert text.startswith("Underfoot 0.")
     assert "numba" in text
+
+
+def test_about_names_the_documentation_in_a_folder_whose_name_has_signs_of_rich_text(qtbot, tmp_path, monkeypatch):
+    sources = tmp_path / "R&amp;D"
+    (sources / "docs").mkdir(parents=True)
+    (sources / "mkdocs.yml").touch()
+    monkeypatch.setattr("underfoot.__file__", str(sources / "workbench" / "__init__.py"))
+    dialog = AboutDialog(tmp_path)
+    qtbot.addWidget(dialog)
+    (label,) = (label for label in dialog.findChildren(QLabel) if label.text().startswith("Documentation"))
+    shown = QTextDocument()
+    shown.setHtml(label.text())
+    assert shown.toPlainText() == f"Documentation: {sources / 'docs'}"
 
 
 # --- last, for it closes the Recordings workspace ---

@@ -1,5 +1,6 @@
 """The About dialog: version, licence, libraries, and the program's folders."""
 
+import html
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -58,7 +59,9 @@ def _documentation() -> QLabel:
     places = (sources / "site" / "index.html", sources / "docs")
     is_checkout = (sources / "mkdocs.yml").is_file()  # else beside it are other people's packages
     found = next((place for place in places if place.exists()), None) if is_checkout else None
-    link = f'<a href="{found.as_uri()}">{found}</a>' if found is not None else "the pages in docs, beside the sources"
+    link = "the pages in docs, beside the sources"
+    if found is not None:
+        link = f'<a href="{found.as_uri()}">{html.escape(str(found))}</a>'
     shown = theme.label(f"Documentation: {link}", "muted")
     shown.setTextFormat(Qt.TextFormat.RichText)
     shown.setOpenExternalLinks(True)
