@@ -43,7 +43,7 @@ def blocks_per_timed(block: int) -> int:
 
 @kernel
 def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
-    """Run `n` frames of the program whose tables are at `addresses`, from session frame `frame` on."""
+    """Run `n` frames of the program whose tables are at the addresses `where`, from session frame `frame` on."""
     p = tables_at(where)
     fill_signal_controls(p, frame, n)
     if p.no_sound[0] == 0:
