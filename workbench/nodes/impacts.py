@@ -10,8 +10,6 @@ from underfoot.models.modal import contact_motion, drawn_modes, hammer, phasors,
 from underfoot.parameters import Count, Number, Rows
 from underfoot.patch.node import Input, Output, RequestedError, node, prepared, prepared_columns
 
-FLOOR = 1e-5
-"""Acceleration, m/s^2, below which a mode is dropped: 126 dB below full scale, far below the threshold of touch."""
 FASTEST = 100.0
 """Largest speed of a hammer, m/s, whatever the strength of its event."""
 SLOWEST = 1e-12
@@ -84,7 +82,7 @@ class Impact:
         return _by_decay(values["modes"])
 
     def design(table, mass, stiffness, exponent, damping, error, pitch, decay, rate, coefficients):
-        hammer.design(table, pitch, decay, rate, FLOOR, coefficients.struck)
+        hammer.design(table, pitch, decay, rate, hammer.FLOOR_M_S2, coefficients.struck)
         thrown = coefficients.hammer
         thrown.mass, thrown.stiffness, thrown.exponent, thrown.damping = mass, stiffness, exponent, damping
         thrown.error = error
@@ -129,7 +127,7 @@ class ModalBank:
         return _by_decay(values["modes"])
 
     def design(table, pitch, decay, rate, coefficients):
-        struck_bank.design(table, pitch, decay, rate, FLOOR, coefficients)
+        struck_bank.design(table, pitch, decay, rate, hammer.FLOOR_M_S2, coefficients)
 
     def run(strike, level, frame, coefficients, state, out):
         struck_bank.ring(strike, frame, coefficients, state, out)
@@ -180,7 +178,7 @@ class DrawnBank:
     def design(draws, low, high, alpha, rolloff, quality, damping, rate, coefficients):
         drawn = coefficients.drawn
         drawn_modes.place(draws, low, high, alpha, rolloff, quality, damping, drawn)
-        struck_bank.design(drawn, 1.0, 1.0, rate, FLOOR, coefficients.bank)
+        struck_bank.design(drawn, 1.0, 1.0, rate, hammer.FLOOR_M_S2, coefficients.bank)
 
     def run(strike, level, frame, coefficients, state, out):
         struck_bank.ring(strike, frame, coefficients.bank, state, out)

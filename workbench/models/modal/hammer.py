@@ -38,6 +38,9 @@ MOST_SUBSTEPS = 4096
 """Largest number of sub-steps per frame, in real time and offline. A contact that needs more is not resolved, but still
 gains no energy."""
 
+FLOOR_M_S2 = 1e-5
+"""Acceleration below which nodes drop a mode: 126 dB below full scale, far below the threshold of touch."""
+
 _PATIENT, _IMPATIENT, _LEAST = 8192, 2048, 8
 """Sub-step budget of a hammer that chatters on the object: after `_PATIENT`, and each further `_IMPATIENT`, sub-steps
 per frame are halved, down to `_LEAST`. A strike that leaves takes (10 / error)^(1/4), at most some hundreds."""

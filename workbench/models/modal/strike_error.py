@@ -11,7 +11,6 @@ from underfoot.models.signals.events import event_list
 
 _SECONDS = 0.1
 _TIGHT = 1e-10
-_FLOOR = 1e-5
 
 
 def timed_work(values: Mapping[str, Any], *, shows: bool = False) -> Callable[[], hammer.Response]:
@@ -28,7 +27,7 @@ def timed_work(values: Mapping[str, Any], *, shows: bool = False) -> Callable[[]
     modes = np.array(sorted(values["modes"], key=lambda mode: mode[1]), np.float64).reshape(-1, 4).T
     sizes = phasors.sizes(modes.shape[1])
     known, state = contact_motion.OBJECT.zeros(**sizes), contact_motion.STATE.zeros(row=sizes["row"])
-    hammer.design(np.ascontiguousarray(modes), values["pitch"], values["decay"], RATE_HZ, _FLOOR, known)
+    hammer.design(np.ascontiguousarray(modes), values["pitch"], values["decay"], RATE_HZ, hammer.FLOOR_M_S2, known)
     thrown = hammer.HAMMER.zeros()
     for name in ("mass", "stiffness", "exponent", "damping", "error"):
         setattr(thrown, name, values[name])
