@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.files.measurements import Pairs
+from underfoot.calibration.files.measurements import LARGEST_READING, Pairs
 from underfoot.calibration.science.hysteresis import curve_knots, fit_hysteresis
 from underfoot.calibration.science.pair_plausibility import require_plausible
 from underfoot.calibration.science.sensor_characteristics import (
@@ -54,7 +54,7 @@ class VoltageDivider:
     """
 
     resistance_ohm: float
-    full_counts: float = 65535.0
+    full_counts: float = LARGEST_READING
     falling: bool = False
 
     def conductance(self, reading: Floats) -> Floats:

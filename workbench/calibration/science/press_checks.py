@@ -76,4 +76,6 @@ def require_unclipped(readings: Floats, rest: Floats) -> None:
     railed = np.flatnonzero((readings >= LARGEST_READING).mean(axis=0) > 0.5)
     railed = railed[np.abs(rest[railed] - LARGEST_READING) > 400.0]
     if railed.size:
-        raise BadMeasurement(f"sensor {railed[0] + 1} clips: its reading stays at 65535; press less hard there")
+        raise BadMeasurement(
+            f"sensor {railed[0] + 1} clips: its reading stays at {LARGEST_READING:.0f}; press less hard there"
+        )

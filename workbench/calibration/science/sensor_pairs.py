@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.kernels import Floats
 
 RISING, FALLING, HELD, UNKNOWN = 0, 1, 2, 3
@@ -182,7 +183,7 @@ def _extrapolated_rest(reading: Floats, force_n: Floats, sign: float) -> float:
     if sign * slope < 0.0:
         at_zero = float(np.median(reading[order]))
     lowest = float((sign * reading).min()) * sign
-    return float(np.clip(sign * min(sign * at_zero, sign * lowest), 0.0, 65535.0))
+    return float(np.clip(sign * min(sign * at_zero, sign * lowest), 0.0, LARGEST_READING))
 
 
 def _unsaturated(
@@ -196,7 +197,7 @@ def _unsaturated(
     top = float(x.max())
     noise = float(np.std(np.diff(x[x > 0.98 * top]))) if np.count_nonzero(x > 0.98 * top) > 20 else 0.0
     at_top = x >= top - max(0.5 * _finest(x), 4.0 * noise)
-    at_end = at_top & ((reading <= 0.0) | (reading >= 65535.0))
+    at_end = at_top & ((reading <= 0.0) | (reading >= LARGEST_READING))
     for there, least in ((at_end, 0.02), (at_top & (direction != FALLING), 0.05)):
         forces = force_n[there]
         if forces.size < 3 or np.ptp(forces) <= least * full_scale_n:
