@@ -86,8 +86,7 @@ class _Decimated:
 
 def _decimated(pairs: SensorPairs) -> _Decimated:
     """Return the pairs averaged down to `_RATE_HZ`, or slightly above."""
-    period = float(np.median(np.diff(pairs.time_s)))
-    count = max(1, int(round(1.0 / (max(period, 1e-6) * _RATE_HZ))))
+    count = max(1, int(round(1.0 / (max(pairs.period_s, 1e-6) * _RATE_HZ))))
     ends = pairs.x.size // count * count
 
     def mean(values: Floats) -> Floats:

@@ -14,6 +14,7 @@ from underfoot.calibration.science.sensor_pairs import (
     HELD,
     HELD_S,
     RISING,
+    UNLOADED,
     SensorPairs,
     force_bin,
 )
@@ -175,6 +176,6 @@ def _repeatability_percent(pairs: SensorPairs, apparent: Floats) -> float:
 
 
 def _noise_n(pairs: SensorPairs, apparent: Floats) -> float:
-    rest = np.abs(pairs.force_n) <= 0.005 * pairs.full_scale_n
+    rest = np.abs(pairs.force_n) <= UNLOADED * pairs.full_scale_n
     steps = np.diff(apparent)[rest[1:] & rest[:-1]]
     return float(np.std(steps)) / np.sqrt(2.0) if steps.size > 20 else np.nan

@@ -18,7 +18,8 @@ HELD_S, _HELD_SHARE = 0.5, 0.05
 _HELD_WEIGHT = 0.3
 """Weight of a sample of a held load: a recording dwells on it, and it creeps."""
 _FOLDS = 6
-_UNLOADED = 0.005
+UNLOADED = 0.005
+"""Share of full scale up to which a sensor counts as unloaded."""
 _RANGE = 50.0
 """Smallest range of a reading, in its smallest steps, that resolves forces."""
 _SATURATED_SLOPE = 0.05
@@ -75,7 +76,7 @@ def prepare(time_s: Floats, reading: Floats, force_n: Floats, full_scale_n: floa
     time_s, reading, force_n = time_s[order], reading[order], force_n[order]
     timed = is_timed(time_s)
     own_full = float(force_n.max())
-    unloaded = np.abs(force_n) <= _UNLOADED * full_scale_n
+    unloaded = np.abs(force_n) <= UNLOADED * full_scale_n
     sign = direction_of(reading, force_n)
     rested = bool(np.count_nonzero(unloaded))
     rest = _rest(reading, force_n, unloaded, full_scale_n) if rested else _extrapolated_rest(reading, force_n, sign)
