@@ -35,7 +35,7 @@ FRAMES = 768
 _BLOCKS = (1, 31, 224, 512)
 _STRIKES = (40.4, 411.0)
 _STRENGTHS = (1.0, 1.0, 10.0, 0.5, 1.0, 1e-310, 1e6, 1.0)
-_LARGEST_POSITION_M = 1e100
+_LARGEST_SIGNAL = 1e100
 """A patch whose signals exceed this overflows by its own arithmetic, such as a product of products, which is no
 fault.
 """
@@ -167,7 +167,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         faults += [fault] if fault else []
     if not np.isfinite(seen).all():
         return "a signal is not finite"
-    if np.abs(seen).max(initial=0.0) > _LARGEST_POSITION_M:
+    if np.abs(seen).max(initial=0.0) > _LARGEST_SIGNAL:
         return ""
     for node, tile, frame in faults:
         if tile != "nan" or node not in readers:
@@ -195,7 +195,7 @@ def run_long(patch: Patch, registry: Registry, rate: int, seconds: float, frame:
         if not (np.abs(loop.out) <= Limits().peak).all():  # false for NaN
             return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
         fault = loop.program.fault()
-        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _LARGEST_POSITION_M:
+        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _LARGEST_SIGNAL:
             return f"{fault[0]} makes a value that is not finite at frame {fault[2]}, tile {fault[1]}"
     return ""
 
