@@ -35,9 +35,9 @@ PEOPLE |= dict.fromkeys(SPREAD, 40)
 
 
 @cache
-def found_of(name, people, each=20, **conditions):
+def found_of(name, people, each=20, **settings):
     folder = preset_files.protocols()[name].parent
-    how = SimulationSettings(**conditions)
+    how = SimulationSettings(**settings)
     return [one for part in jobs_of(preset_protocol(name), folder, people, how, each) for one in simulate(part)]
 
 

@@ -25,14 +25,14 @@ from underfoot.widgets.experiment.studies import StudyFile
 
 def simulated_study(study: StudyFile, people: SimulatedPeople, task: Task) -> list[Findings]:
     """Return bias and spread of every estimate over simulated people."""
-    jobs = jobs_of(study.protocol, study.folder, people.count, people.conditions)
+    jobs = jobs_of(study.protocol, study.folder, people.count, people.settings)
     who = counted(people.count, "person", "people")
 
     def seen(done: int) -> None:
         task.report(f"Simulating {who}: {sum(job.end - job.first for job in jobs[:done])} done…")
 
     summed = summaries(simulate_locally(jobs, cores(), seen, task.is_stopped))
-    return [power_of(summed, people.count, truths_of(study.protocol, dict(people.conditions.truth)))]
+    return [power_of(summed, people.count, truths_of(study.protocol, dict(people.settings.truth)))]
 
 
 def answers_so_far(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> list[Findings]:

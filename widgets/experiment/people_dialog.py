@@ -32,7 +32,7 @@ class SimulatedPeople:
     """A number of simulated participants, and the settings of the simulation."""
 
     count: int = 100
-    conditions: SimulationSettings = field(default_factory=SimulationSettings)
+    settings: SimulationSettings = field(default_factory=SimulationSettings)
 
 
 class PeopleDialog(QDialog):
@@ -49,10 +49,10 @@ class PeopleDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Simulated people")
         self._use = use
-        given = dict(people.conditions.truth)
+        given = dict(people.settings.truth)
         truths = truths_of(protocol, given)
         self._truths: dict[str, Parameter] = {name: one for name, (one, _) in truths.items()}
-        self._values: dict[str, Any] = {"people": people.count, "seed": people.conditions.seed}
+        self._values: dict[str, Any] = {"people": people.count, "seed": people.settings.seed}
         self._values |= {name: value for name, (_, value) in truths.items()}
         self.rows = FieldRows({**_GENERAL, **self._truths}, self._values)
         self.note = theme.label("", "alarm")
@@ -95,5 +95,5 @@ def people_text(people: SimulatedPeople) -> str:
     >>> people_text(SimulatedPeople(40, SimulationSettings(truth=(("lapses", 0.1),))))
     'Simulate 40 people, with your settings'
     """
-    own = ", with your settings" if people.conditions.truth else ""
+    own = ", with your settings" if people.settings.truth else ""
     return f"Simulate {counted(people.count, 'person', 'people')}{own}"

@@ -167,8 +167,8 @@ def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, peopl
     from underfoot.experiments.simulation import SimulationSettings, jobs_of
     from underfoot.studies.simulated import simulate_locally, simulate_on_cluster
 
-    conditions = SimulationSettings(options.seed, options.bootstrap, _truth(options.truth))
-    jobs = jobs_of(protocol, folder, people, conditions)
+    settings = SimulationSettings(options.seed, options.bootstrap, _truth(options.truth))
+    jobs = jobs_of(protocol, folder, people, settings)
 
     def seen(done: int) -> None:
         if sys.stderr.isatty():

@@ -47,18 +47,18 @@ class Job:
     folder: str
     first: int
     end: int
-    conditions: SimulationSettings = SimulationSettings()
+    settings: SimulationSettings = SimulationSettings()
 
 
 def jobs_of(
-    protocol: Protocol, folder: Path, people: int, conditions: SimulationSettings | None = None, each: int = 20
+    protocol: Protocol, folder: Path, people: int, settings: SimulationSettings | None = None, each: int = 20
 ) -> list[Job]:
     """Return jobs of `each` people for `people` participants of a study; `folder` contains its patches."""
     require(1 <= people <= MOST_PEOPLE, "people", people, f"1 to {MOST_PEOPLE}")
-    how = conditions or SimulationSettings()
-    seed_of(how.seed)
+    settings = settings or SimulationSettings()
+    seed_of(settings.seed)
     text = protocol.dumps()
-    return [Job(text, str(folder), first, min(first + each, people), how) for first in range(0, people, each)]
+    return [Job(text, str(folder), first, min(first + each, people), settings) for first in range(0, people, each)]
 
 
 def simulate(job: Job) -> list[EstimateRow]:
@@ -67,13 +67,13 @@ def simulate(job: Job) -> list[EstimateRow]:
     Where several stages have estimates, these have the stage in their names.
     """
     protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
-    how, found = job.conditions, list[EstimateRow]()
+    settings, found = job.settings, list[EstimateRow]()
     several = sum(stage.method is not None and not stage.practice for stage in protocol.stages) > 1
     for person in range(job.first, job.end):
-        rows, participant = simulated_rows(protocol, person, how.seed, dict(how.truth))
+        rows, participant = simulated_rows(protocol, person, settings.seed, dict(settings.truth))
         truths = {stage: observer.truths() for stage, observer in participant.observers.items()}
         for share in SHARES:
-            for stage, one in _estimates(protocol, rows, share, how.bootstrap):
+            for stage, one in _estimates(protocol, rows, share, settings.bootstrap):
                 name = f"{one.name} in {stage}" if several else one.name
                 truth = truths[stage].get(one.name, math.nan)
                 found.append((person, name, share, one.value, one.low, one.high, truth))
