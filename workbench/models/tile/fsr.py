@@ -91,7 +91,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         array([   inf, 10200.,   700.])
         """
         force = np.maximum(np.asarray(force_n, dtype=np.float64), 0.0)
-        found: NDArray[np.float64] = _resistances(np.atleast_1d(force), coefficients([self], 1000.0)[0])
+        found: NDArray[np.float64] = _resistances(force.ravel(), coefficients([self], 1000.0)[0])
         return found.reshape(force.shape)
 
     def counts(self, corner_n: ArrayLike) -> NDArray[np.float64]:
@@ -241,5 +241,5 @@ def _resistance(force_n: float, c: np.record) -> float:
 def _resistances(force_n: NDArray[np.float64], c: np.record) -> NDArray[np.float64]:
     out = np.empty_like(force_n)
     for i in range(force_n.size):
-        out.ravel()[i] = _resistance(force_n.ravel()[i], c)
+        out[i] = _resistance(force_n[i], c)
     return out
