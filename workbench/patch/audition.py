@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+from underfoot.parameters import Number
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream
@@ -12,7 +13,6 @@ LEVEL_M_S2 = 1.0
 CARRIER_HZ = 200.0
 """Frequency of its tone: where a bare sole is most sensitive (Kowalzik et al. 1996)."""
 _TICK_S = 0.02
-_LARGEST = 100.0  # the largest amplitude of a tone
 
 
 class Audition(Struct, frozen=True):
@@ -104,7 +104,9 @@ def _played(patch: Patch, registry: Registry, source: str, tile: str) -> Patch:
 
 
 def _as_loudness(patch: Patch, registry: Registry, source: str, tile: str, peak: float) -> Patch:
-    amplitude = min(LEVEL_M_S2 / peak, _LARGEST) if peak > 0.0 else LEVEL_M_S2
+    declared = registry["tone"].parameters["amplitude"]
+    assert isinstance(declared, Number)
+    amplitude = min(LEVEL_M_S2 / peak, declared.high) if peak > 0.0 else LEVEL_M_S2
     patch = patch.add("tone", registry, frequency=CARRIER_HZ, harmonics=(1.0,), amplitude=amplitude)
     tone = patch.nodes[-1].id
     patch = patch.add("multiply", registry)
