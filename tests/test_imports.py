@@ -46,6 +46,7 @@ LEVELS = (
         "options",
         "plugins",
         "quantities",
+        "sqlite_files",
         "version",
     },
     {"parameters"},

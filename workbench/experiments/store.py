@@ -33,6 +33,7 @@ from underfoot.files import make_folder, read_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
+from underfoot.sqlite_files import uri_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -448,7 +449,7 @@ class SessionFile:
 
 def _fold(path: Path) -> None:
     """Write the log (WAL) back to the file, unless another process reads it; the answers are safe in either case."""
-    there = f"{path.absolute().as_uri()}?mode=rw"  # one that was moved is not made anew
+    there = f"{uri_of(path.absolute())}?mode=rw"  # one that was moved is not made anew
     with suppress(sqlite3.Error), closing(sqlite3.connect(there, uri=True)) as base:
         base.execute("pragma wal_checkpoint(passive)")
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
+from underfoot.sqlite_files import uri_of
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
@@ -29,7 +30,7 @@ def _opened(path: Path) -> sqlite3.Connection:
     Reading what a writer left in its log takes a file beside it; where the disk has no room for one, memory does, and
     nobody else can read it meanwhile. Where nothing can be written, nothing can be locked either, nor need it be.
     """
-    where = path.resolve().as_uri()
+    where = uri_of(path.resolve())
     with suppress(sqlite3.OperationalError):
         return _connected(f"{where}?mode=rw", "pragma application_id", "select count(*) from sqlite_master")
     log, is_protected = Path(f"{path}-wal"), not os.access(path, os.W_OK)

@@ -10,6 +10,7 @@ from pathlib import Path
 from underfoot.errors import BadFile, BadValue
 from underfoot.records.recording import Recording
 from underfoot.records.survey import cached_files
+from underfoot.sqlite_files import uri_of
 
 MOST_BYTES = 200
 """Of a name: file systems allow 255, and the files beside a recording have longer names."""
@@ -76,7 +77,7 @@ def _settled(path: Path) -> tuple[Path, ...]:
 def _is_in_use(path: Path) -> bool:
     """Merge the log of a recording into its file; return whether another program has the log open."""
     try:
-        where = f"{path.resolve().as_uri()}?mode=rw"
+        where = f"{uri_of(path.resolve())}?mode=rw"
         with closing(sqlite3.connect(where, uri=True, timeout=0.0, isolation_level=None)) as base:
             base.execute("pragma journal_mode = delete")
             base.execute("begin exclusive")

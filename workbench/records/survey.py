@@ -23,6 +23,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
+from underfoot.sqlite_files import uri_of
 
 FORMAT = 4
 """Of the files in the cache; others are made anew."""
@@ -214,7 +215,7 @@ def has_envelopes(recording: Recording) -> bool:
 
 def open_envelopes(recording: Recording) -> sqlite3.Connection:
     """Open the cached envelopes, as far as they are complete; `sqlite3.Error` if there are none."""
-    return sqlite3.connect(f"{envelope_file(recording).as_uri()}?mode=ro", uri=True)
+    return sqlite3.connect(f"{uri_of(envelope_file(recording))}?mode=ro", uri=True)
 
 
 def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames: float) -> Iterator[float]:
