@@ -1,7 +1,10 @@
-"""Addresses of SQLite files."""
+"""Opening of SQLite files, also of those whose writer was killed, on disks and shares that may be read only."""
 
 import os
-from pathlib import PurePath
+import sqlite3
+from contextlib import suppress
+from pathlib import Path, PurePath
+from typing import Any
 from urllib.parse import quote
 
 
@@ -18,3 +21,32 @@ def uri_of(path: PurePath) -> str:
     """
     text = path.as_posix()
     return f"file://{'' if text.startswith('/') else '/'}{quote(os.fsencode(text), '/:')}"
+
+
+def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - of sqlite3.connect
+    """Open a file for reading, and for writing where that is allowed.
+
+    Reading what a writer left in its log takes a file beside it; where the disk has no room for one, memory does, and
+    nobody else can read it meanwhile. Where nothing can be written, nothing can be locked either, nor need it be.
+    """
+    where = uri_of(path.resolve())
+    with suppress(sqlite3.OperationalError):
+        asked = ("pragma application_id", "select count(*) from sqlite_master")
+        return _connected(f"{where}?mode=rw", asked, options)
+    log, is_protected = Path(f"{path}-wal"), not os.access(path, os.W_OK)
+    if not (log.exists() and log.stat().st_size) and (is_protected or not os.access(path.parent, os.W_OK)):
+        return _connected(f"{where}?immutable=1", (), options)  # there is no log, and there can be none
+    how = "mode=ro&vfs=unix-none" if is_protected and os.name == "posix" else "mode=rw"
+    return _connected(f"{where}?{how}", ("pragma locking_mode = exclusive",), options)
+
+
+def _connected(where: str, asked: tuple[str, ...], options: dict[str, Any]) -> sqlite3.Connection:
+    """Return a connection that works; close one that does not."""
+    base = sqlite3.connect(where, uri=True, **options)
+    try:
+        for question in asked:
+            base.execute(question).fetchone()
+    except BaseException:
+        base.close()
+        raise
+    return base

@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -97,6 +98,22 @@ def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path
         assert len(file.entries()) == 2
         assert os.listdir(tmp_path) == ["a.session"]  # so it can also be read from a folder that cannot be written
     assert path.read_bytes() == kept
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="such a user may write anywhere")
+def test_what_a_killed_program_left_is_read_from_a_folder_that_is_protected(tmp_path):
+    """It was called no session: its file says that there may be a log beside it, which SQLite would write."""
+    archive = tmp_path / "archive"
+    archive.mkdir()
+    with closing(made(tmp_path / "a.session")) as file:
+        file.hold()
+        Path(shutil.copy(file.path, archive)).chmod(0o444)
+    archive.chmod(0o555)
+    try:
+        with closing(SessionFile.open(archive / "a.session")) as file:
+            assert file.participant == "P1"
+    finally:
+        archive.chmod(0o755)
 
 
 def test_a_session_that_is_moved_away_takes_answers_once_it_is_back(tmp_path):

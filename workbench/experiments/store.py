@@ -33,7 +33,7 @@ from underfoot.files import make_folder, read_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import uri_of
+from underfoot.sqlite_files import opened, uri_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ class SessionFile:
             raise BadFile(f"{path} cannot be read: {why}")
         with ExitStack() as unless_opened:
             try:
-                base = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+                base = opened(path, isolation_level=None, check_same_thread=False)
                 unless_opened.callback(base.close)
                 (application,) = base.execute("pragma application_id").fetchone()
                 (version,) = base.execute("pragma user_version").fetchone()

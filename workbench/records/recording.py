@@ -2,10 +2,9 @@
 
 import json
 import math
-import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
 
@@ -16,40 +15,12 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
-from underfoot.sqlite_files import uri_of
+from underfoot.sqlite_files import opened
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
 FURTHEST_FRAME = 1e15
 """Largest valid session frame: 150 years at 192 kHz."""
-
-
-def _opened(path: Path) -> sqlite3.Connection:
-    """Open a recording for reading, and for writing marks.
-
-    Reading what a writer left in its log takes a file beside it; where the disk has no room for one, memory does, and
-    nobody else can read it meanwhile. Where nothing can be written, nothing can be locked either, nor need it be.
-    """
-    where = uri_of(path.resolve())
-    with suppress(sqlite3.OperationalError):
-        return _connected(f"{where}?mode=rw", "pragma application_id", "select count(*) from sqlite_master")
-    log, is_protected = Path(f"{path}-wal"), not os.access(path, os.W_OK)
-    if not (log.exists() and log.stat().st_size) and (is_protected or not os.access(path.parent, os.W_OK)):
-        return _connected(f"{where}?immutable=1")  # there is no log, and there can be none
-    how = "mode=ro&vfs=unix-none" if is_protected and os.name == "posix" else "mode=rw"
-    return _connected(f"{where}?{how}", "pragma locking_mode = exclusive")
-
-
-def _connected(where: str, *asked: str) -> sqlite3.Connection:
-    """Return a connection that works; close one that does not."""
-    base = sqlite3.connect(where, uri=True)
-    try:
-        for question in asked:
-            base.execute(question).fetchone()
-    except BaseException:
-        base.close()
-        raise
-    return base
 
 
 class Gap(Struct, frozen=True):
@@ -80,7 +51,7 @@ class Recording:
             raise BadFile(f"{path} cannot be read: {no_file(self.path)} (allowed: a recording)")
         with ExitStack() as unless_read:
             try:
-                self._base = _opened(self.path)
+                self._base = opened(self.path)
                 unless_read.callback(self._base.close)
                 (application,) = self._base.execute("pragma application_id").fetchone()
                 (self.version,) = self._base.execute("pragma user_version").fetchone()
