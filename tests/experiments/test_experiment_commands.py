@@ -222,14 +222,14 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     typed = (
         ("agree", "yes"),
         ("Pause of 1 s", partial(fill_disk, "")),
-        ("Make room", make_room),
+        ("When it can be written, press Enter", make_room),
         ("press Enter to begin", ""),
         ("How was it", partial(fill_disk, "note tired")),
-        ("Make room and type it again", lambda child: f"note tired{make_room(child)}"),
+        ("Type it again when it can be written", lambda child: f"note tired{make_room(child)}"),
         ("How was it", "much"),
         ("allowed: 0 (least) to 100", partial(fill_disk, "40")),
-        ("Make room", ""),
-        ("Make room", make_room),
+        ("When it can be written, press Enter", ""),
+        ("When it can be written, press Enter", make_room),
         ("press Enter to begin", ""),
         ("How was it", "60"),
     )

@@ -184,15 +184,15 @@ class _Terminal:
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
 
     def _say_refused(self, error: BadFile) -> None:
-        """Say that the disk refuses an answer, which is kept, or a note, which is not."""
+        """Say that an answer is not written, and kept, or a note, which is not: the disk is full, or the file moved."""
         from underfoot.studies.phase import Phase
 
         self._disk_refused = self._runner.phase is Phase.STOPPED
         if not self._disk_refused:
-            _say(f"{error}. Make room and type it again.")
+            _say(f"{error}. Type it again when it can be written.")
             self._shown.key = ""
             return
-        _say(f"{error}. Make room and press Enter, which writes the answer first; type stop to stop without it.")
+        _say(f"{error}. When it can be written, press Enter, which does that first; type stop to stop without it.")
 
     def _take(self, line: str) -> None:
         from underfoot.studies.phase import Phase
