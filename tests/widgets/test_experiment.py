@@ -234,6 +234,15 @@ def test_stop_note_and_present_again_by_the_experimenter(bench):
         bench.wait(lambda: desk.pause.text() == "Go on")
         bench.click(desk.pause)
         bench.until(Phase.READY)
+    path = bench.runner.file.path
+    away = path.rename(path.with_suffix(".away"))
+    bench.key(Qt.Key.Key_F12)  # its time cannot be noted, which was an error of the program
+    assert bench.runner.phase is Phase.STOPPED
+    assert "is not there any more" in bench.window.status.message
+    away.rename(path)
+    bench.wait(lambda: desk.pause.text() == "Go on")
+    bench.click(desk.pause)
+    bench.until(Phase.READY)
     bench.qtbot.keyClicks(desk.note_field, "shoes changed")
     bench.click(desk.note_button)
     bench.click(desk.spoil)

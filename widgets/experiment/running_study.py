@@ -93,8 +93,7 @@ class RunningStudy(QObject):
 
     def stop(self, why: str) -> None:
         """Silence the output; the current presentation begins again on continuation."""
-        if self.runner is not None:
-            self.runner.stop(why)
+        self._do(lambda runner: runner.stop(why))
 
     def show_participant(self) -> None:
         """Open the participant's window on the last of the other screens, or beside this window."""
