@@ -150,6 +150,27 @@ def test_what_is_felt_is_written_while_the_study_goes_on(tmp_path):
         assert file.entries() == study.entries
 
 
+def test_a_disk_that_has_no_room_for_a_stretch_is_said_to_have_none(tmp_path):
+    """SQLite had given the writing up by itself, and it was said that there was nothing to take back."""
+    resource = pytest.importorskip("resource")
+    protocol = made_protocol("rating")
+    values = np.random.default_rng(0).normal(size=(1_200_000, 1))  # more than SQLite holds back
+    stretch = Excerpt("vibration", 0, 0.0, 48_000.0, ("t1",), values)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with closing(SessionFile.create(tmp_path / "a.session", protocol, "P1")) as file:
+        study = file.study(protocol)
+        file.begin_packing([stretch])
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+        try:
+            with pytest.raises(BadFile, match=r"cannot be written: (disk I/O error|database or disk is full)"):
+                file.add(study.answer({"rating": 20.0}), [stretch])
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        file.write_waiting()
+        assert file.entries() == study.entries
+        assert len(file.excerpts(1)) == 1
+
+
 def test_stretches_come_back_as_they_were(tmp_path):
     file = made(tmp_path / "a.session")
     study = file.study(preset_protocol("identification-impact"))

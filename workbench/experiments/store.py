@@ -468,7 +468,10 @@ class _Transaction:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         try:
-            self._base.execute("commit" if error is None else "rollback")
+            if error is None:
+                self._base.execute("commit")
+            elif self._base.in_transaction:  # a full disk has ended it
+                self._base.execute("rollback")
         except sqlite3.Error as failed:
             raise BadFile(f"{self._path} cannot be written: {failed}") from None
         if isinstance(error, sqlite3.Error):
