@@ -40,6 +40,15 @@ def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - 
     return _connected(f"{where}?{how}", ("pragma locking_mode = exclusive",), options)
 
 
+def is_gone(path: Path) -> bool:
+    """Return whether a file was moved or removed. SQLite goes on without a word, in a file that nobody finds."""
+    try:
+        os.stat(path)
+    except OSError as error:  # others may pass, as those of a network
+        return isinstance(error, FileNotFoundError)
+    return False
+
+
 def _connected(where: str, asked: tuple[str, ...], options: dict[str, Any]) -> sqlite3.Connection:
     """Return a connection that works; close one that does not."""
     base = sqlite3.connect(where, uri=True, **options)

@@ -132,6 +132,24 @@ def test_a_session_that_is_moved_away_takes_answers_once_it_is_back(tmp_path):
         assert file.entries() == study.entries
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="such a user may look anywhere")
+def test_an_answer_is_kept_while_the_folder_cannot_be_looked_into(tmp_path):
+    """As where a network is away for a moment: that was an error of Python's."""
+    protocol, folder = made_protocol("rating"), tmp_path / "share"
+    folder.mkdir()
+    with closing(SessionFile.create(folder / "a.session", protocol, "P1")) as file:
+        study = file.study(protocol)
+        file.hold()
+        folder.chmod(0)
+        try:
+            with pytest.raises(BadFile, match="cannot be written"):
+                file.add(study.answer({"rating": 20.0}))
+        finally:
+            folder.chmod(0o755)
+        file.write_waiting()
+        assert file.entries() == study.entries
+
+
 def test_what_is_felt_is_written_while_the_study_goes_on(tmp_path):
     """A slow disk, here one that is locked, made a presentation last longer, and the answer come later."""
     protocol = made_protocol("rating")

@@ -33,7 +33,7 @@ from underfoot.files import make_folder, read_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import opened, uri_of
+from underfoot.sqlite_files import is_gone, opened, uri_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -442,7 +442,7 @@ class SessionFile:
 
     def _transaction(self) -> "_Transaction":
         self.hold()
-        if not self.path.exists():  # what is open would be written all the same, and be lost, or lie in the trash
+        if is_gone(self.path):  # what is open would be written all the same, and be lost, or lie in the trash
             raise BadFile(f"{self.path} is not there any more; put it back where it was, and go on")
         return _Transaction(self._base, self.path)
 

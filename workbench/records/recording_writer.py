@@ -13,6 +13,7 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 from underfoot.records import envelopes
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, TYPES, VERSION, Rows
+from underfoot.sqlite_files import is_gone
 
 _LOCKED_S = 60.0
 """How long a writer waits for another program that has the file locked, as the last to close it does while it merges
@@ -135,12 +136,8 @@ class Writer:
 
     @property
     def is_gone(self) -> bool:
-        """Whether the file was moved or removed. SQLite goes on without a word, in a file that nobody finds."""
-        try:
-            os.stat(self._path)
-        except OSError as error:  # others may pass, as those of a network
-            return isinstance(error, FileNotFoundError)
-        return False
+        """Whether the file was moved or removed."""
+        return is_gone(self._path)
 
     def _begin(self) -> None:
         """Begin a transaction that writes, unless one is open.
