@@ -109,12 +109,13 @@ def test_the_rate_is_that_of_the_samples_where_the_named_one_would_slip(tmp_path
 
 
 def test_c3d_of_more_frames_than_a_header_can_tell_is_whole(tmp_path):
-    count = 700_000  # of 10 samples a frame 70,000 frames; two bytes hold 65,535
+    count = 655_345  # of 10 samples a frame 65,535 frames, which stand for more
     force_n = np.zeros((count, 1, 4), np.float32)
     force_n[:, 0, 0] = np.arange(count) % 7  # no foot
     stamps = 48.0 * np.arange(count)
     made = recording_of(tmp_path / "long.underfoot", stamps, force_n, 1000.0, default_floor(1, 1))
     output = export(made, tmp_path / "long.c3d")
+    assert int.from_bytes(output.read_bytes()[8:10], "little") < 65_535
     forces, _ = read_force_file(output)
     np.testing.assert_array_equal(forces.force_n[:count], force_n)
     assert ezc3d.c3d(str(output))["parameters"]["ANALOG"]["RATE"]["value"] == [1000.0]

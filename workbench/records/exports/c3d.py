@@ -25,6 +25,8 @@ PLATE_SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """The corners of a plate in its own frame."""
 SAMPLES_A_FRAME = 10
 """Frames of a C3D file are those of cameras: of force there are some samples in each, more where the file is long."""
+_MOST_FRAMES = MOST_WORD - 1
+"""Frames of a file: readers take the largest number for more than the header can tell."""
 _AT_ONCE = 1 << 20
 """Numbers that are written at once."""
 
@@ -80,10 +82,10 @@ def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float,
     time_s = np.concatenate([one for one, _ in pieces])
     rate_hz = even_rate(time_s, forces.rate_hz)
     count = round((float(time_s[-1]) - float(time_s[0])) * rate_hz) + 1
-    in_frame = max(SAMPLES_A_FRAME, -(-count // MOST_WORD))
+    in_frame = max(SAMPLES_A_FRAME, -(-count // _MOST_FRAMES))
     channels = len(CHANNELS) * len(forces.floor.tiles)
     if channels * in_frame > MOST_WORD:
-        most_s = MOST_WORD // channels * MOST_WORD / rate_hz
+        most_s = MOST_WORD // channels * _MOST_FRAMES / rate_hz
         raise BadFile(f"{path} would have {count / rate_hz:.0f} s; allowed: {most_s:.0f} s; export it as .h5")
     corners = even_forces(time_s, np.concatenate([force_n for _, force_n in pieces]), rate_hz, in_frame)
     corners[count:] = corners[count - 1]
