@@ -128,6 +128,16 @@ def test_clocks_that_drift_apart_and_samples_lost_between_sweeps_change_nothing(
         measure(sweep, np.delete(whole, slice(gap - 18_000, gap - 17_700)), RATE)
 
 
+def test_noise_neither_moves_sweeps_nor_passes_for_lost_samples():
+    """What lies above the sweep's band gave each pass a delay of its own, by seconds."""
+    sweep = train(ONE, 3, RATE)
+    found = measure(sweep, heard(sweep, noise=0.08), RATE)
+    assert found.snr_db(60.0, 700.0) == pytest.approx(18.0, abs=1.0)
+    assert found.latency_s == pytest.approx(LATE / RATE, abs=0.0007)
+    with pytest.raises(BadMeasurement, match=r"^the signal is only \d dB above the noise"):
+        measure(sweep, heard(sweep, noise=0.3), RATE)
+
+
 def test_distortion_is_told_by_order():
     """A square and a cube in front of the plate make known amounts of the second and third harmonic."""
     found = measure(SWEEP, heard(SWEEP, square=0.02, cube=0.03), RATE)

@@ -82,13 +82,14 @@ def require_explained(f: Floats, recording: Floats, left: Floats, noise: Floats)
         )
 
 
-def require_alike(scatter: Floats, magnitude: Floats) -> None:
+def require_alike(scatter: Floats, magnitude: Floats, noise: Floats) -> None:
     """Raise `BadMeasurement` if the passes of a sweep differ by as much as their mean over a part of its band.
 
-    `scatter` is their RMS deviation from the mean and `magnitude` that of the mean, both (n,). So it is from the moment
-    on at which samples were lost, even if each pass is as loud as the others.
+    `scatter` is their RMS deviation from the mean, `magnitude` that of the mean, and `noise` that of a pass, all (n,);
+    unknown noise (NaN) counts as 0. They differ so from the moment on at which samples were lost, even if each pass is
+    as loud as the others.
     """
-    percent = 100.0 * float(np.mean(scatter > _UNLIKE * magnitude))
+    percent = 100.0 * float(np.mean(scatter > _UNLIKE * magnitude + 2.0 * np.nan_to_num(noise)))
     if percent > _MOST_UNLIKE_PERCENT:
         raise BadMeasurement(
             f"the sweeps differ from one another in {percent:.0f} % of their band: samples were lost on the way, or "

@@ -160,12 +160,12 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
     size = _fft_size(2 * one.size + longest + before)
     parts = np.array([_cut(recording, start - before, before + kept, size) for start in starts])
     x = np.fft.rfft(one, size)
-    recording_spectra, later = _aligned(np.fft.rfft(parts), x, size, before)
-    responses = np.fft.irfft(recording_spectra * _inverse(x), size)
-    stretches = responses[:, : before + after] * _window(before, after)
     low, high = _band(x, rate_hz)
     f: Floats = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
     inside = (f >= low) & (f <= high)
+    recording_spectra, later = _aligned(np.fft.rfft(parts), np.where(inside, _inverse(x), 0.0), size, before)
+    responses = np.fft.irfft(recording_spectra * _inverse(x), size)
+    stretches = responses[:, : before + after] * _window(before, after)
     quiet = _quiet(recording, starts, one.size + longest, before)
     density = _density(quiet, before + after, f, rate_hz)
     left = recording_spectra - np.fft.rfft(stretches, size) * x
@@ -191,7 +191,7 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
         noise_rms=float(quiet.std()) if quiet.size else math.nan,
     )
     middle = (grid > max(1.2 * low, _LOOPBACK_FROM_HZ)) & (grid < high / 1.2)
-    require_alike(scatter[middle], found.magnitude[middle])
+    require_alike(scatter[middle], found.magnitude[middle], math.sqrt(passes) * noise[middle])
     if float(np.std(20.0 * np.log10(found.magnitude[middle]))) < _LOOPBACK_DB:
         raise BadMeasurement(
             "the recording is the sweep itself, not what an accelerometer makes of it: another channel?"
@@ -205,15 +205,18 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
 
 
 def _aligned(
-    spectra: NDArray[np.complex128], x: NDArray[np.complex128], size: int, before: int
+    spectra: NDArray[np.complex128], inverse: NDArray[np.complex128], size: int, before: int
 ) -> tuple[NDArray[np.complex128], int]:
     """Return the spectra of the passes (passes, n) at the time of the first one, and how much later that is, in frames.
 
     Cards with clocks of their own drift apart, and a card loses samples: passes that come at other times would cancel
     one another in their mean, and their delay is not that of any. Passes that come at equal times stay as they are.
+
+    `inverse` (n,) is that of a pass, and 0 outside its band. Within it each frequency counts alike: noise above the
+    band, or a resonance that moved between passes, would give a delay of its own.
     """
-    responses = spectra * _inverse(x)
-    late = np.fft.irfft(responses * responses[0].conj(), size)
+    cross = spectra * spectra[0].conj() * (inverse != 0.0)
+    late = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-300), size)
     peaks = np.argmax(late, axis=1)
     left, at, right = (late[np.arange(len(late)), (peaks + k) % size] for k in (-1, 0, 1))
     delays = (peaks + 0.5 * (left - right) / np.minimum(left - 2.0 * at + right, -1e-300) + size // 2) % size
@@ -221,7 +224,7 @@ def _aligned(
     if np.abs(delays).max() < _STEADY_FRAMES:
         return spectra, 0
     # From half a turn before the arrival that all passes together seem to have.
-    first = np.roll(np.abs(np.fft.irfft(responses[0], size)), size // 2 - before)
+    first = np.roll(np.abs(np.fft.irfft(spectra[0] * inverse, size)), size // 2 - before)
     later = _first_peak(first, int(np.argmax(first)), 0) - size // 2
     turn = 2j * math.pi * np.arange(spectra.shape[1]) / size
     return np.asarray(spectra * np.exp(turn * (delays + later)[:, None])), later
