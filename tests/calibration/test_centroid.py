@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from underfoot.calibration.files.measurements import Presses
+from underfoot.calibration.procedures.centroid import places
 from underfoot.calibration.results.centroid import drawings_of, part_of, quantities_of, result_of, verdict_of
 from underfoot.calibration.science.centroid import SHEAR_SHARE, assess, best_static_forces
 from underfoot.calibration.science.centroid_fit import centroid, convex_hull, fit_correction
@@ -279,3 +280,14 @@ def test_what_hardly_helps_is_not_made():
     found = assess(presses(noise_n=10.0, seed=4), TILE)
     assert found.form == "none"
     assert "none is made" in verdict_of(found)
+
+
+def test_places_lie_on_the_tile_apart_from_each_other_and_are_drawn_by_the_seed():
+    for count in (9, 50):
+        for seed in (None, 4):
+            found = places(TILE, count, seed)
+            assert found.shape == (count, 2)
+            assert np.abs(found).max() <= TILE.size_m[0] / 2.0 - 0.02 + 1e-4
+            apart = np.hypot(*(found[:, None] - found[None]).T) + 9.0 * np.eye(count)
+            assert apart.min() > 0.003
+    assert not np.array_equal(places(TILE, 50, 1), places(TILE, 50, 2))

@@ -174,7 +174,7 @@ class FsrProcedure(PagedProcedure):
             found = linearise(self._pairs(found), self._divider)
         result = result_of(found, self._reference)
         tares = {
-            step.sensor: np.median(readings.values, axis=0)
+            step.sensor: _at_rest(readings)
             for step, readings, _ in self._step_data_of_sensors()
             if step.page.key.endswith("-tare")
         }
@@ -373,7 +373,7 @@ class FsrProcedure(PagedProcedure):
     def _rest_readings(self) -> Floats:
         """Return the readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self.step_data() if step.page.key.endswith("-tare")]
-        return np.median(tares[-1].values, axis=0) if tares else np.full(4, np.nan)
+        return _at_rest(tares[-1]) if tares else np.full(4, np.nan)
 
     def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
         """Return all pairs of readings and reference, one per sample.
@@ -455,6 +455,11 @@ def _setup_questions(reference: str) -> tuple[Parameter, ...]:
         ask("hold_s", Number(10.0, 2.0, 100.0, unit="s", doc="How long a force is held, to measure creep.")),
         ask("weights_n", Numbers(weights, 0.1, 5000.0, least=3, most=40, unit="N", label="Known weights, N", doc=doc)),
     )
+
+
+def _at_rest(tare: Readings) -> Floats:
+    """Return the readings (4,) of the empty tile: those of the page's end, before which something may be on it."""
+    return np.asarray(np.median((tare.last(_TARE_S) or tare).values, axis=0))
 
 
 def _steady_reading(readings: Readings, j: int) -> float:

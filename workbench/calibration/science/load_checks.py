@@ -151,12 +151,13 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
 def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale_n: float) -> tuple[str, ...]:
     """Return a line on each sensor whose reading drifts while nothing is on the tile.
 
-    `tares` are the readings (4,) of the empty tile before the loads of each sensor. Of the tare after its own loads
-    nothing is concluded: what a sensor has crept goes back within half a minute.
+    `tares` are the readings (4,) of the empty tile before the loads of each sensor that was not skipped. Of the tare
+    after its own loads nothing is concluded: what a sensor has crept goes back within half a minute.
     """
     found = []
     for j, curve in enumerate(curves):
-        seen = {k: float(curve.force(readings[j])) for k, readings in tares.items() if k != j + 1}
+        after = min((k for k in tares if k > j), default=None)
+        seen = {k: float(curve.force(readings[j])) for k, readings in tares.items() if k != after}
         if curve.uncalibrated or j not in seen:
             continue
         apart = max(abs(newtons - seen[j]) for newtons in seen.values())
