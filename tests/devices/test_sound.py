@@ -165,6 +165,16 @@ def test_a_tile_without_a_channel_is_named(null_sink, until):
         assert playing.played(playing.end - 480, 480)[:, 0].any()
 
 
+@pytest.mark.parametrize("tiles", [1, 3])
+def test_tiles_of_an_odd_number_are_heard_on_their_own_channels(null_sink, until, tiles):
+    """A sound server played a single one on all outputs, and the third of three on none."""
+    how = {"sound": "", "latency_s": BUFFER_S, "walker": False, "floor": default_floor(1, tiles)}
+    with listening(null_sink) as heard, live(hum(tone=SINE), until, **how) as playing:
+        settled(playing)
+        until(lambda: (np.abs(heard()[-480:, :tiles]).max(axis=0) > 0.1).all(), "all are heard", seen=heard.summary)
+        assert not heard()[:, tiles].any()
+
+
 def test_sound_for_ears_arrives_on_the_channel_behind_the_tiles(null_sink, until):
     """Three tiles that are silent, and a channel for ears on a card of four."""
     patch = hum(tone=SINE).add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)

@@ -38,10 +38,10 @@ class LoopOptions(Struct, frozen=True):
 
     `limits` are per tile, by default the usual ones; `equalisers` are those of the tiles' profiles. `channels` is the
     output channel of each tile, by default the floor's. `sound_channel` is that of patches' Sound, -1 for none, by
-    default the one after the tiles' if the first patch has sound. `scopes` are displayed outputs ("node.port").
-    `folder` holds the patch's sound files. `seed` replaces the patch's own. `plates` says where the acceleration of
-    simulated plates is measured, if anywhere, and `simulation` what they are made of, by default the usual. With
-    `measures`, the command is kept without plates, too: for accelerometers.
+    default the one after the tiles' if the first patch has sound. The output has `outputs` channels at least. `scopes`
+    are displayed outputs ("node.port"). `folder` holds the patch's sound files. `seed` replaces the patch's own.
+    `plates` says where the acceleration of simulated plates is measured, if anywhere, and `simulation` what they are
+    made of, by default the usual. With `measures`, the command is kept without plates, too: for accelerometers.
     """
 
     rate_hz: float = RATE_HZ
@@ -50,6 +50,7 @@ class LoopOptions(Struct, frozen=True):
     equalisers: tuple[TileEqualiser, ...] = ()
     channels: tuple[int, ...] | None = None
     sound_channel: int | None = None
+    outputs: int = 0
     scopes: tuple[str, ...] = ()
     folder: Path | None = None
     seed: int | None = None
@@ -89,7 +90,7 @@ class Loop:
         width, sound_channel = max(self.channels, default=0) + 1, options.sound_channel
         if sound_channel is None:
             sound_channel = width if self.program.has_sound else -1
-        width = max(width, sound_channel + 1)
+        width = max(width, sound_channel + 1, options.outputs)
         self.safety = Safety(limits, self.channels, self.rate_hz, self.block, width, sound_channel)
         self.out = self.safety.out
         self.scope_frames = np.zeros((self.block, rows), np.float32)

@@ -16,6 +16,7 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.outputs import CardChannels, card_channels
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.sound import pairs_up_to
 from underfoot.engine.accelerometer_reader import reader_of
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.child_process import leave_to_session
@@ -66,18 +67,19 @@ class Engine:
         self._connection, self._setup = connection, setup
         target = setup.target
         patch = Patch.loads(setup.patch, REGISTRY)
-        channels, sound_channel = output_channels(target.floor), None
+        channels, sound_channel, outputs = output_channels(target.floor), None, 0
         cards: tuple[CardChannels, ...] = ()
         if target.sound is not None:
             behind = max(channels) + 1
             with _told_of_waiting(connection):
-                cards = card_channels(target.sound, behind + 1)
+                cards = card_channels(target.sound, behind + 2)
             most = cards[-1].first + cards[-1].count
             channels = [channel if channel < most else -1 for channel in channels]
-            # Open only the needed channels: a sound server mixes channels that its card lacks into the others.
+            # Open only the needed pairs of channels: a sound server mixes channels that its card lacks into the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
             sound_channel = behind if has_sound and behind < most else -1
-        options = _options(setup, tuple(channels), sound_channel)
+            outputs = _in_pairs(cards, max(*channels, sound_channel) + 1)
+        options = replace(_options(setup, tuple(channels), sound_channel), outputs=outputs)
         try:
             if rehearsed is None or (rehearsed.patch, rehearsed.target) != (setup.patch, target):
                 KernelParts(patch, target, options).load(connection.send)
@@ -167,6 +169,15 @@ def _rehearse(setup: Setup) -> Setup | None:
     except UnderfootError:
         return None  # the engine that takes over reports it
     return setup
+
+
+def _in_pairs(cards: tuple[CardChannels, ...], needed: int) -> int:
+    """Return how many channels make whole pairs up to the `needed` ones on the last of their cards, if it has them.
+
+    A sound server would play a single channel on all outputs, and a third one nowhere.
+    """
+    last = next((card for card in reversed(cards) if card.first < needed), cards[0])
+    return last.first + pairs_up_to(needed - last.first - 1, last.count)
 
 
 def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None) -> LoopOptions:
