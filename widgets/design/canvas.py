@@ -301,12 +301,11 @@ class Canvas(NodeDropView):
             self.viewport().unsetCursor()
             if not self._is_held():
                 return
-        copies = bool(event.modifiers() & _COPYING)
         if self._drag is not None and event.button() == self._drag.button:
             drag, self._drag = self._drag, None
             if (edit := drag.end()) is not None:
                 self.document.edit(*edit)
-            self._drop_items(None, None, copies=copies)
+            self._drop_items(None, None, event)
         elif event.button() != Qt.MouseButton.LeftButton:
             return
         elif self._dragged_wire is not None:
@@ -315,10 +314,10 @@ class Canvas(NodeDropView):
             wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(at))
             super().mouseReleaseEvent(event)
             self.patch_scene.highlight()
-            self._drop_items(wire, frame, copies=copies)
+            self._drop_items(wire, frame, event)
         self.viewport().unsetCursor()
 
-    def _drop_items(self, wire: WireItem | None, frame: GroupFrameItem | None, *, copies: bool) -> None:
+    def _drop_items(self, wire: WireItem | None, frame: GroupFrameItem | None, event: QMouseEvent) -> None:
         """Edit the places of what was dragged, if anything was; it goes into this wire, or into this frame's group. If
         it is copied, it stays where it was.
         """
@@ -326,11 +325,12 @@ class Canvas(NodeDropView):
         if not places:
             return
         members = self.patch_scene.members(places)
-        if copies:
+        if event.modifiers() & _COPYING:
             self._put_back()
             id, (x, y) = next(iter(places.items()))
             was = self.patch_scene.movable()[id].pos()
-            self.copy_moved(members, (x - was.x(), y - was.y()), frame.shown_group.id if frame else "")
+            place, into = self.mapToScene(event.position().toPoint()), frame.shown_group.id if frame else ""
+            self.copy_moved(members, (x - was.x(), y - was.y()), place, into)
             return
         patch, what = self.document.patch.move(places), f"Move {self._count_text(members)}"
         if frame is not None:

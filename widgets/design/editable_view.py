@@ -219,18 +219,23 @@ class EditableView(PatchView):
         """Add a copy of the selected items beside them, in the group of which they are a part."""
         members = self._members_for("duplicate")
         if members:
-            self._duplicate(members)
+            self._paste(self._copied(members), None, "Duplicate", self._groups_around(members)[-1])
 
-    def copy_moved(self, members: Sequence[str], by: Place, into: str) -> None:
-        """Add a copy of these nodes and notes, moved `by`, to a group, or to that of which they are a part."""
+    def copy_moved(self, members: Sequence[str], by: Place, place: QPointF, into: str) -> None:
+        """Add a copy of these nodes and notes, moved `by` and let go at `place`, to a group, or to the innermost of
+        those of which they are a part whose frame is there.
+        """
         boxes = self.patch_scene.boxes_in(self.document.patch, members, with_frames=True)
         corner = QPointF(min(box[0] for box in boxes), min(box[1] for box in boxes))
-        self._duplicate(members, corner + QPointF(*by), into)
+        frames = self.patch_scene.group_frames
+        left = {id for id, frame in frames.items() if not frame.frame_rect().contains(place)}
+        around = [id for id in self._groups_around(members) if id not in left]
+        self._paste(self._copied(members), corner + QPointF(*by), "Duplicate", into or around[-1])
 
-    def _duplicate(self, members: Sequence[str], at: QPointF | None = None, into: str = "") -> None:
+    def _groups_around(self, members: Sequence[str]) -> list[str]:
+        """Return the open sub-patch, and the frames in it of which these are a part, the outer ones first."""
         groups = self.patch_scene.group_view.opened
-        around = [self.inside, *(group.id for group in groups if set(members) < set(group.members))]
-        self._paste(self._copied(members), at, "Duplicate", into or around[-1])
+        return [self.inside, *(group.id for group in groups if set(members) < set(group.members))]
 
     def _copied(self, members: Sequence[str]) -> str:
         """Return these items as text, without the sub-patch that is open, also if they are all of it. Their files have

@@ -111,6 +111,16 @@ def test_a_frame_that_is_let_go_with_alt_is_copied_with_its_group(chain):
     assert [chain.patch().node(id).at for id in second.members] == [(200.0, -200.0), (400.0, -200.0)]
 
 
+@pytest.mark.parametrize(("down", "members"), [(304, 2), (24, 3)])
+def test_a_copy_is_in_the_group_of_its_original_if_it_is_let_go_in_its_frame(chain, down, members):
+    chain.canvas.patch_scene.select(["through1"])
+    place = middle(chain, "through1")
+    drag(chain, place, place + QPoint(0, down), modifiers=ALT)
+    copy = chain.patch().nodes[-1]
+    assert (copy.type, len(chain.patch().group("group").members)) == ("through", members)
+    assert copy.at == (400.0, 304.0) or members == 3
+
+
 # --- the width of a note ---
 
 
