@@ -265,7 +265,8 @@ class Canvas(NodeDropView):
             super().mouseMoveEvent(event)
             if self.patch_scene.mouseGrabberItem() is not None:
                 self.patch_scene.adjust_group_frames()
-                self.patch_scene.highlight(self._wire_under_dragged(), self._frame_entered(place))
+                wire = None if event.modifiers() & _COPYING else self._wire_under_dragged()
+                self.patch_scene.highlight(wire, self._frame_entered(place))
                 self._show_whether_copied(event)
 
     def _show_whether_copied(self, event: QMouseEvent) -> None:

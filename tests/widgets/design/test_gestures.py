@@ -121,6 +121,18 @@ def test_a_copy_is_in_the_group_of_its_original_if_it_is_let_go_in_its_frame(cha
     assert copy.at == (400.0, 304.0) or members == 3
 
 
+def test_no_wire_lights_up_under_what_is_copied_as_a_copy_is_not_inserted(row):
+    row.canvas.add("through", QPointF(200.0, 300.0))
+    row.canvas.zoom_to(1.0)
+    start, end, view = middle(row, "through2"), on_wire(row, FIRST), row.canvas.viewport()
+    drag(row, start, end, release=False)
+    assert row.canvas.patch_scene.wires[FIRST].is_highlighted
+    send(view, QEvent.Type.MouseMove, end, LEFT, ALT)
+    assert not row.canvas.patch_scene.wires[FIRST].is_highlighted
+    send(view, QEvent.Type.MouseButtonRelease, end, LEFT, ALT)
+    assert FIRST in row.patch().wires
+
+
 # --- the width of a note ---
 
 
