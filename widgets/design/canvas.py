@@ -273,7 +273,7 @@ class Canvas(NodeDropView):
         """Show by the mouse whether what is dragged stays, and a copy of it goes where it is let go."""
         if event.modifiers() & _COPYING and self.patch_scene.places():
             self.viewport().setCursor(Qt.CursorShape.DragCopyCursor)
-        else:
+        elif self.viewport().cursor().shape() == Qt.CursorShape.DragCopyCursor:
             self.viewport().unsetCursor()
 
     def _wire_under_dragged(self) -> WireItem | None:

@@ -179,6 +179,9 @@ class NoteItem(QGraphicsItem):
         else:
             self.unsetCursor()
 
+    def hoverLeaveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
+        self.unsetCursor()  # what is dragged over it meanwhile has its own
+
 
 class StubItem(WireItem):
     """The part of a wire that leaves the open group, with the name of its other end."""

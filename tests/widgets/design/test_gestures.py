@@ -146,7 +146,11 @@ def test_the_right_edge_of_a_note_sets_its_width(row):
     def edge():
         return row.canvas.mapFromScene(item.mapToScene(item.size[0], 8.0))
 
-    drag(row, edge(), edge() - QPoint(70, 0))
+    view = row.canvas.viewport()
+    send(view, QEvent.Type.MouseMove, edge(), Qt.MouseButton.NoButton)
+    drag(row, edge(), edge() - QPoint(70, 0), release=False)
+    assert view.cursor().shape() == Qt.CursorShape.SizeHorCursor
+    send(view, QEvent.Type.MouseButtonRelease, edge(), LEFT)
     assert (row.patch().notes[0].width, row.patch().notes[0].at) == (128.0, (0.0, 200.0))
     assert item.size[0] == 128.0
     assert item.size[1] > low
@@ -161,3 +165,19 @@ def test_the_right_edge_of_a_note_sets_its_width(row):
     QTest.keyClick(row.canvas, Qt.Key.Key_F2)
     assert item.size[0] == 496.0
     assert row.canvas.inline.width() >= 496  # so that lines break where they will
+
+
+def test_the_mouse_shows_no_copying_after_a_drag_with_alt_over_a_note_that_it_has_left_by_its_edge(row):
+    row.set_patch(structs.replace(row.patch(), notes=(Note("note", "Heel", (0.0, 200.0)),)))
+    row.canvas.zoom_to(1.0)
+    row.canvas.centerOn(200.0, 200.0)  # so that nothing scrolls
+    view, free = row.canvas.viewport(), Qt.MouseButton.NoButton
+    start, edge, beside = middle(row, "hum"), *(row.canvas.mapFromScene(x, 208.0) for x in (199.0, 240.0))
+    for place in (edge, beside, start):
+        send(view, QEvent.Type.MouseMove, place, free)
+    send(view, QEvent.Type.MouseButtonPress, start, LEFT)
+    for place in (start + QPoint(0, 50), edge - QPoint(60, 0)):
+        send(view, QEvent.Type.MouseMove, place, LEFT, ALT)
+    send(view, QEvent.Type.MouseButtonRelease, place, LEFT, ALT)
+    send(view, QEvent.Type.MouseMove, beside, free)
+    assert view.cursor().shape() == Qt.CursorShape.ArrowCursor
