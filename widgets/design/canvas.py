@@ -238,7 +238,7 @@ class Canvas(NodeDropView):
         elif frame is not None:
             self._drag = FrameDrag(scene, frame, place, extends=bool(event.modifiers() & _EXTENDING))
         elif note is not None and note.edge_at(place):
-            self._drag = NoteWidth(scene, note, place)
+            self._drag = NoteWidth(scene, note, place, extends=bool(event.modifiers() & _EXTENDING))
         else:
             wire, extends = None if node else scene.wire_at(place), bool(event.modifiers() & _EXTENDING)
             if wire is not None or not extends:

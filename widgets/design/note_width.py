@@ -11,14 +11,18 @@ from underfoot.widgets.design.scene import PatchScene
 
 
 class NoteWidth:
-    """One drag of a note's edge, from the press to the release."""
+    """One drag of a note's edge, from the press to the release. It selects as a press on a node does."""
 
     button = Qt.MouseButton.LeftButton
 
-    def __init__(self, scene: PatchScene, item: NoteItem, place: QPointF) -> None:
+    def __init__(self, scene: PatchScene, item: NoteItem, place: QPointF, *, extends: bool) -> None:
+        """`extends`: the note is added to what is selected, or taken from it."""
         self._scene, self._item, self._before = scene, item, item.note
         self._beside = item.note.at[0] + item.note.width - place.x()
-        scene.select([item.note.id])
+        if extends:
+            item.setSelected(not item.isSelected())
+        else:
+            scene.select([item.note.id])
 
     def move(self, place: QPointF) -> None:
         """Follow the mouse, on the grid."""

@@ -154,6 +154,9 @@ def test_the_right_edge_of_a_note_sets_its_width(row):
     assert (row.patch().notes[0].width, row.patch().notes[0].at) == (128.0, (0.0, 200.0))
     assert item.size[0] == 128.0
     assert item.size[1] > low
+    QTest.mouseClick(view, LEFT, NONE, middle(row, "hum"))
+    QTest.mouseClick(view, LEFT, SHIFT, edge())
+    assert row.canvas.patch_scene.selected() == ["hum", "note"]
     drag(row, edge(), edge() - QPoint(300, 0), release=False)
     assert item.size[0] == 64.0
     QTest.keyClick(row.canvas, Qt.Key.Key_Escape)
