@@ -268,6 +268,8 @@ class WireItem(QGraphicsItem):
         self.refused = False
         self.is_highlighted = False
         self.is_in_picture = False
+        self.outside = ""
+        """The names of the node and of its port at an end outside of the open sub-patch."""
         self.unit = ""
         """Of the signal, for its range."""
         self.signal_range: tuple[float, float] | None = None
@@ -363,7 +365,7 @@ class WireItem(QGraphicsItem):
     def _says(self) -> str:
         """Return from where to where it leads, and the range of its signal."""
         ends = ((self.source, "out", self.wire[0]), (self.target, "in", self.wire[1]))
-        names = " → ".join(end if item is None else item.end_text(side, end) for item, side, end in ends)
+        names = " → ".join(self.outside if item is None else item.end_text(side, end) for item, side, end in ends)
         if self.signal_range is None:
             return names
         low, high = (quantity(value, self.unit, 3) for value in self.signal_range)

@@ -11,12 +11,19 @@ from underfoot.engine.reports import Costs
 from underfoot.patch.groups import parents
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
-from underfoot.patch.wiring import Wire, node_id
+from underfoot.patch.wiring import Wire, node_id, port_name
 from underfoot.widgets import theme
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem, framed, note_size
 from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
-from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of, node_geometry
+from underfoot.widgets.design.node_geometry import (
+    REACH,
+    NodeDescription,
+    PlacedPort,
+    description_of,
+    display_name,
+    node_geometry,
+)
 from underfoot.widgets.design.patch_editing import driven_parameters, drivers, port_of
 from underfoot.widgets.design.placing import Box
 from underfoot.widgets.design.rewiring import insertion_ports
@@ -175,6 +182,9 @@ class PatchScene(QGraphicsScene):
             inner, side = (start, "out") if start is not None else (end, "in")
             assert inner is not None
             self.wires[wire] = StubItem(wire, inner, side, colour, self._other_end_names(wire, side))
+            far = wire[1 if side == "out" else 0]
+            name = self.patch.node(node_id(far)).name_in(self.registry)
+            self.wires[wire].outside = f"{name}: {display_name(port_name(far))}"
         self.wires[wire].unit, self.wires[wire].signal_range = port.unit, self._signal_ranges.get(wire[0])
         self.addItem(self.wires[wire])
 

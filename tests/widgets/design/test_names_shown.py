@@ -100,9 +100,17 @@ def test_a_long_name_is_cut_short_and_the_mouse_shows_all_of_it(workspace):
 
 def test_a_wire_tells_its_ends_by_name_and_the_range_of_its_signal(workspace):
     workspace.document.edit(workspace.patch().name("push", "Heel"), "Rename")
-    wire = workspace.canvas.patch_scene.wires[("push.force", "step.force")]
+    canvas = workspace.canvas
+
+    def told():
+        wire = canvas.patch_scene.wires[("push.force", "step.force")]
+        place = canvas.mapFromScene(wire.shape().boundingRect().center())
+        for way in (0, 1):
+            send(canvas.viewport(), QEvent.Type.MouseMove, place + QPoint(way, 0), Qt.MouseButton.NoButton)
+        return wire.toolTip()
+
     workspace.previews.small_plots.signal_ranges_changed.emit({"push.force": (-2.0, 1300.0)})
-    place = workspace.canvas.mapFromScene(wire.boundingRect().center())
-    for way in (0, 1):
-        send(workspace.canvas.viewport(), QEvent.Type.MouseMove, place + QPoint(way, 0), Qt.MouseButton.NoButton)
-    assert wire.toolTip() == "Heel: force → Step: force\n−2 N to 1.3 kN in the step that is previewed"
+    assert told() == "Heel: force → Step: force\n−2 N to 1.3 kN in the step that is previewed"
+    collapse(workspace, "step")
+    canvas.open_group("group")
+    assert told().splitlines()[0] == "Heel: force → Step: force"
