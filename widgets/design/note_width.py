@@ -17,17 +17,16 @@ class NoteWidth:
 
     def __init__(self, scene: PatchScene, item: NoteItem, place: QPointF, *, extends: bool) -> None:
         """`extends`: the note is added to what is selected, or taken from it."""
-        self._scene, self._item, self._before = scene, item, item.note
-        self._beside = item.note.at[0] + item.note.width - place.x()
+        self._scene, self._item, self._before, self._start = scene, item, item.note, place
         if extends:
             item.setSelected(not item.isSelected())
         else:
             scene.select([item.note.id])
 
     def move(self, place: QPointF) -> None:
-        """Follow the mouse, on the grid."""
-        right, _ = snapped(place.x() + self._beside, 0.0)
-        width = min(max(right - self._before.at[0], NARROWEST), WIDEST)
+        """Follow the mouse, by steps of the grid."""
+        by, _ = snapped(place.x() - self._start.x(), 0.0)
+        width = min(max(self._before.width + by, NARROWEST), WIDEST)
         self._item.set_note(replace(self._before, width=width))
         self._scene.adjust_group_frames()
 

@@ -164,10 +164,15 @@ def test_the_right_edge_of_a_note_sets_its_width(row):
     assert item.size[0] == row.patch().notes[0].width == 128.0
     row.undo_action.trigger()
     assert item.size == (200.0, low)
-    drag(row, edge(), edge() + QPoint(300, 0))
+    drag(row, edge(), edge() + QPoint(296, 0))
     QTest.keyClick(row.canvas, Qt.Key.Key_F2)
     assert item.size[0] == 496.0
     assert row.canvas.inline.width() >= 496  # so that lines break where they will
+    QTest.keyClick(row.canvas.inline, Qt.Key.Key_Escape)
+    before = structs.replace(row.patch(), notes=(Note("note", words, (3.0, 200.0)),))
+    row.set_patch(before)
+    drag(row, edge(), edge() + QPoint(1, 0))
+    assert row.patch() == before  # a hand that trembles sets nothing
 
 
 def test_the_mouse_shows_no_copying_after_a_drag_with_alt_over_a_note_that_it_has_left_by_its_edge(row):
