@@ -11,7 +11,7 @@ from underfoot.patch.patch import PlacedNode
 from underfoot.patch.wiring import Wire
 from underfoot.widgets import theme
 from underfoot.widgets.design.group_view import colour_of
-from underfoot.widgets.design.items import NodeItem, WireItem
+from underfoot.widgets.design.items import MOVES, NodeItem, WireItem, place_for
 from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, PlacedPort
 
 FRAME_PAD = 2.0 * theme.GRID
@@ -172,6 +172,11 @@ class NoteItem(QGraphicsItem):
     def edge_at(self, scene_place: QPointF) -> bool:
         """Return whether a position of the scene is on the right edge, by which the mouse sets the width."""
         return abs(self.mapFromScene(scene_place).x() - self._rect.right()) <= EDGE_REACH
+
+    def itemChange(self, change: QGraphicsItem.GraphicsItemChange, value: object) -> object:
+        if change == MOVES and isinstance(value, QPointF):
+            return place_for(self, value)
+        return super().itemChange(change, value)
 
     def hoverMoveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
         if self.edge_at(event.scenePos()):

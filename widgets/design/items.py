@@ -39,7 +39,7 @@ MIN_SHARP_SCALE = 0.75
 """Below this zoom a wire is one pixel wide, which costs an eighth of two."""
 PROBES = 64
 """Places of a wire that are looked at when a node is held over it."""
-_MOVES = QGraphicsItem.GraphicsItemChange.ItemPositionChange
+MOVES = QGraphicsItem.GraphicsItemChange.ItemPositionChange
 _MOVED = QGraphicsItem.GraphicsItemChange.ItemPositionHasChanged
 _SELECTED = QGraphicsItem.GraphicsItemChange.ItemSelectedHasChanged
 
@@ -180,18 +180,14 @@ class NodeItem(QGraphicsItem):
         return path
 
     def itemChange(self, change: QGraphicsItem.GraphicsItemChange, value: object) -> object:
-        if change == _MOVES and isinstance(value, QPointF):
-            return QPointF(*snapped(value.x(), value.y())) if self._is_dragged() else value
+        if change == MOVES and isinstance(value, QPointF):
+            return place_for(self, value)
         if change == _MOVED:
             for wire in self.wires:
                 wire.follow()
         if change == _SELECTED:
             self._update_z()
         return super().itemChange(change, value)
-
-    def _is_dragged(self) -> bool:
-        scene = self.scene()
-        return scene is not None and scene.mouseGrabberItem() is not None
 
     def hoverMoveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
         placed = self.geometry.port_near(event.pos())
@@ -249,6 +245,13 @@ class NodeItem(QGraphicsItem):
             painter.drawEllipse(geometry.more, 3.0, 3.0)
         has_button = self._hovered and self.can_be_auditioned
         paint_marks(painter, self.node, geometry, has_button, self.is_auditioned)
+
+
+def place_for(item: QGraphicsItem, wanted: QPointF) -> QPointF:
+    """Return the place of an item that is to be at `wanted`: on the grid, if the mouse drags it."""
+    scene = item.scene()
+    is_dragged = scene is not None and scene.mouseGrabberItem() is not None
+    return QPointF(*snapped(wanted.x(), wanted.y())) if is_dragged else wanted
 
 
 def _bounds_of(geometry: NodeGeometry) -> QRectF:

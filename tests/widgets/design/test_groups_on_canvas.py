@@ -62,7 +62,8 @@ def test_a_note_is_written_moved_edited_and_deleted(workspace):
     note = workspace.patch().notes[0]
     assert note.text == "What the sole feels"
     start = in_view(workspace, canvas.patch_scene.notes["note"].sceneBoundingRect().center())
-    drag(workspace, start, start + QPoint(40, 64))
+    drag(workspace, start, start + QPoint(1, 1))
+    drag(workspace, start, start + QPoint(41, 63))  # it keeps to the grid, as nodes do
     assert workspace.patch().notes[0].at == (note.at[0] + 40.0, note.at[1] + 64.0)
     QTest.mouseDClick(canvas.viewport(), LEFT, NONE, start + QPoint(40, 64))
     write(workspace, "Changed")
