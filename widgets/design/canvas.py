@@ -59,6 +59,7 @@ class Canvas(NodeDropView):
     _dragged_wire: WireDrag | None = None
     _pressed_at = QPointF()
     _drag: FrameDrag | NoteWidth | WireCut | None = None
+    _cuts = False
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
@@ -161,8 +162,8 @@ class Canvas(NodeDropView):
         menu.setActiveAction(menu.actions()[0])
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        if event.reason() == QContextMenuEvent.Reason.Mouse and event.modifiers() & _CONTROL:
-            return  # the right button cuts wires
+        if event.reason() == QContextMenuEvent.Reason.Mouse and self._cuts:
+            return  # Control may be up: Windows asks for the menu as the button is
         if self._is_held():
             self._cancel_drag()  # a menu would take the release of the left button
             return
@@ -211,13 +212,14 @@ class Canvas(NodeDropView):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         button = event.button()
         self._nudges += 1
+        self._cuts = button == Qt.MouseButton.RightButton and bool(event.modifiers() & _CONTROL)
         if button == Qt.MouseButton.MiddleButton or (button == Qt.MouseButton.LeftButton and self._space_state):
             self._pan = event.position().toPoint()
             self._space_state = "used" if self._space_state else ""
             self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
         elif button == Qt.MouseButton.LeftButton and self._drag is None:
             self._press(event)
-        elif button == Qt.MouseButton.RightButton and event.modifiers() & _CONTROL and not self._is_held():
+        elif self._cuts and not self._is_held():
             self._drag = WireCut(self.patch_scene, self.mapToScene(event.position().toPoint()))
 
     def _press(self, event: QMouseEvent) -> None:
