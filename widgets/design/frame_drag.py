@@ -24,6 +24,8 @@ class FrameDrag:
             scene.select(before | self._inside if extends else self._inside)
         elif extends:
             scene.select(before - self._inside)
+        else:
+            scene.choose(None)
         self._items = [(item, item.pos()) for item in scene.movable().values() if item.isSelected()]
 
     def move(self, place: QPointF) -> None:

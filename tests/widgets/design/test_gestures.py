@@ -65,6 +65,14 @@ def test_wires_are_selected_together_and_deleted_at_once(row):
         assert canvas.patch_scene.chosen_wires() == chosen
 
 
+def test_a_press_on_a_selected_frame_lets_go_of_wires_as_one_on_a_node_does(chain):
+    QTest.mouseClick(chain.canvas.viewport(), LEFT, SHIFT, on_wire(chain, FIRST))
+    assert chain.canvas.patch_scene.chosen_wires() == [FIRST]
+    title = chain.canvas.mapFromScene(chain.canvas.patch_scene.group_frames["group"].title_rect().center())
+    drag(chain, title, title - QPoint(0, 40))
+    assert chain.canvas.patch_scene.chosen_wires() == []
+
+
 @pytest.mark.parametrize("ends", ["released", "escape"])
 def test_a_stroke_with_control_and_the_right_button_cuts_the_wires_that_it_crosses(row, ends):
     view, right = row.canvas.viewport(), Qt.MouseButton.RightButton
