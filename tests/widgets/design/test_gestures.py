@@ -1,7 +1,7 @@
 """What the mouse does on the canvas besides moving nodes, and what keys do while it holds something."""
 
 import pytest
-from design_samples import LEFT, NONE, drag, middle, port, send
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
 from groups_by_hand import CONTROL, menu_texts
 from msgspec import structs
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
@@ -12,8 +12,18 @@ from PySide6.QtWidgets import QApplication, QMenu
 from underfoot.patch.groups import Note
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.items import WireItem
+from underfoot.widgets.design.workspace import DesignWorkspace
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def design_workspace(qtbot):
+    """One for each test: some end with a button held, and the next one's hand begins with nothing in it."""
+    made = DesignWorkspace(REGISTRY)
+    qtbot.addWidget(made)
+    return made
+
 
 # --- keys during a drag, and drags without an end ---
 
