@@ -85,15 +85,13 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     """Create a rig that shakes `tile`: the simulator, or the sound card with the accelerometer's input."""
     from underfoot.devices.outputs import outputs_of
-    from underfoot.engine.loop import output_channels
-    from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
+    from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard, channels_of
 
     if not by_hand(target):
         return SimulatedShaker(_simulated(target, tile))
     if target.sound is None:
         raise DeviceError("no sound device is chosen; choose the one that drives the shakers under Audio")
-    every = output_channels(target.floor)
-    channel, opened = every[target.floor.index(tile.id)], max(every) + 1
+    channel, opened = channels_of(target.floor, tile)
     known = _known_accelerometer(target, tile, accelerometer)
     if known is None:
         return SoundCard(target.sound, accelerometer, channel, channels=opened, of_floor=True)

@@ -85,12 +85,10 @@ class ShakingRig:
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """Open the rig within the context; `BadValue` for another target, `DeviceError` for an unknown sound card."""
-        from underfoot.engine.loop import output_channels
-        from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
+        from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard, channels_of
 
         if self.target == "sound":
-            every = output_channels(floor)
-            channel, opened = every[floor.index(tile.id)], max(every) + 1
+            channel, opened = channels_of(floor, tile)
             return SoundCard(self.output_device, self.input_device, channel, self.input_channel, channels=opened)
         simulated = _simulated_tile(self.target, tile, seed)
         if simulated is None:

@@ -13,8 +13,10 @@ from underfoot.calibration.rig import NO_READINGS, STOPPED, PressRequest, Readin
 from underfoot.devices.outputs import card_channels
 from underfoot.devices.sound import MAX_CHANNELS, STILL_S, PlayRecord, device_of, pairs_up_to, portaudio
 from underfoot.engine.card_process import CardProcess
+from underfoot.engine.loop import output_channels
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
+from underfoot.floor.layout import Floor, Tile
 from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.quantities import counted
 
@@ -86,6 +88,17 @@ class SoundCard:
         """End the card's process, and in a ramp what plays, as at Ctrl-C."""
         self._card.tell("silence")
         self._card.close()
+
+
+def channels_of(floor: Floor, tile: Tile) -> tuple[int, int]:
+    """Return the output channel of a tile, and how many a session of its floor has open.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> channels_of(default_floor(1, 3), default_floor(1, 3).tiles[1])
+    (1, 3)
+    """
+    channels = output_channels(floor)
+    return channels[floor.index(tile.id)], max(channels) + 1
 
 
 class _OpenCard:

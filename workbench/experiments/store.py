@@ -307,8 +307,7 @@ class SessionFile:
             self._base.execute("pragma wal_autocheckpoint = 0")  # `add` runs checkpoints in a thread
             self._base.execute("pragma synchronous = full")  # answers survive a power cut
             lock = FileLock(f"{self.path}-lock", 0, thread_local=False)
-            with suppress(NotImplementedError):  # a share that knows no locks: who opens it has to take care
-                lock.acquire()
+            lock.acquire()
         except Timeout:
             raise BadFile(f"{self.path} is gone on with in another window or terminal; end it there first") from None
         except (sqlite3.Error, OSError) as error:

@@ -20,8 +20,8 @@ Values = NDArray[np.float64]
 """Numbers of a parameter, in its shape: the first index runs fastest in the file."""
 MOST_FRAMES = 65_535
 """Frames that a header can count; with this number it tells nothing."""
-_BLOCK = 512
-_KEY = 0x50
+BLOCK = 512
+KEY = 0x50
 """The second byte of every C3D file."""
 _ORDERS = {84: "<", 85: "<", 86: ">"}
 """Byte order of the processors: Intel, DEC, and MIPS or SGI."""
@@ -85,10 +85,10 @@ class C3DFile:
         return found[channels]
 
     def _read(self, file: BinaryIO) -> None:
-        header = file.read(_BLOCK)
-        if len(header) < _BLOCK or header[1] != _KEY:
+        header = file.read(BLOCK)
+        if len(header) < BLOCK or header[1] != KEY:
             raise ValueError("it does not begin as one")
-        file.seek(_BLOCK * (header[0] - 1))
+        file.seek(BLOCK * (header[0] - 1))
         start = file.read(4)
         if len(start) < 4 or start[3] not in _ORDERS:
             raise ValueError("it does not say its processor; allowed: Intel, DEC, MIPS")
@@ -97,7 +97,7 @@ class C3DFile:
         data_block, in_frame = struct.unpack_from(f"{self._order}2H", header, 16)
         if data_block <= header[0]:
             raise ValueError("it does not say where its samples are, as one whose writing was stopped")
-        self._data_at = _BLOCK * (data_block - 1)
+        self._data_at = BLOCK * (data_block - 1)
         self._read_parameters(file.read(max(self._data_at - file.tell(), 0)))
         is_float = self._decoded(header[12:16], "f4")[0] < 0.0
         unsigned = self.texts.get("ANALOG:FORMAT", [""])[:1] == ["UNSIGNED"]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
+from underfoot.records.c3d_files import BLOCK, KEY
 
 Parameters = Mapping[str, list[str] | NDArray[Any] | float]
 """Parameters of a group by name: texts, or numbers in the parameter's shape, of which the first index runs fastest."""
@@ -25,7 +26,6 @@ MOST_TEXT = 100
 32 KiB."""
 MOST_WORD = 65_535
 """The largest whole number: frames of a file, samples of all channels in one of them, blocks before the samples."""
-_BLOCK = 512
 _INTEL = 84
 
 
@@ -41,16 +41,16 @@ def write_c3d(
     `BadFile` if it cannot be written, or has more parameters than a header can tell.
     """
     frames, in_frame, channels = shape
-    data_block = 2 + len(_section(groups, frame_hz, frames, 0)) // _BLOCK
+    data_block = 2 + len(_section(groups, frame_hz, frames, 0)) // BLOCK
     if data_block > MOST_WORD:
         raise BadFile(f"{path} would have more events than a C3D file can hold; allowed: stretches of the recording")
-    numbers = (2, 0x50, 0, channels * in_frame, 1, frames, 0, -1.0, data_block, in_frame, frame_hz)
+    numbers = (2, KEY, 0, channels * in_frame, 1, frames, 0, -1.0, data_block, in_frame, frame_hz)
     with replaced(path) as part, written(path), part.open("wb") as file:
-        file.write(struct.pack("<2B5Hf2Hf", *numbers).ljust(_BLOCK, b"\0"))
+        file.write(struct.pack("<2B5Hf2Hf", *numbers).ljust(BLOCK, b"\0"))
         file.write(_section(groups, frame_hz, frames, data_block))
         for samples in parts:
             file.write(np.ascontiguousarray(samples, "<f4").data)
-        file.write(bytes(-file.tell() % _BLOCK))
+        file.write(bytes(-file.tell() % BLOCK))
 
 
 def _section(groups: Mapping[str, Parameters], frame_hz: float, frames: int, data_block: int) -> bytes:
@@ -71,9 +71,9 @@ def _section(groups: Mapping[str, Parameters], frame_hz: float, frames: int, dat
         for name, value in parameters.items():
             records += [_record(number, called, _encoded(part)) for called, part in _split(name, value)]
     section = b"".join(records) + b"\0"
-    blocks = -(-(4 + len(section)) // _BLOCK)
+    blocks = -(-(4 + len(section)) // BLOCK)
     # Of more blocks than a byte can tell it tells the most: readers that rely on it then miss only the last ones.
-    return (bytes((1, 0x50, min(blocks, MOST), _INTEL)) + section).ljust(_BLOCK * blocks, b"\0")
+    return (bytes((1, KEY, min(blocks, MOST), _INTEL)) + section).ljust(BLOCK * blocks, b"\0")
 
 
 def _split(name: str, value: list[str] | NDArray[Any] | float) -> Iterator[tuple[str, list[str] | NDArray[Any]]]:

@@ -28,6 +28,8 @@ BYTES = {BEGIN: 1, ONSET: 2, END: 3, ANSWER: 4, STOP: 5}
 the end of a presentation; an answer; a stop.
 """
 BAUD = 115_200
+_CONFIGURABLE = 118
+"""Version of LSL's library from which on a program can configure it: 1.18."""
 
 
 def place_of(page: "Page | Entry") -> str:
@@ -142,15 +144,14 @@ def source_id(stream: str) -> str:
 def lsl_library() -> ModuleType:
     """Return the package pylsl; raise `BadValue` if it is not installed.
 
-    Its library then writes only errors to the terminal, unless a configuration of its own says otherwise.
+    Its library then writes only errors to the terminal, unless a configuration of its own, or its age, says otherwise.
     """
     try:
         import pylsl
     except (ImportError, RuntimeError):
         raise BadValue('LSL needs the package pylsl: pip install "underfoot[lsl]"') from None
-    if not any(map(os.path.isfile, _lsl_configurations())):
-        with suppress(AttributeError, NotImplementedError):  # before version 1.17.7
-            pylsl.set_config_content("[log]\nlevel = -2\n")
+    if pylsl.library_version() >= _CONFIGURABLE and not any(map(os.path.isfile, _lsl_configurations())):
+        pylsl.set_config_content("[log]\nlevel = -2\n")
     return pylsl
 
 

@@ -1,8 +1,7 @@
 """What is dragged to the canvas's edge scrolls the view."""
 
 import pytest
-from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
-from on_screen import show
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -14,14 +13,10 @@ CANCELS = ("escape", "right button")
 
 
 @pytest.fixture
-def workspace(qtbot):
+def design_workspace(qtbot):
     """One for each test: after a drag from elsewhere its window is not activated again."""
     made = DesignWorkspace(REGISTRY)
     qtbot.addWidget(made)
-    made.resize(1280, 748)
-    show(qtbot, made)
-    made.set_patch(sample())
-    made.canvas.setFocus()
     return made
 
 
