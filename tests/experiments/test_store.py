@@ -83,8 +83,10 @@ def test_the_file_holds_all_that_is_needed_to_read_it_alone(tmp_path):
 
 def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path):
     """Two windows each stored their answers to the same pages, and no study went on with both."""
-    path = tmp_path / "a.session"
-    with closing(made(path)) as file, closing(SessionFile.open(path)) as other:
+    path, link = tmp_path / "a.session", tmp_path / "linked" / "b.session"  # a link had a lock of its own
+    link.parent.mkdir()
+    link.symlink_to(path)
+    with closing(made(path)) as file, closing(SessionFile.open(link)) as other:
         study = file.study(preset_protocol("identification-impact"))
         file.add(study.answer(first_answers(study.page)))
         assert len(other.entries()) == 1
@@ -96,7 +98,8 @@ def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path
     kept = path.read_bytes()
     with closing(SessionFile.open(path)) as file:
         assert len(file.entries()) == 2
-        assert os.listdir(tmp_path) == ["a.session"]  # so it can also be read from a folder that cannot be written
+        # so it can also be read from a folder that cannot be written
+        assert sorted(os.listdir(tmp_path)) == ["a.session", "linked"]
     assert path.read_bytes() == kept
 
 

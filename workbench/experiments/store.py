@@ -306,7 +306,7 @@ class SessionFile:
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma wal_autocheckpoint = 0")  # `add` runs checkpoints in a thread
             self._base.execute("pragma synchronous = full")  # answers survive a power cut
-            lock = FileLock(f"{self.path}-lock", 0, thread_local=False)
+            lock = FileLock(f"{os.path.realpath(self.path)}-lock", 0, thread_local=False)  # a link is the same session
             lock.acquire()
         except Timeout:
             raise BadFile(f"{self.path} is gone on with in another window or terminal; end it there first") from None
