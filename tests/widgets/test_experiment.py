@@ -1,5 +1,7 @@
 """The Experiment workspace by real clicks and keys, on a window that plays the simulated floor."""
 
+from contextlib import closing
+
 import pytest
 from made_studies import protocol_text
 from on_screen import place_on
@@ -9,6 +11,7 @@ from windows import dialog_of
 
 from underfoot.errors import BadFile
 from underfoot.experiments.store import SessionFile
+from underfoot.studies.equipment import EquipmentChoice
 from underfoot.studies.phase import Phase
 from underfoot.widgets.experiment.experimenter_view import WHY_FIRST
 from underfoot.widgets.experiment.session_start import ANOTHER_ID, GO_ON
@@ -292,6 +295,23 @@ def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
     bench.begin()
     bench.until(Phase.READY)
     assert bench.runner.page.key == key
+
+
+def test_equipment_is_not_opened_for_a_session_that_another_window_has(bench):
+    """Its plate could be moved and its trigger taken away before that was found."""
+    bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
+    path = bench.runner.file.path
+    bench.workspace.running.leave()
+    bench.workspace.start.equipment = EquipmentChoice(trigger=str(bench.folder / "no port"))
+    state = bench.workspace.overview.state
+    with closing(SessionFile.open(path)) as other:
+        other.hold()
+        bench.click(bench.workspace.start.begin_button)
+        bench.wait(lambda: state.text().endswith("is gone on with in another window or terminal; end it there first"))
+    bench.click(bench.workspace.start.begin_button)
+    bench.wait(lambda: "no port cannot be opened: " in state.text())
+    assert not bench.window.controller.is_lent
+    bench.workspace.start.equipment = EquipmentChoice()
 
 
 def test_the_window_asks_before_it_closes_on_a_participant(bench):

@@ -1,6 +1,7 @@
 """A running study: the runner, the experimenter's view, and the participant's window."""
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
-from underfoot.studies.equipment import Equipment, EquipmentChoice
+from underfoot.studies.equipment import EquipmentChoice
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
@@ -68,22 +69,20 @@ class RunningStudy(QObject):
 
         Does nothing if the window has no session to lend.
         """
-        file = SessionFile.open(path) if path.exists() else _created(path, study, participant, controller.target)
-        session = controller.lend()
-        if session is None:
-            file.close()
-            return
-        equipment = Equipment()
-        try:
+        with ExitStack() as unless_begun:
+            file = SessionFile.open(path) if path.exists() else _created(path, study, participant, controller.target)
+            unless_begun.callback(file.close)
+            file.hold()  # before equipment is opened, which another window may use with this session
+            session = controller.lend()
+            if session is None:
+                return
+            unless_begun.callback(controller.take_back)
             floor = session.target.floor
             protocol, folder = file.as_begun(session.registry, study.folder)
             equipment = choice.opened(protocol.sounds, floor, session.force_rate_hz)
+            unless_begun.callback(equipment.close)
             self.runner = Runner(session, file, protocol, folder, equipment)
-        except UnderfootError:
-            equipment.close()
-            file.close()
-            controller.take_back()
-            raise
+            unless_begun.pop_all()
         self._controller, self._walked, self._drawn = controller, session.target.walker, 0
         self._study = study
         session.send(Walk(False))

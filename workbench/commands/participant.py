@@ -85,6 +85,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
     with ExitStack() as opened:
         file = open_file()
         opened.callback(file.close)
+        file.hold()  # before equipment is opened, which another window may use with this session
         beside = beside or file.folder
         protocol, folder = file.as_begun(REGISTRY, beside)
         session = Session(target, Patch(title="study"), REGISTRY, beside)
