@@ -17,6 +17,8 @@ class Task:
     def __init__(self, report: Callable[[str], object]) -> None:
         self._stopped = threading.Event()
         self._report = report
+        self.ending = threading.Lock()
+        """Held while it is decided whether the result is still wanted."""
 
     def is_stopped(self) -> bool:
         """Return whether the result is no longer wanted."""
@@ -24,7 +26,8 @@ class Task:
 
     def stop(self) -> None:
         """Request the end of the computation; its result is discarded."""
-        self._stopped.set()
+        with self.ending:
+            self._stopped.set()
 
     def report(self, text: str) -> None:
         """Report the progress."""
@@ -49,21 +52,26 @@ class BackgroundWorker(QObject):
         """Whether a computation is running whose result is still wanted."""
         return self._task is not None
 
-    def compute(self, make: Callable[[Task], list[Any]]) -> None:
-        """Start this computation, unless one is running."""
+    def compute(self, make: Callable[[Task], list[Any]], discard: Callable[[Any], object] = id) -> None:
+        """Start this computation, unless one is running. What it has made is given to `discard` if it was stopped."""
         if self.is_busy:
             return
         task = self._task = Task(self.notified.emit)
 
         def work() -> None:
+            made: list[Any] = []
             signal: Any = self.found
             try:
                 result: Any = make(task)
+                made = result
             except UnderfootError as error:
                 signal, result = self.failed, str(error)
-            if not task.is_stopped():
-                self._task = None
-                signal.emit(result)
+            with task.ending:
+                if not task.is_stopped():
+                    self._task, made = None, []
+                    signal.emit(result)
+            for one in made:
+                discard(one)
 
         self._threads = [thread for thread in self._threads if thread.is_alive()]
         self._threads.append(threading.Thread(target=work, name="background", daemon=True))

@@ -1,5 +1,7 @@
 """The Experiment workspace by real clicks and keys, on a window that plays the simulated floor."""
 
+import os
+import signal
 from contextlib import closing
 
 import pytest
@@ -312,6 +314,29 @@ def test_equipment_is_not_opened_for_a_session_that_another_window_has(bench):
     bench.wait(lambda: "no port cannot be opened: " in state.text())
     assert not bench.window.controller.is_lent
     bench.workspace.start.equipment = EquipmentChoice()
+
+
+def test_a_sound_server_that_hangs_holds_no_window_up_and_its_study_can_be_stopped(bench, null_sink):
+    start, running, state = bench.workspace.start, bench.workspace.running, bench.workspace.overview.state
+    bench.choose(stages=[rated()], stimuli={"WC": CONSTANT}, sounds={"noise": "pink"})
+    running.leave()
+    start.equipment = EquipmentChoice(masking="")
+    server = min(null_sink.threads())
+    os.kill(server, signal.SIGSTOP)
+    try:
+        bench.click(start.begin_button)
+        assert (state.text(), start.begin_button.text()) == ("Opening masking sound…", "Stop")
+        assert bench.window.controller.is_lent
+        bench.click(start.begin_button)
+        assert (state.text(), start.begin_button.text()) == ("Stopped.", "Go on")
+        assert not bench.window.controller.is_lent
+    finally:
+        os.kill(server, signal.SIGCONT)
+        running.opener.join()
+    bench.begin()
+    bench.until(Phase.READY)
+    assert not bench.runner.messages
+    start.equipment = EquipmentChoice()
 
 
 def test_the_window_asks_before_it_closes_on_a_participant(bench):

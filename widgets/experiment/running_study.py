@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication
@@ -14,12 +15,12 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
-from underfoot.studies.equipment import EquipmentChoice
+from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
-from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.background import STOPPED, BackgroundWorker
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
@@ -34,13 +35,18 @@ class RunningStudy(QObject):
     """Runs one study at a time on the window's session, and draws what the answers so far say."""
 
     notified = Signal(str)
+    begun = Signal()
+    """The equipment is open, and the study runs."""
+    failed = Signal(str)
+    """No session has begun; carries the reason, or "" where it was said."""
     ended = Signal(object, str)
     """The session has ended; carries the `StudyFile`, and the id of a participant who has finished it, or ""."""
 
     def __init__(self, experimenter: ExperimenterView) -> None:
         super().__init__(experimenter)
         self.experimenter = experimenter
-        self.background = BackgroundWorker(self)
+        self.background, self.opener = BackgroundWorker(self), BackgroundWorker(self)
+        self._waiting: _Waiting | None = None
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self._controller: SessionController | None = None
@@ -51,8 +57,8 @@ class RunningStudy(QObject):
 
     @property
     def is_on(self) -> bool:
-        """Whether a study is running."""
-        return self.runner is not None
+        """Whether a study is running, or its equipment is being opened."""
+        return self.runner is not None or self._waiting is not None
 
     @property
     def has_participant(self) -> bool:
@@ -63,35 +69,73 @@ class RunningStudy(QObject):
     def begin(
         self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
     ) -> None:
-        """Begin a participant's session in the file `path`, or continue it as it was begun.
+        """Begin a participant's session in the file `path`, or continue it as begun; `begun` or `failed` follows.
 
-        Raises `UnderfootError` if that fails.
+        The equipment is opened in a thread, until `leave`: a sound server that hangs is waited for.
 
-        Does nothing if the window has no session to lend.
+        The window's session is lent meanwhile, and says so if something else has it.
         """
-        with ExitStack() as unless_begun:
-            file = SessionFile.open(path) if path.exists() else _created(path, study, participant, controller.target)
-            unless_begun.callback(file.close)
-            file.hold()  # before equipment is opened, which another window may use with this session
-            session = controller.lend()
-            if session is None:
-                return
-            unless_begun.callback(controller.take_back)
-            floor = session.target.floor
-            protocol, folder = file.as_begun(session.registry, study.folder)
-            equipment = choice.opened(protocol.sounds, floor, session.force_rate_hz)
-            unless_begun.callback(equipment.close)
-            self.runner = Runner(session, file, protocol, folder, equipment)
-            unless_begun.pop_all()
-        self._controller, self._walked, self._drawn = controller, session.target.walker, 0
-        self._study = study
+        session = controller.lend()
+        if session is None:
+            self.failed.emit("")
+            return
+        try:
+            with ExitStack() as unless_begun:
+                unless_begun.callback(controller.take_back)
+                new = not path.exists()
+                file = _created(path, study, participant, controller.target) if new else SessionFile.open(path)
+                unless_begun.callback(file.close)
+                file.hold()  # before equipment is opened, which another window may use with this session
+                protocol, folder = file.as_begun(session.registry, study.folder)
+                run = partial(Runner, session, file, protocol, folder)
+                waiting = self._waiting = _Waiting(controller, study, run, unless_begun.pop_all())
+        except UnderfootError as error:
+            self.failed.emit(str(error))
+            return
+        sounds, floor, force_hz = protocol.sounds, session.target.floor, session.force_rate_hz
+        self.opener.compute(lambda _: [(waiting, choice.opened(sounds, floor, force_hz))], lambda one: one[1].close())
+
+    def _run(self, opened: "Sequence[tuple[_Waiting, Equipment]]") -> None:
+        """Run the study that waits for its equipment."""
+        ((waiting, equipment),) = opened
+        if waiting is not self._waiting:  # it was stopped at this moment
+            equipment.close()
+            return
+        self._waiting = None
+        try:
+            with waiting.unless_begun as unless_begun:
+                unless_begun.callback(equipment.close)
+                self.runner = waiting.run(equipment)
+                unless_begun.pop_all()
+        except UnderfootError as error:
+            self.failed.emit(str(error))
+            return
+        session, protocol = self.runner.session, self.runner.protocol
+        self._controller, self._study = waiting.controller, waiting.study
+        self._walked, self._drawn = session.target.walker, 0
         session.send(Walk(False))
-        title = protocol.title or study.name  # as the session was begun
+        title = protocol.title or waiting.study.name  # as the session was begun
         is_simulated = session.target.kind == "simulator"
-        self.experimenter.begin(floor, f"{title}  ·  {participant}", presses=is_simulated)
+        self.experimenter.begin(
+            session.target.floor, f"{title}  ·  {self.runner.study.participant}", presses=is_simulated
+        )
+        self.begun.emit()
+
+    def _do_not_begin(self) -> None:
+        """Wait for no equipment any more; what is opened by now is closed again."""
+        self.opener.stop()
+        self._give_up(STOPPED)  # also where the equipment was just found
+
+    def _give_up(self, why: str) -> None:
+        """Begin no session."""
+        if self._waiting is not None:
+            self._waiting.unless_begun.close()
+            self._waiting = None
+            self.failed.emit(why)
 
     def stop(self, why: str) -> None:
-        """Silence the output; the current presentation begins again on continuation."""
+        """Silence the output; the current presentation begins again on continuation. Nothing begins after it."""
+        self._do_not_begin()
         self._do(lambda runner: runner.stop(why))
 
     def show_participant(self) -> None:
@@ -116,7 +160,8 @@ class RunningStudy(QObject):
         self.window_of_participant.show_runner(self.runner)
 
     def leave(self) -> None:
-        """End the session for now; it can be continued later."""
+        """End the session for now, or do not begin it; it can be continued later."""
+        self._do_not_begin()
         runner, self.runner = self.runner, None
         self.background.stop()
         if self.window_of_participant is not None:
@@ -206,6 +251,8 @@ class RunningStudy(QObject):
             self.notified.emit("The participant's window was closed; “Participant's window” opens it again.")
 
     def _connect(self) -> None:
+        self.opener.found.connect(self._run)
+        self.opener.failed.connect(self._give_up)
         self.background.found.connect(self._show_findings)
         self.background.failed.connect(lambda why: self._show_findings((), why))
         experimenter = self.experimenter
@@ -221,6 +268,15 @@ class RunningStudy(QObject):
         experimenter.answered.connect(self._answer)
         experimenter.slider_moved.connect(self._slide)
         experimenter.pressed.connect(self._press)
+
+
+class _Waiting(NamedTuple):
+    """A session that waits for its equipment: what runs it then, and what is undone if it does not begin."""
+
+    controller: SessionController
+    study: StudyFile
+    run: Callable[[Equipment], Runner]
+    unless_begun: ExitStack
 
 
 def _created(path: Path, study: StudyFile, participant: str, target: Target) -> SessionFile:

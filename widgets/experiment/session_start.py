@@ -24,6 +24,8 @@ class SessionStart(QWidget):
 
     begin_requested = Signal(object, str)
     """The `StudyFile`, and the id of a participant whose session is to begin or to continue."""
+    stop_requested = Signal()
+    """The session that is about to begin is not to."""
     stated = Signal(str)
     """Why no session can begin, or what came of the last one; "" for neither."""
 
@@ -32,6 +34,7 @@ class SessionStart(QWidget):
         super().__init__()
         self._read_again = read_again
         self._study, self._sessions = study, sessions
+        self._is_opening = False
         self._controller: SessionController | None = None
         self._settings: Settings | None = None
         self.equipment = EquipmentChoice()
@@ -54,7 +57,7 @@ class SessionStart(QWidget):
             row.addWidget(part)
         row.addStretch(1)
         self._use_equipment(self.equipment)
-        self.begin_button.clicked.connect(self.begin)
+        self.begin_button.clicked.connect(self._begin_or_stop)
         self.participant.returnPressed.connect(self.begin)
         self.participant.textChanged.connect(self.show_availability)
         self.pilot_button.clicked.connect(self.begin_pilot)
@@ -74,6 +77,8 @@ class SessionStart(QWidget):
 
     def show_availability(self) -> None:
         """Enable the buttons for the id that was typed, and say why a session cannot begin."""
+        if self._is_opening:
+            return
         person = self.participant.text()
         has_session = self._controller is not None and self._controller.session is not None
         alike = self._sessions.alike(self._study, person) if is_id(person) else ""
@@ -94,6 +99,25 @@ class SessionStart(QWidget):
         self.begin_button.setText("Go on" if goes_on else "Begin")
         self.stated.emit(why_not)
 
+    def show_opening(self) -> None:
+        """Offer only to stop, while equipment is opened."""
+        self._is_opening = True
+        self.begin_button.setEnabled(True)
+        self.begin_button.setText("Stop")
+        self.participant.setReadOnly(True)
+        if self.pilot_button.hasFocus():
+            self.begin_button.setFocus()  # a disabled button would lose the focus to another page
+        for button in (self.pilot_button, self.equipment_button):
+            button.setEnabled(False)
+        self.stated.emit(f"Opening {self.equipment.text}…" if self.equipment.text else "")
+
+    def show_opened(self) -> None:
+        """Offer to begin a session again."""
+        self._is_opening = False
+        self.participant.setReadOnly(False)
+        self.equipment_button.setEnabled(True)
+        self.show_availability()
+
     def show_end(self, participant: str, *, is_pilot: bool) -> None:
         """Say that this participant has finished the study, and wait for the next one's id."""
         self.participant.clear()
@@ -108,7 +132,7 @@ class SessionStart(QWidget):
         If the study was changed since that session began, ask first.
         """
         participant = self.participant.text()
-        if not self.begin_button.isEnabled():
+        if self._is_opening or not self.begin_button.isEnabled():
             return
         try:
             self._read_again()
@@ -146,6 +170,12 @@ class SessionStart(QWidget):
         """Ask for the equipment beside the floor."""
         calibrated = "" if self._settings is None else self._settings.calibrated_plate
         EquipmentDialog(self._use_equipment, self.equipment, self.window(), calibrated).open()
+
+    def _begin_or_stop(self) -> None:
+        if self._is_opening:
+            self.stop_requested.emit()
+        else:
+            self.begin()
 
     def _use_equipment(self, choice: EquipmentChoice) -> None:
         self.equipment = choice

@@ -158,16 +158,27 @@ class ExperimentWorkspace(Workspace):
         self.findings.stop()
         try:
             self.sessions.claim(study)
-            self.running.begin(
-                controller, study, participant, self.sessions.path(study, participant), self.start.equipment
-            )
         except UnderfootError as error:
             self.overview.state.setText(str(error))
-        if self.running.is_on:
-            self.study_list.setEnabled(False)
-            self.stack.setCurrentWidget(self.experimenter)
-            self.experimenter.setFocus()
-            self.running.show_participant()
+            return
+        self.study_list.setEnabled(False)
+        self.start.show_opening()
+        self.running.begin(controller, study, participant, self.sessions.path(study, participant), self.start.equipment)
+
+    def _show_running(self) -> None:
+        """Show the study that has begun, to the experimenter and to the participant."""
+        self.start.show_opened()
+        self.stack.setCurrentWidget(self.experimenter)
+        self.experimenter.setFocus()
+        self.running.show_participant()
+
+    def _show_failure(self, why: str) -> None:
+        """Say why no session has begun."""
+        self.start.show_opened()
+        self.study_list.setEnabled(True)
+        self._show_study(self.study_list.study)  # its session may have been made
+        if why:
+            self.overview.state.setText(why)
 
     def _end(self, study: StudyFile, participant: str) -> None:
         """Return to the choice of a study; `participant` is the id of who has finished the study, or ""."""
@@ -188,6 +199,9 @@ class ExperimentWorkspace(Workspace):
         self.protocol_editor.closed.connect(self._close_editor)
         self.start.begin_requested.connect(self._begin)
         self.findings.loaded.connect(self.loaded)
+        self.start.stop_requested.connect(self.running.leave)
+        self.running.begun.connect(self._show_running)
+        self.running.failed.connect(self._show_failure)
         self.running.ended.connect(self._end)
         for part in (self.study_list, self.protocol_editor, self.running):
             part.notified.connect(self.notified)

@@ -71,6 +71,13 @@ def test_a_recording_that_ends_while_a_scene_plays_stays_until_the_scene_has_end
     recordings.playback.looping.setChecked(False)
     qtbot.waitUntil(lambda: not recordings.playback.player.is_playing)
     assert scenes.stage is stage
+    window.main_bar.tabs["Experiment"].click()
+    start = window.workspaces["Experiment"].start
+    start.participant.setText("P1")
+    qtbot.mouseClick(start.begin_button, LEFT)  # which made an empty session
+    assert window.status.message == "A study or a scene has the session; end that first."
+    assert (start.begin_button.text(), start.begin_button.isEnabled()) == ("Begin", True)
+    window.main_bar.tabs["Scenes"].click()
     assert controller.session is stage.session
     window.main_bar.tabs["Recordings"].click()
     qtbot.mouseClick(recordings.playback.button, LEFT)
