@@ -12,7 +12,7 @@ from scipy.signal import welch
 
 from underfoot.errors import DeviceError
 from underfoot.experiments.protocol import Sounds
-from underfoot.studies.masking import RATE_HZ, Masking, sound_loop
+from underfoot.studies.masking import RATE_HZ, STILL_LOOKS, WAKING_LOOKS, CardLooks, Masking, sound_loop
 
 
 @pytest.mark.parametrize(("noise", "slope"), [("pink", -10.0), ("white", 0.0)])
@@ -69,6 +69,14 @@ masking.close()
             os.kill(server, signal.SIGCONT)
     assert (player.returncode, said.startswith("the masking sound has stopped")) == (0, True)
     assert np.abs(played[:, [0, 1, 2]]).max() == 0.0
+
+
+@pytest.mark.parametrize(("asked", "waits"), [((9, 12), WAKING_LOOKS), ((9, 12, 15), STILL_LOOKS)])
+def test_a_card_that_wakes_late_is_waited_for_longer_than_one_that_has_played(asked, waits):
+    """Headphones that took 2 s to wake were said to have stopped, for the rest of the session."""
+    looks = CardLooks()
+    still = asked[-1:] * waits
+    assert [looks.is_given_up(blocks) for blocks in asked + still].index(True) == len(asked) + waits - 1
 
 
 def test_a_device_that_is_not_there_is_said():

@@ -20,10 +20,14 @@ LOOP_S = 20.0
 LOWEST_HZ, HIGHEST_HZ = 30.0, 16_000.0
 CLICK_S, CLICK_HZ = 0.02, 1000.0
 FADE_S = 0.5
-STILL_LOOKS, LOOK_S = 8, 0.25
-"""Looks in a row, and seconds between two, at which a card has asked for nothing until it is given up. Looks are
+LOOK_S = 0.25
+"""Seconds between two looks at what a card has asked for."""
+STILL_LOOKS, WAKING_LOOKS = 8, 60
+"""Looks in a row at which a card has asked for nothing until it is given up: once it plays, and before. Looks are
 counted, and not time: this process may have stood still itself.
 """
+PLAYING_LOOKS = 3
+"""Looks in a row at which a card has asked for more until it plays: what it fills its buffer with is seen at two."""
 _GONE = (
     "the masking sound has stopped; is its sound card there, and does its server answer? Leave the session, and "
     "continue it to hear it again"
@@ -92,6 +96,25 @@ class Masking:
         self._card.close()
 
 
+class CardLooks:
+    """Looks at how many blocks a card has asked for, until it is given up.
+
+    Headphones that sleep fill their buffer, and ask for no more for the seconds until they are awake.
+    """
+
+    def __init__(self) -> None:
+        self._blocks = self._still = self._moved = 0
+        self._most = WAKING_LOOKS
+
+    def is_given_up(self, blocks: int) -> bool:
+        """Look once more, at the blocks so far; return whether it has asked for nothing for too long."""
+        moves, self._blocks = blocks != self._blocks, blocks
+        self._still, self._moved = (0, self._moved + 1) if moves else (self._still + 1, 0)
+        if self._moved == PLAYING_LOOKS:
+            self._most = STILL_LOOKS
+        return self._still >= self._most
+
+
 class _Player:
     """The sounds and their device, in its process."""
 
@@ -140,11 +163,10 @@ class _Player:
 
     def _watch(self) -> None:
         """End the process, too, where the device asks for nothing any more, as where a sound server hangs."""
-        before, looks = 0, 0
-        while looks < STILL_LOOKS and not self._is_closing.wait(LOOK_S):
-            looks = looks + 1 if self._blocks == before else 0
-            before = self._blocks
-        self._finish()
+        looks = CardLooks()
+        while not self._is_closing.wait(LOOK_S):
+            if looks.is_given_up(self._blocks):
+                self._finish()
 
     def _fill(self, out: NDArray[np.float32], frames: int, time: object, status: object) -> None:
         out[:] = 0.0
