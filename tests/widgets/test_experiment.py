@@ -350,6 +350,25 @@ def test_the_window_asks_before_it_closes_on_a_participant(bench):
     assert bench.runner.phase is Phase.READY
 
 
+def test_an_answer_that_the_disk_refuses_is_not_left_unasked(bench):
+    """It was said when it was lost; and of the last one the window closed without a word."""
+    bench.choose(stages=[CONSENT], stimuli={"WC": CONSTANT})
+    bench.until(Phase.PAGE)
+    path = bench.runner.file.path
+    away = path.rename(path.with_suffix(".away"))
+    bench.key(Qt.Key.Key_1)
+    for leave in (bench.workspace.experimenter.leave.click, bench.window.close):
+        leave()
+        box = dialog_of(bench.window, QMessageBox)
+        assert box.text().endswith("and go on. The last answer is lost if the study is left now.")
+        bench.click(next(button for button in box.buttons() if button.text() == "Stay"))
+        bench.wait(lambda box=box: not box.isVisible())
+        assert bench.runner.phase is Phase.STOPPED
+    away.rename(path)
+    bench.click(bench.workspace.experimenter.leave)
+    assert [entry.answers for entry in bench.entries()] == [{"agreed": "yes"}]
+
+
 def test_the_patch_plays_again_behind_a_study(bench):
     patch = bench.window.controller.session.patch
     bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})

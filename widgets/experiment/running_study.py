@@ -21,6 +21,7 @@ from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
 from underfoot.widgets.background import STOPPED, BackgroundWorker
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
@@ -159,6 +160,23 @@ class RunningStudy(QObject):
             self.window_of_participant.activateWindow()
         self.window_of_participant.show_runner(self.runner)
 
+    def unwritten(self) -> str:
+        """Write an answer that the disk has refused; return why it still does, or "" if there is none to be lost."""
+        try:
+            if self.runner is not None:
+                self.runner.file.write_waiting()
+        except UnderfootError as error:
+            return str(error)
+        return ""
+
+    def ask_to_leave(self, then: Callable[[], object]) -> None:
+        """Call `then`; ask before where an answer would be lost, since the disk refuses it."""
+        if why := self.unwritten():
+            text = f"{why}. The last answer is lost if the study is left now."
+            ask(self.experimenter.window(), "An answer is not written", text, "Leave without it", then, "Stay")
+        else:
+            then()
+
     def leave(self) -> None:
         """End the session for now, or do not begin it; it can be continued later."""
         self._do_not_begin()
@@ -264,7 +282,7 @@ class RunningStudy(QObject):
         experimenter.repeat_requested.connect(lambda why: self._do(lambda runner: runner.repeat_last(why), why))
         experimenter.note_given.connect(lambda text: self._do(lambda runner: runner.note(text), text))
         experimenter.window_requested.connect(self.show_participant)
-        experimenter.leave_requested.connect(self.leave)
+        experimenter.leave_requested.connect(lambda: self.ask_to_leave(self.leave))
         experimenter.answered.connect(self._answer)
         experimenter.slider_moved.connect(self._slide)
         experimenter.pressed.connect(self._press)

@@ -106,13 +106,14 @@ class ExperimentWorkspace(Workspace):
 
     @property
     def would_lose(self) -> bool:
-        """Whether a participant's session is running, or a draft can be kept nowhere."""
-        return self.running.has_participant or not self.protocol_editor.copy.is_kept()
+        """Whether a participant's session is running, or an answer or a draft can be kept nowhere."""
+        is_running = self.running.has_participant or bool(self.running.unwritten())
+        return is_running or not self.protocol_editor.copy.is_kept()
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
         """Ask before the end of a participant's running session, or of a draft, then call `then`."""
-        if not self.running.has_participant:
-            self.protocol_editor.ask_to_leave(then)
+        if not self.running.has_participant or self.running.unwritten():
+            self.running.ask_to_leave(lambda: self.protocol_editor.ask_to_leave(then))
             return
         text = "A study is running. Its answers are kept, and it can be gone on with another time."
         ask(self.window(), "Close during a study", text, "Close", then, "Go on with it")
