@@ -15,12 +15,22 @@ from underfoot.devices.recurrence import LAST, Recurrence
 from underfoot.devices.transport import Transport, asked
 from underfoot.errors import DeviceError
 
-RETRY_S = 0.1
-"""Interval in seconds between attempts to open a missing transport."""
+RETRY_S, MOST_RETRY_S = 0.1, 1.0
+"""Seconds until a transport that is gone is opened again: at first, for a loose plug, and at most, for one that stays
+away."""
 SILENT_S = 0.5
 """Seconds without data after which a transport is reported as silent."""
 _BATCH_S = 0.0005  # data of this time is read at once: a thread that wakes for every byte delays all others
 _MANY_BYTES, _EXAMINED_BYTES = 512, 4096
+
+
+def retry_s(failures: int) -> float:
+    """Return the time until the next attempt to open a transport, where as many in a row have failed.
+
+    >>> [retry_s(failures) for failures in (1, 2, 3, 4, 5, 1_000_000)]
+    [0.1, 0.2, 0.4, 0.8, 1.0, 1.0]
+    """
+    return float(min(RETRY_S * 2.0 ** min(failures - 1, 10), MOST_RETRY_S))
 
 
 class TransportReader:
@@ -70,6 +80,7 @@ class TransportReader:
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
 
     def _run(self) -> None:
+        failures = 0
         while not self._stop.is_set():
             try:
                 asked(self.transport, self.transport.open)
@@ -77,12 +88,14 @@ class TransportReader:
                 self._read()
             except DeviceError as error:
                 if not self._is_missed:
+                    failures = 0
                     self._tell_loss(f"{error}; waiting for it")
                 self._is_missed = True
+                failures += 1
             self.is_open = False
             with suppress(DeviceError):
                 asked(self.transport, self.transport.close)
-            self._stop.wait(RETRY_S)
+            self._stop.wait(retry_s(failures))
 
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""

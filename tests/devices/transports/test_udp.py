@@ -5,6 +5,7 @@ import socket
 import pytest
 from free_ports import free_port
 
+from underfoot.devices import transport_reader
 from underfoot.devices.framing.parser import HELD_S, Parser
 from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.transport_reader import TransportReader
@@ -103,8 +104,13 @@ def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():
             port.close()
 
 
-def test_a_transport_whose_close_fails_is_read_again(until):
-    """As a plug-in's that closes what it could not open: its error ended the thread that reads."""
+def test_a_transport_whose_close_fails_is_read_again(until, monkeypatch):
+    """As a plug-in's that closes what it could not open: its error ended the thread that reads.
+
+    What is missing for long was tried ten times a second, for ever.
+    """
+    failed = []
+    monkeypatch.setattr(transport_reader, "retry_s", lambda failures: failed.append(failures) or 0.001)
 
     class Loose(UdpTransport):
         is_plugged = False
@@ -123,7 +129,8 @@ def test_a_transport_whose_close_fails_is_read_again(until):
     reader = TransportReader(port, lambda samples, when: None)
     reader.start()
     try:
-        until(lambda: reader.notices, "it says so")
+        until(lambda: len(failed) > 3, "it is tried again")
+        assert failed[:4] == [1, 2, 3, 4]
         port.is_plugged = True
         until(lambda: reader.is_open, "it is opened")
         assert reader.take_notices() == ["it is not plugged in; waiting for it", f"{port.name} is back"]
