@@ -1,5 +1,7 @@
 """The line at the bottom of the window: messages for the user, and the state of the session."""
 
+from datetime import datetime
+
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
@@ -9,7 +11,7 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 
 LETTER_MS, LEAST_MS, MOST_MS = 120, 5_000, 20_000
 """Reading time of a message per letter, with its minimum and maximum."""
-NO_FORCE = "no force comes from the floor"
+NO_FORCE = "no force has come from the floor since {:%Y-%m-%d %H:%M}"
 
 
 class StatusLine(QWidget):
@@ -22,7 +24,7 @@ class StatusLine(QWidget):
         self._message = ElidedLabel()
         self._message.setAccessibleName("Message")
         self._session = ElidedLabel("small")
-        self._text, self._reason, self._is_floor_silent = "", "", False
+        self._text, self._reason, self._no_force = "", "", ""
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
         layout.setSpacing(theme.GRID)
@@ -49,8 +51,8 @@ class StatusLine(QWidget):
         self._show()
 
     def show_floor(self, silent: bool) -> None:
-        """Show whether the floor has stopped sending forces."""
-        self._is_floor_silent = silent
+        """Show whether, and since when, the floor has sent no force: nobody may look at it for days."""
+        self._no_force = NO_FORCE.format(datetime.now()) if silent else ""
         self._show()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -63,7 +65,7 @@ class StatusLine(QWidget):
         self._session.setMaximumWidth(max(room - self._message.sizeHint().width(), room // 3))
 
     def _show(self) -> None:
-        reason = "; ".join(filter(None, (NO_FORCE if self._is_floor_silent else "", self._reason)))
+        reason = "; ".join(filter(None, (self._no_force, self._reason)))
         self._session.set_full_text(f"{self._text} ({reason})" if reason else self._text)
 
     @property
