@@ -8,6 +8,7 @@ from underfoot.engine.intake import GATE_S, HOLD_S
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
 from underfoot.floor.loss_concealment import LossConcealment
+from underfoot.floor.step_finder import StepFinder
 
 RATE = 48_000.0
 FLOOR = default_floor(1, 2)
@@ -76,6 +77,17 @@ def test_a_contact_on_a_tile_that_falls_silent_ends():
     force_n[1500:, 0] = np.nan
     _, (contact,) = followed(time_s, force_n)
     assert contact.end_s == pytest.approx(1.540, abs=0.002)
+
+
+def test_a_tile_that_falls_silent_between_two_pieces_is_lifted_by_those_who_look_for_steps():
+    """Its last sample was in a piece without losses, which was not looked at, and the foot stood for ever."""
+    time_s, force_n = pressed()
+    force_n[1500:, 0] = np.nan
+    finder = StepFinder(FLOOR, 1000.0)
+    finder.feed(time_s[:1500], force_n[:1500])
+    assert len(finder.ongoing()) == 1
+    finder.feed(time_s[1500:1600], force_n[1500:1600])
+    assert finder.ongoing() == ()
 
 
 @pytest.mark.parametrize("rest_n", [-50.0, 10.0])

@@ -11,10 +11,11 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.engine.rings import load_reading
-from underfoot.floor import contacts
+from underfoot.floor import contacts, loss_concealment
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.floor.loss_concealment import LossConcealment
 from underfoot.floor.walks import WalkTracker
 
 CHUNK = 4096
@@ -55,9 +56,10 @@ class FootstepTracker:
     """
 
     def __init__(self, floor: Floor, rate_hz: float, force_hz: float, chunk: int = CHUNK) -> None:
-        self.floor, self.rate_hz, self.force_hz, self.chunk = floor, rate_hz, force_hz, chunk
+        self.floor, self.rate_hz, self.force_hz = floor, rate_hz, force_hz
+        self._length = max(64, chunk // len(floor.tiles))
         self._pending: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
-        self._tracker: ContactTracker | None = None
+        self._tracking: tuple[ContactTracker, LossConcealment] | None = None
         self._counter = WalkTracker(floor)
         self._loaded = threading.Event()
 
@@ -77,22 +79,22 @@ class FootstepTracker:
 
     def add(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
         """Queue samples at these session frames, shapes (n,) and (n, tiles, 4)."""
-        length = max(64, self.chunk // len(self.floor.tiles))
-        for begin in range(0, len(frames), length):
-            chunk = slice(begin, begin + length)
+        for begin in range(0, len(frames), self._length):
+            chunk = slice(begin, begin + self._length)
             self._pending.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
     def track(self, most: int = CHUNKS_PER_TICK) -> tuple[ForceUpdate | None, list[Step]]:
         """Track queued samples, `most` chunks or a share of all; return them, if any, and new footsteps."""
-        tracker = self._ready_tracker()
-        if tracker is None:
+        tracking = self._ready_tracking()
+        if tracking is None:
             return None, []
+        tracker, concealment = tracking
         done: list[tuple[NDArray[np.float64], NDArray[np.float64], ContactRows]] = []
         steps: list[Step] = []
         most = max(most, len(self._pending) // SHARE_PER_TICK)
         while self._pending and len(done) < most:
             time_s, force_n = self._pending.popleft()
-            tracked = tracker.feed(time_s, force_n)
+            tracked = tracker.feed(time_s, concealment.concealed(time_s, force_n))
             steps += self._counter.feed(tracked.finished, float(time_s[-1]))
             done.append((time_s, force_n, tracked.rows))
         if not done:
@@ -112,14 +114,15 @@ class FootstepTracker:
 
     def tare(self) -> None:
         """Take the present forces of all unloaded tiles as their zero."""
-        if self._tracker is not None:
-            self._tracker.tare()
+        if self._tracking is not None:
+            self._tracking[0].tare()
 
-    def _ready_tracker(self) -> ContactTracker | None:
-        """Return the tracker, created once its kernels are loaded."""
-        if self._tracker is None and self.is_ready:
-            self._tracker = ContactTracker(self.floor, self.force_hz)
-        return self._tracker
+    def _ready_tracking(self) -> tuple[ContactTracker, LossConcealment] | None:
+        """Return the tracker, and the concealment of lost samples before it, created once their kernels are loaded."""
+        if self._tracking is None and self.is_ready:
+            tracker = ContactTracker(self.floor, self.force_hz)
+            self._tracking = tracker, LossConcealment(tracker, self._length)
+        return self._tracking
 
 
 @cache
@@ -130,6 +133,7 @@ def _load_kernels() -> threading.Event:
     def load() -> None:
         time.sleep(_YIELD_S)
         contacts.load_kernels()
+        loss_concealment.load_kernels()
         load_reading()
         loaded.set()
 

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.contacts import GAP_S, ContactTracker
+from underfoot.floor.layout import default_floor
 from underfoot.floor.tracking import TARE_N
 from underfoot.kernels import kernel
 
@@ -29,6 +30,18 @@ class LossConcealment:
     def fill(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64], count: int) -> None:
         """Replace missing samples among the first `count` of `force_n` (n, tiles, 4). Allocates nothing."""
         conceal(time_s, force_n, count, self.tiles, self.stream, self.last, self.absent)
+
+    def concealed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return any number of samples, the missing ones replaced; those given stay, for display.
+
+        Pass whole samples, too: a tile that falls silent keeps the last of them.
+        """
+        times, whole = np.array(time_s, np.float64), np.array(force_n, np.float64, order="C")
+        most = len(self.absent)
+        for at in range(0, len(times), most):
+            piece = slice(at, at + most)
+            self.fill(times[piece], whole[piece], len(times[piece]))
+        return whole
 
 
 @kernel
@@ -60,3 +73,8 @@ def conceal(
                 held = time_s[i] - last[k].time_s <= GAP_S
                 for sensor in range(4):
                     force_n[i, k, sensor] = last[k].force_n[sensor] if held else tiles[k].base_n[sensor]
+
+
+def load_kernels() -> None:
+    """Load or compile the kernel."""
+    LossConcealment(ContactTracker(default_floor(1, 2), 1000.0), 1).concealed(np.zeros(1), np.zeros((1, 2, 4)))

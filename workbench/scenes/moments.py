@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from underfoot.floor.contacts import ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.floor.loss_concealment import LossConcealment
 from underfoot.floor.walks import WalkTracker
 
 MOMENT_S = 0.01
@@ -55,6 +56,7 @@ class Moments:
 
     def _begin(self) -> None:
         self._tracker = ContactTracker(self.floor, self._force_hz)
+        self._concealment = LossConcealment(self._tracker, max(round(2.0 * MOMENT_S * self._force_hz), 1))
         self._counter = WalkTracker(self.floor)
         self._known: dict[int, OngoingContact] = {}
         self._ids = 0
@@ -66,8 +68,8 @@ class Moments:
     def feed(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> Iterator[Moment]:
         """Yield the moments completed by samples at session frames (n,), ascending, with corner forces (n, tiles, 4).
 
-        The first sample after a moment completes it. A tile whose sample is NaN keeps its load. If frames go back,
-        because the engine was restarted, tracking starts again.
+        The first sample after a moment completes it. A tile whose samples are NaN keeps its load for 40 ms, as in the
+        engine. If frames go back, because the engine was restarted, tracking starts again.
         """
         times = frames / self._rate_hz
         numbers = np.floor(times / MOMENT_S + 1e-6).astype(np.int64)
@@ -87,7 +89,7 @@ class Moments:
     def _complete(self) -> Moment:
         times, forces = np.concatenate(self._times), np.concatenate(self._forces)
         self._times, self._forces = [], []
-        finished = self._tracker.feed(times, forces).finished
+        finished = self._tracker.feed(times, self._concealment.concealed(times, forces)).finished
         steps = tuple(self._counter.feed(finished, float(times[-1])))
         self.baseline_n = self._tracker.baseline_n
         contacts = self._named(sorted(self._tracker.ongoing(), key=lambda one: -one.force_n)[:MOST_CONTACTS])

@@ -50,6 +50,21 @@ def test_forces_are_less_their_baseline(recorded):
     np.testing.assert_allclose(told.force_n, forces.force_n[: len(told.time_s)] - contacts.baseline_n, atol=1e-9)
 
 
+def test_a_foot_on_a_tile_that_falls_silent_is_lifted(recorded):
+    """As in the engine: it stood in Monitor, and in what is sent to other programs, until the tile sent again."""
+    floor, forces = recorded
+    loads_n = forces.force_n.sum(axis=2)
+    loaded, tile = np.unravel_index(loads_n.argmax(), loads_n.shape)
+    force_n = forces.force_n.copy()
+    force_n[loaded:, tile] = np.nan
+    tracker = ready(floor, forces)
+    tracker.add(forces.time_s[: loaded + 100] * 48_000.0, force_n[: loaded + 100])
+    told, _ = tracker.track(1_000)
+    assert all(tile not in contact.tiles for contact in told.contacts)
+    assert told.load_n[tile] == pytest.approx(0.0, abs=1.0)
+    assert np.isnan(told.force_n[-1, tile]).all()  # nothing is drawn that was not sent
+
+
 def test_a_long_backlog_is_tracked_in_chunks(recorded):
     floor, forces = recorded
     tracker = ready(floor, forces, chunk=512)
