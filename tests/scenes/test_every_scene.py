@@ -150,6 +150,25 @@ def test_a_foot_on_a_tile_that_falls_silent_is_lifted():
     assert [round(moment.time_s, 2) for moment in found if moment.up] == [2.04]
 
 
+def test_on_a_floor_that_falls_silent_nobody_stands_any_more():
+    """The same where it is told by the clock, and where it is by the next sample."""
+    frames, force_n = np.arange(3000) * 48.0, np.zeros((3000, len(SMALL.tiles), 4))
+    force_n[1000:, 0] = 150.0
+    frames[2000:] += 48_000.0
+
+    def moments(now_s):
+        made = Moments(SMALL, 48_000.0, 1000.0)
+        for piece in (slice(0, 2000), slice(2000, 3000)):
+            yield from made.feed(frames[piece], force_n[piece])
+            yield from made.pass_time(now_s)
+
+    told, found = list(moments(2.6)), list(moments(0.0))
+    assert repr(told) == repr(found)
+    (lifted,) = (at for at, moment in enumerate(told) if moment.up)
+    assert [round(moment.time_s, 2) for moment in told[lifted - 1 : lifted + 2]] == [2.0, 2.49, 3.01]
+    assert [len(moment.contacts) > 0 for moment in told[lifted - 1 : lifted + 2]] == [True, False, True]
+
+
 def test_a_foot_keeps_its_id_over_an_edge_and_the_next_one_has_another():
     source = SimulatedFloor(LARGE)
     made, found = Moments(LARGE, 48_000.0, 1000.0), []

@@ -11,6 +11,8 @@ from underfoot.engine.render import render_source
 from underfoot.engine.reports import CommandApplied
 from underfoot.engine.rings import Reader
 from underfoot.engine.session_replay import RecordedForce
+from underfoot.engine.status import Field
+from underfoot.floor.contacts import SILENT_S
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -24,6 +26,7 @@ BEFORE = Patch(title="before")
 
 def test_a_scene_is_felt_and_its_commands_give_the_same_bytes_again(until):
     with live(BEFORE, until, start=False) as session:
+        silent_floor_has_nobody(session.session)
         samples, rows, reports = Reader(session.session.memory.force), [], []
         pond = discover()["frozen-pond"](FLOOR)
         stage = Stage(session.session, pond)
@@ -57,6 +60,24 @@ def test_a_scene_is_felt_and_its_commands_give_the_same_bytes_again(until):
         loop.send(from_text(*to_text(one.command)), one.frame)
     assert played.any()
     assert np.array_equal(loop.play(len(played))[:, :4], played)
+
+
+def silent_floor_has_nobody(session):
+    """Whose line is gone, as the clock of the session tells: the last foot stood there until it was back."""
+    rows = np.zeros((1000, 2 + 4 * len(FLOOR.tiles)))
+    rows[:, 0] = rows[:, 1] = np.arange(1000) * 48.0
+    rows[500:, 2:6] = 150.0
+    stage = Stage(session, discover()["touch-widgets"](FLOOR))
+    session.memory.force.write(rows, len(rows))
+    ends_s = (0.999 + SILENT_S, 0.999 + SILENT_S + 0.002, 9.0)
+    moments = []
+    for frame in (round(48_000.0 * end_s) for end_s in ends_s):
+        session.memory.status.put(Field.FRAME, frame)
+        moments.append([(round(one.time_s, 3), len(one.contacts), len(one.up)) for one in stage.tick()])
+    assert moments[0][-1] == (0.99, 1, 0)
+    assert moments[1:] == [[(1.0, 1, 0), (1.49, 0, 1)], []]
+    session.memory.status.put(Field.FRAME, 0.0)
+    stage.close()
 
 
 def broken_scene_leaves(session):

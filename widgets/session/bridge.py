@@ -16,6 +16,7 @@ from underfoot.engine.reports import (
     RecordingFile,
     Started,
 )
+from underfoot.floor.contacts import SILENT_S
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 TICK_MS = 16
 HEALTH_TICKS = 6
-SILENT_TICKS = 60
+SILENT_TICKS = round(SILENT_S * 1000 / TICK_MS)
 """Ticks without a force sample after which the floor is silent: its line is gone, or nothing sends."""
 
 
@@ -48,7 +49,7 @@ class Bridge(QObject):
     forces_tracked = Signal(object)
     """`ForceUpdate`, once per tick with force samples."""
     floor_silent = Signal(bool)
-    """Whether no force has come for a second."""
+    """Whether no force has come for `SILENT_S`."""
     vibration_read = Signal(int, object)
     """First session frame, and samples (n, tiles), relative to full scale."""
     response_read = Signal(int, object, object)

@@ -40,6 +40,10 @@ GAP_S = 0.040
 """Longest time between samples that is no gap. By then, force at audio rate has been ramped to 0
 (docs/contracts.md#signals-events-rows)."""
 
+SILENT_S = 0.5
+"""Time without a sample of any tile after which nobody is on the floor any more, for those who look at it while it
+runs: scenes, Monitor, other programs."""
+
 OPENING_S, STEADY_N = 0.050, 5.0
 """Time from which the initial baselines are determined, and the range (or five sigma) in which a tare stays for half of
 it."""

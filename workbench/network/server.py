@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.reports import Health
 from underfoot.errors import BadValue, DeviceError
-from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.contacts import SILENT_S, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.addresses import Address
@@ -39,8 +39,6 @@ from underfoot.version import __version__
 NAME = "underfoot"
 FRAME_HZ, IDLE_S = 60.0, 1.0
 """Rate at which contacts are sent, and interval of messages that there are none."""
-STALE_S = 0.5
-"""Time without `show` after which there are no contacts, because the session has ended or hangs."""
 LASTING_S = 1.0
 """Time for which nothing can be sent to an address until that is a problem: a busy system refuses single datagrams."""
 MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 200.0
@@ -134,7 +132,7 @@ class NetworkServer:
     # --- output ---
 
     def show(self, time_s: float, contacts: Sequence[OngoingContact]) -> None:
-        """Set the contacts of the sample at `time_s`, in seconds of the session."""
+        """Set the contacts of the sample at `time_s`, in seconds of the session; they hold for `SILENT_S`."""
         self._shown = (time.monotonic(), time_s, contacts)
 
     def send_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
@@ -238,7 +236,7 @@ class NetworkServer:
     def _send_frame(self, now_s: float) -> None:
         """Send the present contacts; if there are none, only every `IDLE_S`."""
         at_s, time_s, ongoing = self._shown
-        contacts = self._live.update(time_s, ongoing if now_s - at_s < STALE_S else ())
+        contacts = self._live.update(time_s, ongoing if now_s - at_s < SILENT_S else ())
         if not contacts and self._was_empty and now_s - self._sent_s < IDLE_S:
             return
         self._was_empty, self._sent_s = not contacts, now_s

@@ -1,7 +1,8 @@
 """Moments: the contacts in each 10 ms of a stream of force samples, and those that came and went.
 
 Contacts are taken at the moment's last sample. Their assignment to feet is provisional, because the final one takes
-later samples. A contact keeps its id while it lasts, also across tile edges. The same samples give the same moments.
+later samples. A contact keeps its id while it lasts, also across tile edges. Where no sample comes for `SILENT_S`, one
+moment more has nobody on the floor. The same samples give the same moments.
 """
 
 import math
@@ -13,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from underfoot.floor.contacts import ContactTracker, OngoingContact
+from underfoot.floor.contacts import SILENT_S, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.floor.loss_concealment import LossConcealment
@@ -78,6 +79,7 @@ class Moments:
             if first == end:
                 continue
             if numbers[first] != self._number:
+                yield from self.pass_time(float(times[first]))
                 if self._times:
                     yield self._complete()
                 if numbers[first] < self._number:
@@ -85,6 +87,17 @@ class Moments:
                 self._number = int(numbers[first])
             self._times.append(times[first:end])
             self._forces.append(force_n[first:end].copy())  # the caller reuses its array
+
+    def pass_time(self, now_s: float) -> Iterator[Moment]:
+        """Yield the moment in which all feet are lifted, once, if no sample came for `SILENT_S` until `now_s`."""
+        lifted_s = (float(self._times[-1][-1]) if self._times else self._before_s) + SILENT_S
+        if not now_s > lifted_s:
+            return
+        if self._times:
+            yield self._complete()
+        if self._known:
+            gone, self._known = tuple(self._known.values()), {}
+            yield Moment(math.floor(lifted_s / MOMENT_S) * MOMENT_S, up=gone)
 
     def _complete(self) -> Moment:
         times, forces = np.concatenate(self._times), np.concatenate(self._forces)

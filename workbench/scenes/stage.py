@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Iterable
+from itertools import chain
 
 from underfoot.engine import commands
 from underfoot.engine.reports import CommandApplied, PatchRefused, Report
@@ -51,7 +52,9 @@ class Stage:
         done: list[Moment] = []
         if self._before is None:
             return done
-        for moment in self._moments.feed(*self._forces.read()):
+        now_s = self.session.health.frame / self.session.target.rate  # the samples until then are there already
+        samples = self._forces.read()
+        for moment in chain(self._moments.feed(*samples), self._moments.pass_time(now_s)):
             done.append(moment)
             for cue in self.scene.step(moment):
                 self._perform(cue, moment)
