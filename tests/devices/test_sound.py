@@ -165,10 +165,10 @@ def test_a_tile_without_a_channel_is_named(null_sink, until):
         assert playing.played(playing.end - 480, 480)[:, 0].any()
 
 
-@pytest.mark.parametrize("tiles", [1, 3])
-def test_tiles_of_an_odd_number_are_heard_on_their_own_channels(null_sink, until, tiles):
-    """A sound server played a single one on all outputs, and the third of three on none."""
-    how = {"sound": "", "latency_s": BUFFER_S, "walker": False, "floor": default_floor(1, tiles)}
+@pytest.mark.parametrize(("tiles", "sound"), [(1, ""), (3, ""), (2, "uf=4")])
+def test_tiles_are_heard_on_their_own_channels(null_sink, until, tiles, sound):
+    """A sound server played a single one on all outputs, the third of three on none, and two on 3 and 4, too."""
+    how = {"sound": sound, "latency_s": BUFFER_S, "walker": False, "floor": default_floor(1, tiles)}
     with listening(null_sink) as heard, live(hum(tone=SINE), until, **how) as playing:
         settled(playing)
         until(lambda: (np.abs(heard()[-480:, :tiles]).max(axis=0) > 0.1).all(), "all are heard", seen=heard.summary)

@@ -61,7 +61,7 @@ def text_of(outputs: Sequence[Output]) -> str:
 
 
 class CardChannels(Struct, frozen=True):
-    """The channels of a card: `count` channels of the floor, from `first` on."""
+    """The channels of a card: `count` channels of the floor, from `first` on, of which the last may be unused."""
 
     output: Output
     first: int
@@ -83,16 +83,19 @@ class CardChannels(Struct, frozen=True):
 def card_channels(text: str, wanted: int) -> tuple[CardChannels, ...]:
     """Assign `wanted` channels to the cards of `text`, one card after the other; the last may have too few.
 
-    Cards that get no channels are not opened, except the first.
+    Cards that get no channels are not opened, except the first. A card whose number of channels is given is opened
+    whole: a sound server repeats the channels of a smaller stream on those that are left.
 
-    >>> card_channels("nowhere A=18; nowhere B=18", 30)[1]
-    CardChannels(output=Output(name='nowhere B', channels=18), first=18, count=12)
+    >>> [card.count for card in card_channels("nowhere A=18; nowhere B=18", 30)]
+    [18, 18]
+    >>> [card.count for card in card_channels("nowhere A", 3)]
+    [3]
     """
     found: list[CardChannels] = []
     first = 0
     for output in outputs_of(text):
         room = min(output.channels or MAX_CHANNELS, max_channels(output.name))
-        count = min(room, wanted - first)
+        count = room if output.channels and first < wanted else min(room, wanted - first)
         if count > 0 or not found:
             found.append(CardChannels(output, first, count))
         first += max(count, 0)

@@ -174,10 +174,12 @@ def _rehearse(setup: Setup) -> Setup | None:
 def _in_pairs(cards: tuple[CardChannels, ...], needed: int) -> int:
     """Return how many channels make whole pairs up to the `needed` ones on the last of their cards, if it has them.
 
-    A sound server would play a single channel on all outputs, and a third one nowhere.
+    A sound server would play a single channel on all outputs, and a third one nowhere. Of a card whose number of
+    channels is given, all are opened.
     """
     last = next((card for card in reversed(cards) if card.first < needed), cards[0])
-    return last.first + pairs_up_to(needed - last.first - 1, last.count)
+    given = last.count if last.output.channels else pairs_up_to(needed - last.first - 1, last.count)
+    return last.first + given
 
 
 def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None) -> LoopOptions:
