@@ -132,9 +132,9 @@ class NetworkLink(QObject):
     def _send_forces(self, update: ForceUpdate) -> None:
         session = self._controller.session
         if self._server is not None and session is not None:
-            now_s = float(update.time_s[-1])
-            self._server.show(now_s, update.contacts)
-            self._server.send_force(update.force_n.sum(axis=2), self._controller.played_s - now_s)
+            last_s = float(update.time_s[-1])
+            self._server.show(last_s, update.contacts)
+            self._server.send_force(update.force_n.sum(axis=2), last_s, self._controller.played_s - last_s)
 
     def _send_steps(self, steps: list[Step]) -> None:
         if self._server is not None:

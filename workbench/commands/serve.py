@@ -146,8 +146,9 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
         health = session.health
         if len(frames):
             found = finder.feed(frames / rate, forces)
-            server.show(float(frames[-1]) / rate, finder.ongoing())
-            server.send_force((forces - finder.baseline_n).sum(axis=2), (health.frame - float(frames[-1])) / rate)
+            last_s = float(frames[-1]) / rate
+            server.show(last_s, finder.ongoing())
+            server.send_force((forces - finder.baseline_n).sum(axis=2), last_s, health.frame / rate - last_s)
             for step in found.steps:
                 server.send_step(step, health.frame / rate - step.start_s)
         if health.running and time.monotonic() - told_s > _HEALTH_S:

@@ -32,6 +32,7 @@ from underfoot.network.lsl import LslStreams
 from underfoot.network.mark_inlets import LslMarks, SerialMarks
 from underfoot.network.osc import Argument, Double, Long, Message, message, read
 from underfoot.network.plan import NetworkPlan
+from underfoot.network.session_clock import SessionClock
 from underfoot.network.tuio import contact_messages, cursor_frame, pointer_frame
 from underfoot.patch import preset_files
 from underfoot.version import __version__
@@ -102,6 +103,7 @@ class NetworkServer:
         self._problem = ""
         self._failing: dict[str, tuple[float, float, str]] = {}  # of what: since when, until when, and why
         self._lsl: LslStreams | None = None
+        self._clock = SessionClock()
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
         if plan.serial_marks:
@@ -135,10 +137,10 @@ class NetworkServer:
         """Set the contacts of the sample at `time_s`, in seconds of the session; they hold for `SILENT_S`."""
         self._shown = (time.monotonic(), time_s, contacts)
 
-    def send_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
-        """Send loads (n, tiles) by LSL; the last one was `ago_s` ago."""
+    def send_force(self, load_n: NDArray[np.float64], time_s: float, ago_s: float) -> None:
+        """Send loads (n, tiles) by LSL; the last one is of the session's `time_s`, `ago_s` ago."""
         if self._lsl is not None:
-            self._do(partial(self._lsl.force, load_n, self._lsl.now() - ago_s))
+            self._do(partial(self._lsl.force, load_n, self._clock.at(time_s, ago_s, self._lsl.now())))
 
     def send_step(self, step: Step, ago_s: float) -> None:
         """Send a step, which began `ago_s` ago."""
@@ -148,7 +150,8 @@ class NetworkServer:
             "step", step.step, contact, step.person, step.tile, step.side, Double(step.start_s), *map(float, figures)
         )
         if self._lsl is not None:
-            self._do(partial(self._lsl.step, step, contact, self._lsl.now() - ago_s))
+            at_s = self._clock.at(step.start_s, ago_s, self._lsl.now())
+            self._do(partial(self._lsl.step, step, contact, at_s))
 
     def send_health(self, health: Health) -> None:
         """Send the state of the engine; call it once or twice a second. A count stops at the largest number."""
@@ -162,7 +165,8 @@ class NetworkServer:
         """Send a mark, which was set at a session frame, `ago_s` ago."""
         self._queue_message("mark", text, Long(frame), Double(frame / self._rate_hz))
         if self._lsl is not None:
-            self._do(partial(self._lsl.mark, text, self._lsl.now() - ago_s))
+            at_s = self._clock.at(frame / self._rate_hz, ago_s, self._lsl.now())
+            self._do(partial(self._lsl.mark, text, at_s))
 
     def answer_played(self, received: Received, frame: int, ago_s: float) -> None:
         """Answer a cue: it is played from this session frame on, `ago_s` ago."""
