@@ -2,13 +2,16 @@
 
 import os
 import sys
+from types import SimpleNamespace
 
 import pytest
 import serial
 from made_frames import rows
+from serial.tools import list_ports
 
 from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.transport_reader import TransportReader
+from underfoot.devices.transports import serial as serial_ports
 from underfoot.devices.transports import transport_of
 from underfoot.devices.transports.serial import PtySender, SerialTransport
 from underfoot.errors import BadValue, DeviceError
@@ -63,6 +66,17 @@ def test_a_port_that_goes_away_while_it_is_opened_is_waited_for(until, monkeypat
     finally:
         reader.close()
         sender.close()
+
+
+def test_a_port_is_offered_by_the_name_that_its_board_keeps(tmp_path, monkeypatch):
+    """Plugged in again it may have another number, and was waited for in vain."""
+    ports = [SimpleNamespace(device=str(tmp_path / name)) for name in ("ttyACM0", "ttyS0")]
+    monkeypatch.setattr(list_ports, "comports", lambda: ports)
+    monkeypatch.setattr(serial_ports, "LASTING_NAMES", tmp_path / "by-id")
+    assert SerialTransport.suggestions() == [port.device for port in ports]
+    (tmp_path / "by-id").mkdir()
+    (tmp_path / "by-id/usb-board-if00").symlink_to("../ttyACM0")
+    assert SerialTransport.suggestions() == [str(tmp_path / "by-id/usb-board-if00"), ports[1].device]
 
 
 def test_a_port_belongs_to_one():

@@ -20,6 +20,8 @@ _BAUD = 1_000_000
 """Default baud rate: exact on common microcontrollers, and four times what a tile at 1 kHz needs; ignored by native
 USB.
 """
+LASTING_NAMES = Path("/dev/serial/by-id")
+"""Folder of links to the ports by the boards behind them, where the system makes such (udev)."""
 _PATIENCE_S = 0.05
 _TAKEN = "another program has it, or Underfoot itself, as for a plate or a trigger"
 
@@ -130,10 +132,13 @@ class SerialTransport(Transport):
 
     @classmethod
     def suggestions(cls) -> list[str]:
-        """Return the serial ports of this machine."""
+        """Return the serial ports of this machine, by names that a board keeps when it is plugged in again, if it has
+        one: its number may then be another.
+        """
         from serial.tools.list_ports import comports
 
-        return [port.device for port in comports()]
+        lasting = {os.path.realpath(link): str(link) for link in _files_in(LASTING_NAMES)}
+        return [lasting.get(os.path.realpath(port.device), port.device) for port in comports()]
 
     @property
     def device(self) -> str:
@@ -170,6 +175,13 @@ class SerialTransport(Transport):
             with suppress(OSError):
                 self._serial.close()
             self._serial = None
+
+
+def _files_in(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except OSError:
+        return []
 
 
 @contextmanager
