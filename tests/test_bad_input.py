@@ -270,11 +270,30 @@ def test_no_output_takes_the_place_of_an_input_or_of_another_output(refused, fol
     assert "out.csv is given twice" in refused("monitor", "walk.csv", "--steps", "out.csv", "--contacts", "out.csv")
 
 
+def test_every_command_says_alike_where_no_file_or_folder_can_be_made(refused, folder):
+    for words in (
+        ("render", SINE, "-o", "new/"),  # wrote a file of this name
+        ("export", "a.underfoot", "-o", "new/"),
+        ("monitor", "corridor", "--steps", "new/"),
+    ):
+        assert "new/ names a folder; allowed: the name of a file" in refused(*words)
+    person = ("experiment", "detection-threshold", "--participant", "p1", "--session", "no/a.session")
+    assert "no/a.session cannot be written: there is no folder no" in refused(*person)
+    (folder / "taken").write_text("x")
+    for words in (
+        ("convert", SINE, "-o", "taken/x"),
+        ("distribution", "gravel", "-o", "taken/x"),
+        ("tile", "tiles-2x2", "--report", "taken/x"),
+        ("plate", "--footsteps", "a.csv", "--report", "taken/x"),
+    ):
+        assert "underfoot: taken is not a folder\n" in refused(*words)
+
+
 def test_a_window_that_could_not_show_what_was_named_is_not_opened(refused, folder):
     (folder / "patch.json").write_bytes(b"{nodes")
     for patch, message in (("missing.json", "no such file"), ("patch.json", "is not JSON")):
         assert message in refused("--patch", patch, "--screenshot", "pictures")
-    assert "cannot be made a folder" in refused("--screenshot", "patch.json/pictures")
+    assert "patch.json is not a folder" in refused("--screenshot", "patch.json/pictures")
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="XDG_DATA_HOME is of Linux")
@@ -282,7 +301,7 @@ def test_a_window_whose_settings_have_no_place_is_not_opened(refused, folder, mo
     (folder / "taken").write_bytes(b"")
     monkeypatch.setenv("XDG_DATA_HOME", str(folder / "taken"))
     told = refused()
-    assert "taken/underfoot cannot be written: not a directory; the window keeps settings" in told
+    assert "taken is not a folder; the window keeps settings" in told
     assert "name another place in XDG_DATA_HOME" in told
 
 

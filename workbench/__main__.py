@@ -18,7 +18,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.files import FLOOR, PATCH
+from underfoot.commands.files import FLOOR, PATCH, require_folders_writable
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.version import __version__
@@ -120,7 +120,7 @@ def open_window(
     engine = engine_process()  # which loads while the window is made
     with ExitStack() as unless_opened:
         unless_opened.callback(engine.end, 0.0)
-        from underfoot.files import read_file
+        from underfoot.files import make_folder, read_file
         from underfoot.nodes import REGISTRY
         from underfoot.patch.node_files import has_nodes
         from underfoot.patch.patch import Patch
@@ -136,10 +136,8 @@ def open_window(
 
             Recording(recording).close()
         if screenshot is not None:
-            try:
-                screenshot.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
+            require_folders_writable(screenshot)
+            make_folder(screenshot)
         _require_qt()
         from underfoot.widgets.application import data_folder, run
 

@@ -44,9 +44,9 @@ def test_a_sound_is_named_from_the_folder_of_the_patch_and_handed_on_with_it(und
     made.put(folder, "wav")
     assert underfoot("convert", "sound.wav", "-o", "patch.json").status == 0
     assert Patch.load("patch.json", REGISTRY).node("wav-player").parameters["file"] == "sound.wav"
-    assert underfoot("convert", "patch.json", "-o", "shared").status == 0
+    assert underfoot("convert", "patch.json", "-o", "to/shared").status == 0
     (folder / "sound.wav").unlink()
-    assert underfoot("render", "shared/patch.json", "-o", "a.wav", "--seconds", 0.2).status == 0
+    assert underfoot("render", "to/shared/patch.json", "-o", "a.wav", "--seconds", 0.2).status == 0
 
 
 def test_the_formats_are_listed_with_what_they_lose(underfoot):

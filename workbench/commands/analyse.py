@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE, require_folders_writable, require_outputs_writable
+from underfoot.commands.files import FILE, OUTPUT, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
 
@@ -29,7 +29,7 @@ class AnalyseOptions:
 @click.argument("sessions", metavar="SESSION...", type=FILE, nargs=-1, required=True)
 @click.option("--protocol", help="Protocol of CSVs of trials: a file, or a preset's name. Sessions contain their own.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
-@click.option("--csv", type=FILE, help="Write all trials, one per row.")
+@click.option("--csv", type=OUTPUT, help="Write all trials, one per row.")
 @click.option("--bids", type=FILE, help="Folder for BIDS: behavioural files, and force and vibration of each trial.")
 @click.option("--bootstrap", type=click.IntRange(0, 100_000), default=399, show_default=True,
               help="Draws for intervals of curves; 0: at once, from the regression's covariance.")  # fmt: skip

@@ -8,7 +8,15 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import (
+    FILE,
+    FLOOR,
+    FORCES,
+    PATCH,
+    RUN_CODE,
+    require_folders_writable,
+    require_outputs_writable,
+)
 from underfoot.commands.options import takes_options
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
@@ -80,6 +88,8 @@ def _write(options: ConvertOptions, source: Path, output: Path) -> None:
     format = to_write(output, options.format)
     if "" not in format.suffixes or output.suffix:
         require_outputs_writable(output, inputs=(source, options.force, options.floor))
+    else:
+        require_folders_writable(output.parent)
     patch = Patch.load(source, REGISTRY)
     export = Export(
         patch,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, PATCH, RUN_CODE
+from underfoot.commands.files import FILE, PATCH, RUN_CODE, require_folders_writable
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
 
+    require_folders_writable(output)
     loaded = Patch.load(patch, REGISTRY)
     with_distributions = [node for node in loaded.nodes if REGISTRY[node.type].distributions is not None]
     chosen = [one for one in with_distributions if node is None or one.id == node]

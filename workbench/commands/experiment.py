@@ -10,7 +10,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_folders_writable, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, OUTPUT, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
 from underfoot.commands.session_target import SENSOR_RATE
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option("--conditions", type=FILE, help="CSV with one stimulus per line, which replace the protocol's.")
 @click.option("--pilot", is_flag=True, help="Try it on yourself: two trials of each stage, short pauses, kept apart.")
 @click.option("--participant", help="Run the study in the terminal, on a person with this id.")
-@click.option("--session", type=FILE, help="Session file; an existing one is continued.")
+@click.option("--session", type=OUTPUT, help="Session file; an existing one is continued.")
 @click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
 @click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 @click.option("--cluster", help="Existing Dask cluster for simulated participants, such as tcp://host:8786.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
 @click.option(
-    "--csv", type=FILE, help="Write the trials of simulated participants, as `analyse --csv` does, or a plan."
+    "--csv", type=OUTPUT, help="Write the trials of simulated participants, as `analyse --csv` does, or a plan."
 )
 @click.option("--levels", is_flag=True, help="Measure the peak of every stimulus under a simulated footstep.")
 @click.option("--plan", metavar="ID", help="Print the trials that the participant with this id will get, in order.")

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, require_outputs_writable
+from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable
 from underfoot.commands.telling import tell
 
 
@@ -22,7 +22,7 @@ class _Formats(click.Command):
 
 @click.command(cls=_Formats)
 @click.argument("recording", type=FILE)
-@click.option("-o", "--output", type=FILE, required=True, help="File to write; its suffix selects the format.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="File to write; its suffix selects the format.")
 @click.option(
     "--vibration",
     type=click.Choice(["commanded", "measured", "vibration"]),

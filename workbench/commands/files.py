@@ -14,6 +14,27 @@ FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
 
 
+def require_file_name(name: str) -> None:
+    """Raise `BadFile` for an output that is named as a folder is: `Path` drops the mark, and a file would be written.
+
+    >>> require_file_name("new/")
+    Traceback (most recent call last):
+    underfoot.errors.BadFile: new/ names a folder; allowed: the name of a file
+    """
+    if name.endswith((os.sep, os.altsep or os.sep)):
+        raise BadFile(f"{name} names a folder; allowed: the name of a file")
+
+
+class _Output(click.Path):
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
+        require_file_name(str(value))
+        return super().convert(value, param, ctx)
+
+
+OUTPUT = _Output(path_type=Path)
+"""A file to write, and never a folder."""
+
+
 class FileOrPreset(click.Path):
     """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these."""
 
@@ -83,9 +104,10 @@ def require_folders_writable(*folders: Path | None) -> None:
     for path in folders:
         if path is None:
             continue
-        if path.exists() and not path.is_dir():  # which raises for a name too long
-            raise BadFile(f"{path} is not a folder")
-        _require_writable(path, next(one for one in (path, *path.absolute().parents) if os.path.isdir(one)))
+        there = next(one for one in (path, *path.parents) if one.exists())  # which raises for a name too long
+        if not there.is_dir():
+            raise BadFile(f"{there} is not a folder")
+        _require_writable(path, there)
 
 
 def _require_writable(path: Path, folder: Path) -> None:

@@ -11,7 +11,7 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import require_seconds, takes_options
 from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.commands.telling import tell
@@ -53,11 +53,11 @@ class MonitorOptions:
 )
 @click.argument("source", type=FORCES)
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
-@click.option("--steps", type=FILE, help="CSV file to write: one line per footstep.")
-@click.option("--contacts", type=FILE, help="CSV file to write: one line per contact and sample.")
+@click.option("--steps", type=OUTPUT, help="CSV file to write: one line per footstep.")
+@click.option("--contacts", type=OUTPUT, help="CSV file to write: one line per contact and sample.")
 @click.option("--patch", type=PATCH, help="Patch to play during the session.")
 @RUN_CODE
-@click.option("--record", type=FILE, help="Record the session to this file.")
+@click.option("--record", type=OUTPUT, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @SENSOR_RATE
 @click.option("--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; by default none.')

@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from underfoot.commands.files import require_outputs_writable
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
@@ -111,6 +112,7 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
     path, person = Path(options.session or ""), options.participant or ""
     if not path.exists():
+        require_outputs_writable(path)
         alike = next((p.name for p in _beside(path) if p.name.casefold() == path.name.casefold()), "")
         if alike:  # some file systems would take one for the other
             raise BadValue(f"{path} differs from {alike} in letter case only; go on with that, or choose another name")

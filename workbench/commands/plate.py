@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE, require_outputs_writable
+from underfoot.commands.files import FILE, OUTPUT, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.errors import BadValue
 
@@ -28,7 +28,7 @@ class PlateOptions:
 
 @click.command()
 @click.option("--footsteps", type=FILE, help="CSV of footsteps: position,footstep,force_n,displacement_mm.")
-@click.option("-o", "--output", type=FILE, help="Write the calibration.")
+@click.option("-o", "--output", type=OUTPUT, help="Write the calibration.")
 @click.option("--report", type=FILE, help="Folder for a page with pictures and a table of all footsteps.")
 @click.option("--port", help='Serial port of a plate to move, or "simulated".')
 @click.option("--calibration", type=FILE, help="Its calibration.")
@@ -61,6 +61,7 @@ def _calibrate(options: PlateOptions, footsteps: Path) -> None:
     from underfoot.files import make_folder, write_file
 
     require_outputs_writable(options.output, inputs=(footsteps,))
+    require_folders_writable(options.report)
     profiles = read_plate_profiles(footsteps)
     fit = plate_fit([line_of(position, *samples) for (position, _), samples in profiles.items()])
     if options.output is not None:

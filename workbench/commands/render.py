@@ -14,7 +14,17 @@ import click
 from underfoot.clock import RATE_HZ
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, SIMULATION, require_outputs_writable
+from underfoot.commands.files import (
+    FILE,
+    FLOOR,
+    FORCES,
+    OUTPUT,
+    PATCH,
+    RUN_CODE,
+    SIMULATION,
+    require_file_name,
+    require_outputs_writable,
+)
 from underfoot.commands.options import takes_options
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -36,7 +46,7 @@ class RenderOptions:
     """Options of a rendering; None if not given."""
 
     patches: tuple[Path, ...]
-    output: Path | None
+    output_name: str | None
     seconds: float | None
     rate: float | None
     block: int
@@ -53,6 +63,11 @@ class RenderOptions:
     as_json: bool
 
     @property
+    def output(self) -> Path | None:
+        """The file to write, or the folder of several; None if not given."""
+        return None if self.output_name is None else Path(self.output_name)
+
+    @property
     def patch(self) -> Path:
         """The patch, where there is one."""
         return self.patches[0]
@@ -66,7 +81,13 @@ class RenderOptions:
 
 @click.command()
 @click.argument("patches", metavar="PATCH...", type=PATCH, nargs=-1, required=True)
-@click.option("-o", "--output", type=FILE, help="WAV file: float samples, one channel per tile. For several, a folder.")
+@click.option(
+    "-o",
+    "--output",
+    "output_name",
+    type=click.Path(),
+    help="WAV file: float samples, one channel per tile. For several, a folder.",
+)
 @click.option("--seconds", type=float, help="Length; by default the force's, or 5 s.")
 @click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
@@ -79,8 +100,8 @@ class RenderOptions:
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: how each is driven.")
 @click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tiles.")
-@click.option("--measured", type=FILE, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")
-@click.option("--under-foot", type=FILE, help="WAV file of the simulated acceleration under the foot, m/s^2.")
+@click.option("--measured", type=OUTPUT, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")
+@click.option("--under-foot", type=OUTPUT, help="WAV file of the simulated acceleration under the foot, m/s^2.")
 @click.option(
     "--set",
     "settings",
@@ -119,7 +140,10 @@ def _render_one(options: RenderOptions, values: "Values") -> None:
     from underfoot.records.wav import require_wav
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
-    files: dict[str, Path] = {} if options.output is None else {"": options.output}
+    files: dict[str, Path] = {}
+    if options.output_name is not None:
+        require_file_name(options.output_name)
+        files[""] = Path(options.output_name)
     files |= options.plates.items()
     require_outputs_writable(*files.values(), inputs=inputs)
     for path in files.values():

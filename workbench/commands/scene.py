@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, OUTPUT, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, session_target
 from underfoot.commands.telling import tell
@@ -62,9 +62,9 @@ class SceneOptions:
 @click.option(
     "--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True, help="Seed of the random draws."
 )
-@click.option("--record", type=FILE, help="Record the session to this file.")
-@click.option("--film", type=FILE, help="GIF film of the scene to write; needs --seconds, at most 60.")
-@click.option("--picture", type=FILE, help="PNG picture to write of the scene at the end.")
+@click.option("--record", type=OUTPUT, help="Record the session to this file.")
+@click.option("--film", type=OUTPUT, help="GIF film of the scene to write; needs --seconds, at most 60.")
+@click.option("--picture", type=OUTPUT, help="PNG picture to write of the scene at the end.")
 @click.option(
     "--width",
     type=click.IntRange(64, 1920),

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import require_seconds, takes_options
 from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.commands.telling import tell
@@ -65,7 +65,7 @@ class ServeOptions:
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--patch", type=PATCH, help="The floor's own patch: a file, or a preset's name; by default none.")
 @RUN_CODE
-@click.option("--record", type=FILE, help="Record the session to this file.")
+@click.option("--record", type=OUTPUT, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @SENSOR_RATE
 @click.option("--sound", help='Sound device to play on: a name, or "default"; none by default.')

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.files import FILE, FLOOR, SIMULATION
+from underfoot.commands.files import FILE, FLOOR, SIMULATION, require_folders_writable
 from underfoot.commands.options import takes_options
 from underfoot.errors import BadValue
 
@@ -58,6 +58,7 @@ def tile(options: TileDesignOptions) -> None:
     from underfoot.floor.layout import Floor
     from underfoot.floor.tile_parameters import TileParameters
 
+    require_folders_writable(options.report)
     floor = Floor.load(options.floor)
     parameters = TileParameters.load(options.simulation) if options.simulation else TileParameters()
     if options.search:

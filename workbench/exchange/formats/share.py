@@ -41,7 +41,8 @@ def _write_folder(parts: dict[str, bytes], path: Path) -> None:
     with written(path):
         if os.path.exists(path) and (not path.is_dir() or any(path.iterdir())):
             raise BadFile(f"{path} is there already; allowed: a new or an empty folder")
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.absolute().parent) as holder:
+        folder = make_folder(path.absolute().parent)
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=folder) as holder:
             whole = Path(holder, "whole")
             for name, data in parts.items():
                 make_folder((whole / name).parent)
