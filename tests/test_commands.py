@@ -63,6 +63,16 @@ def test_every_command_has_help(underfoot):
                 assert parameter.param_type_name == "argument" or parameter.help, f"{command}: {parameter.name}"
 
 
+@pytest.mark.parametrize("option", ["cluster", "record", "sensor_rate", "sound"])
+def test_an_option_of_several_commands_is_told_in_the_same_words(option):
+    context = click.Context(cli)
+    options = [one for name in cli.list_commands(context) for one in cli.get_command(context, name).params]
+    found = [one for one in options if one.name == option]
+    assert len(found) > 1
+    assert len({one.make_metavar(context) for one in found}) == 1
+    assert len({one.help.split(" for ")[0].split(" that ")[0] for one in found}) == 1
+
+
 def test_an_option_that_is_misspelt_is_said_in_whole_sentences(underfoot):
     said = underfoot("--targte", "simulator")
     assert said.error == "underfoot: No such option '--targte'. Did you mean '--target'? See `underfoot --help`\n"

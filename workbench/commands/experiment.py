@@ -13,7 +13,7 @@ from underfoot.commands.experiment_options import ExperimentOptions
 from underfoot.commands.files import FILE, FLOOR, OUTPUT, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
-from underfoot.commands.session_target import SENSOR_RATE
+from underfoot.commands.session_target import SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue
 
@@ -32,9 +32,11 @@ if TYPE_CHECKING:
 @click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @SENSOR_RATE
-@click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
+@SOUND
 @click.option("--plate", help="Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")
-@click.option("--masking", help='Sound device of the masking noise and metronome; "default" for the system\'s.')
+@click.option(
+    "--masking", metavar="DEVICE", help='Sound card of the masking noise and metronome; "default" for the system\'s.'
+)
 @click.option("--trigger", help="Serial port that gets a byte at each start, onset, end, answer and stop.")
 @click.option("--lsl", is_flag=True, help="Send markers and forces as LSL streams.")
 @click.option("--simulate", type=int, help="Run the study on this many simulated participants.")
@@ -45,7 +47,7 @@ if TYPE_CHECKING:
 @click.option(
     "--processes", type=click.IntRange(1, 1024), help="Processes for simulated participants; by default one per core."
 )
-@click.option("--cluster", help="Existing Dask cluster for simulated participants, such as tcp://host:8786.")
+@click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster for simulated participants.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
 @click.option(
     "--csv", type=OUTPUT, help="Write the trials of simulated participants, as `analyse --csv` does, or a plan."

@@ -13,7 +13,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import require_seconds, takes_options
-from underfoot.commands.session_target import SENSOR_RATE
+from underfoot.commands.session_target import SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
@@ -60,7 +60,7 @@ class MonitorOptions:
 @click.option("--record", type=OUTPUT, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @SENSOR_RATE
-@click.option("--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; by default none.')
+@SOUND
 @click.option(
     "--accelerometers", default="", metavar="LIST", help=f"{FORM}, separated by spaces. Reports what they measure."
 )

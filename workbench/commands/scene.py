@@ -14,7 +14,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, OUTPUT, require_outputs_writable
 from underfoot.commands.options import takes_options
-from underfoot.commands.session_target import SENSOR_RATE, session_target
+from underfoot.commands.session_target import SENSOR_RATE, SOUND, session_target
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError, require
 
@@ -56,7 +56,7 @@ class SceneOptions:
 @click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @SENSOR_RATE
-@click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
+@SOUND
 @click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")
 @click.option(

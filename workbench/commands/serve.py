@@ -15,7 +15,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import require_seconds, takes_options
-from underfoot.commands.session_target import SENSOR_RATE
+from underfoot.commands.session_target import SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -68,7 +68,7 @@ class ServeOptions:
 @click.option("--record", type=OUTPUT, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @SENSOR_RATE
-@click.option("--sound", help='Sound device to play on: a name, or "default"; none by default.')
+@SOUND
 @click.option("--level", type=float, default=-20.0, show_default=True, help="Output level in dB of full scale.")
 @click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Address for TUIO 1.1 cursors.")
 @click.option("--tuio2", default="off", show_default=True, help="Address for TUIO 2.0 pointers.")

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
 SENSOR_RATE = click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")
 """The option of every command that opens a session with hardware."""
 
+SOUND = click.option(
+    "--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; by default none.'
+)
+"""The option of every command whose session may play."""
+
 
 def session_target(
     name: str,
