@@ -132,6 +132,9 @@ def slips():
     return run(SCRIPTS[4])["slips"]
 
 
+SENSORS_M = uf.default_floor().tiles[0].sensors_m
+
+
 @pytest.mark.parametrize(("make", "said"), [
     (lambda patch: uf.render("gravel"), """patch is 'gravel'; allowed: a Patch, such as open_patch("gravel")"""),
     (lambda patch: uf.render(patch, "w"), """forces is 'w'; allowed: Forces, such as read_forces("walk.csv")"""),
@@ -181,6 +184,18 @@ def slips():
     (lambda patch: slips().distance.quantile(50.0), "probability is 50.0; allowed: a number, 0 to 1"),
     (lambda patch: uf.Profile(tile="t1").force("much"),
      "readings are no array of numbers; allowed: a last axis of 4, one for each sensor"),
+    (lambda patch: uf.render(patch, plates=None), "plates is None; allowed: a tuple of accelerometer, foot"),
+    (lambda patch: uf.render(patch, folder=3), "folder is 3; allowed: text or a Path"),
+    (lambda patch: uf.read_forces("corridor", 3), "floor is 3; allowed: text or a Path"),
+    (lambda patch: uf.render(patch, seconds=0.01).save(3), "path is 3; allowed: text or a Path"),
+    (lambda patch: uf.Table("presses", {"a": SENSORS_M})[["a"]], "presses have no column ['a']; allowed: a"),
+    (lambda patch: uf.Floor(3), "tiles is 3; allowed: at least one tile, in a list"),
+    (lambda patch: uf.Tile(1, (0.3, 0.3), (0.0, 0.0)), "id is 1; allowed: letters, digits, - and _"),
+    (lambda patch: uf.Tile("a", (0.3, 0.3), (0.0, 0.0), "9", SENSORS_M), "rotation_deg is '9'; allowed: -3600 to 3600"),
+    (lambda patch: uf.Tile("a", (0.3, 0.3), (0.0, 0.0), 90.0, 0.1), "sensors_m is 0.1; allowed: exactly four points"),
+    (lambda patch: uf.Tile("a", np.eye(2), (0.0, 0.0)),
+     "size_m is array([[1., 0.], [0., 1.]]); allowed: two lengths in metres"),
+    (lambda patch: uf.Profile(tile=3), "tile is 3; allowed: letters, digits, - and _"),
     (lambda patch: uf.walk(2.0, 4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
 ])  # fmt: skip
 def test_an_argument_of_another_kind_is_said_with_what_to_give(make, said, folder):

@@ -26,8 +26,8 @@ def names_file(text: str) -> bool:
     return bool(os.path.splitext(text)[1]) or os.path.exists(text)
 
 
-def path_of(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a file given as text or as a path; `BadValue` for anything else.
+def path_of(path: str | os.PathLike[str], name: str = "path") -> Path:
+    """Return the path of a file given as text or as a path; `BadValue`, by this name, for anything else.
 
     >>> path_of("walk.csv").suffix
     '.csv'
@@ -35,7 +35,7 @@ def path_of(path: str | os.PathLike[str]) -> Path:
     Traceback (most recent call last):
     underfoot.errors.BadValue: path is 3; allowed: text or a Path
     """
-    require(isinstance(path, str | os.PathLike), "path", path, "text or a Path")
+    require(isinstance(path, str | os.PathLike), name, path, "text or a Path")
     return Path(path)
 
 

@@ -306,4 +306,5 @@ def require_identifier(place: str, id: str) -> None:
     Traceback (most recent call last):
     underfoot.errors.BadValue: nodes[0].id is 'a tone'; allowed: letters, digits, - and _
     """
-    require(bool(IDENTIFIER.fullmatch(id)), place, id, "letters, digits, - and _")
+    is_one = isinstance(id, str) and IDENTIFIER.fullmatch(id) is not None
+    require(is_one, place, id, "letters, digits, - and _")

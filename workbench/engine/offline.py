@@ -12,6 +12,7 @@ from underfoot.engine.commands import equalisers_of
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import NO_FILES, Files, Rendered, render_source
 from underfoot.errors import BadValue, require
+from underfoot.files import path_of
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_plates import PlateOutput
@@ -100,9 +101,8 @@ def render(
     require(forces is None or len(forces) > 0, "forces", forces, "one sample or more")
     require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
     require(forces is None or floor in (None, forces.floor), "floor", floor, "none with forces, which have their own")
-    require(
-        set(plates) <= set(get_args(PlateOutput)), "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}"
-    )
+    are_places = isinstance(plates, tuple | list) and all(one in get_args(PlateOutput) for one in plates)
+    require(are_places, "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}")
     return RenderJob(
         patch,
         forces,
@@ -111,5 +111,5 @@ def render(
         rate_hz=number("rate_hz", rate_hz, 8000.0, 192_000.0, "8000 to 192000 Hz"),
         seed=None if seed is None else integer("seed", seed, -(2**63), 2**63 - 1, "-2^63 to 2^63 - 1"),
         plates=plates,
-        folder=None if folder is None else Path(folder),
+        folder=None if folder is None else path_of(folder, "folder"),
     ).run()

@@ -6,15 +6,16 @@ edges; the floor's is common to all tiles. A tile's x axis points `rotation_deg`
 
 import math
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import integer, plain
+from underfoot.arguments import integer, number, plain
 from underfoot.documents import read_document
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.errors import BadFile, BadValue, cut_short, in_one_line, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import require_identifier
 from underfoot.quantities import counted
@@ -64,19 +65,22 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         require_identifier("id", self.id)
-        for name in ("rotation_deg", "sensor_depth_m", "output"):
-            force_setattr(self, name, plain(getattr(self, name)))
         force_setattr(self, "size_m", _point("size_m", self.size_m))
         sides = len(self.size_m) == 2 and all(0.0 < side <= 100.0 for side in self.size_m)
         require(sides, "size_m", self.size_m, "two lengths above 0, up to 100 m")
         force_setattr(self, "centre_m", _point("centre_m", self.centre_m))
         require(_is_place(self.centre_m), "centre_m", self.centre_m, "two lengths within 10 km of 0")
-        require(abs(self.rotation_deg) <= 3600.0, "rotation_deg", self.rotation_deg, "-3600 to 3600")
-        require(len(self.sensors_m) == 4, "sensors_m", self.sensors_m, "exactly four points")
-        force_setattr(self, "sensors_m", tuple(_point("sensors_m", point) for point in self.sensors_m))
+        turn_deg = number("rotation_deg", self.rotation_deg, -3600.0, 3600.0, "-3600 to 3600")
+        force_setattr(self, "rotation_deg", turn_deg)
+        points = _listed(self.sensors_m)
+        require(len(points) == 4, "sensors_m", self.sensors_m, "exactly four points")
+        force_setattr(self, "sensors_m", tuple(_point("sensors_m", point) for point in points))
         require(all(map(_is_place, self.sensors_m)), "sensors_m", self.sensors_m, "two lengths each, within 10 km of 0")
-        require(0.0 <= self.sensor_depth_m <= 100.0, "sensor_depth_m", self.sensor_depth_m, "0 to 100 m")
-        require(self.output is None or 0 <= self.output <= 4095, "output", self.output, "a channel, 0 to 4095")
+        depth_m = number("sensor_depth_m", self.sensor_depth_m, 0.0, 100.0, "0 to 100 m")
+        force_setattr(self, "sensor_depth_m", depth_m)
+        force_setattr(self, "output", plain(self.output))
+        is_channel = self.output is None or (isinstance(self.output, int) and 0 <= self.output <= 4095)
+        require(is_channel, "output", self.output, "a channel, 0 to 4095")
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -123,9 +127,10 @@ class Floor(msgspec.Struct, frozen=True):
         return f"<Floor {self.title!r}: {counted(len(self.tiles), 'tile')}>"
 
     def __post_init__(self) -> None:
-        force_setattr(self, "tiles", tuple(self.tiles))
-        require(len(self.tiles) > 0, "tiles", self.tiles, "at least one tile")
-        require(all(isinstance(tile, Tile) for tile in self.tiles), "tiles", self.tiles, "Tiles")
+        tiles = _listed(self.tiles)
+        require(len(tiles) > 0, "tiles", self.tiles, "at least one tile, in a list")
+        require(all(isinstance(tile, Tile) for tile in tiles), "tiles", self.tiles, "Tiles")
+        force_setattr(self, "tiles", tiles)
         seen: set[str] = set()
         for place, tile in enumerate(self.tiles):
             require(tile.id not in seen, f"tiles[{place}].id", tile.id, "an id that no other tile has")
@@ -264,12 +269,20 @@ class _FloorFile(msgspec.Struct, forbid_unknown_fields=True):
     title: str = ""
 
 
+def _listed(given: Any) -> tuple[Any, ...]:  # noqa: ANN401 - of a script
+    """Return what is in a list or an array; nothing for what is neither."""
+    try:
+        return tuple(given)
+    except TypeError:
+        return ()
+
+
 def _point(name: str, given: object) -> Point:
     """Return lengths, which may be in a list or an array, as a file holds them; `BadValue` for what are none."""
     try:
         return tuple(map(float, given))  # type: ignore[call-overload]
     except (TypeError, ValueError):
-        raise BadValue(f"{name} is {given!r}; allowed: two lengths in metres") from None
+        raise BadValue(f"{name} is {cut_short(in_one_line(repr(given)))}; allowed: two lengths in metres") from None
 
 
 def _is_place(point_m: Point) -> bool:

@@ -176,7 +176,8 @@ def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Fo
     found = path_of(path)
     if str(path) in walks() and not os.path.isfile(found):
         found = walks()[str(path)]
-    forces, own = read_force_file(found, floor if floor is None or isinstance(floor, Floor) else Floor.load(floor))
+    other = floor if floor is None or isinstance(floor, Floor) else Floor.load(path_of(floor, "floor"))
+    forces, own = read_force_file(found, other)
     return Forces(forces.time_s, forces.force_n, forces.rate_hz, own)
 
 

@@ -62,7 +62,7 @@ class Table(Mapping[str, NDArray[Any]]):
         self._what, self._columns = what, dict(columns)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self._columns:
+        if name not in self:
             raise BadValue(f"{self._what} have no column {name!r}; allowed: {', '.join(self._columns)}")
         return self._columns[name]
 
@@ -73,7 +73,7 @@ class Table(Mapping[str, NDArray[Any]]):
         return len(self._columns)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._columns
+        return isinstance(name, str) and name in self._columns
 
     @property
     def rows(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import replaced, write_file, written
+from underfoot.files import path_of, replaced, write_file, written
 
 _FLOAT = 3
 """The format's number for float samples (WAVE_FORMAT_IEEE_FLOAT)."""
@@ -24,7 +24,7 @@ def require_wav(path: str | Path) -> None:
     Traceback (most recent call last):
     underfoot.errors.BadFile: song.mp3 cannot be written: sound files are WAV; allowed: a name that ends in .wav
     """
-    if Path(path).suffix.lower() not in ("", ".wav"):
+    if path_of(path).suffix.lower() not in ("", ".wav"):
         raise BadFile(f"{path} cannot be written: sound files are WAV; allowed: a name that ends in .wav")
 
 
