@@ -296,6 +296,8 @@ def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_i
     write_bids(tmp_path / "bids", rows, "A study", study.protocol)
     listed = (tmp_path / "bids" / "participants.tsv").read_text().splitlines()
     assert listed == ["participant_id\tafter.real\tafter.remarks", "sub-P1\tagree\tcold, wet"]
+    asked = json.loads((tmp_path / "bids" / "participants.json").read_text())
+    assert asked["after.remarks"] == {"Description": "Remarks?"}
 
 
 @pytest.mark.parametrize("name", preset_files.protocols())
@@ -306,9 +308,9 @@ def test_every_column_is_described_in_bids_and_on_the_page(name, tmp_path):
     write_bids(tmp_path, rows, "study", protocol)
     sidecar = json.loads((tmp_path / "sub-S1" / "beh" / "sub-S1_task-study_beh.json").read_text())
     factors = {name for stimulus in protocol.stimuli.values() for name in stimulus.factors}
-    own = [column for column in columns_of(rows) if not column.startswith("participant") and column not in factors]
+    own = [column for column in columns_of(rows) if column != "participant" and column not in factors]
     assert [column for column in own if sidecar[column]["Description"].startswith("Answer, or fact")] == []
-    assert [column for column in own if f"`{column}`" not in page] == []
+    assert [column for column in own if "." not in column and f"`{column}`" not in page] == []
 
 
 def test_a_button_that_a_simulated_person_misses_was_there_until_it_vanished():

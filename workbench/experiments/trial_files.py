@@ -14,6 +14,7 @@ from typing import Any
 
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.questions import Question
 from underfoot.experiments.table import OF_PERSON, Row, columns_of
 from underfoot.files import make_folder, read_file, write_file
 
@@ -34,7 +35,7 @@ _DESCRIPTIONS = {
     "other": "The stimulus of the other interval.",
     "comparison": "The stimulus that is compared with a standard, or whose level moves.",
     "comparison_at": "The interval that the comparison was in, first or second.",
-    "judged_more": "Whether the answer names the interval that has more of what the factors count: chosen, not chosen.",
+    "judged_more": "Of the question: more of what the factors count has the interval that is chosen, or not chosen.",
     "gain_db": "Level of the stimulus re its level in the protocol, in dB.",
     "level_m_s2": "Peak acceleration of the stimulus, in m/s^2.",
     "level_db": "The same, without what the participant set in a stage before: the level that the method chose.",
@@ -170,16 +171,17 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
         columns = [column for column in columns_of(mine) if column != "participant"]
         stem = make_folder(folder / f"sub-{label}" / "beh") / f"sub-{label}_task-{name}_beh"
         write_file(stem.with_suffix(".tsv"), _table(mine, columns, "\t", "n/a").encode())
-        sidecar = {column: {"Description": _description(column, protocol)} for column in columns}
+        sidecar = {column: _described(column, protocol) for column in columns}
         written += [stem.with_suffix(".tsv"), _json(stem.with_suffix(".json"), {"TaskName": task, **sidecar})]
-    write_file(folder / "participants.tsv", _participants(rows, labels).encode())
-    return [*written, folder / "participants.tsv"]
+    asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
+    write_file(folder / "participants.tsv", _participants(rows, labels, asked).encode())
+    sidecar = {column.removeprefix(OF_PERSON): _described(column, protocol) for column in asked}
+    return [*written, folder / "participants.tsv", _json(folder / "participants.json", sidecar)]
 
 
-def _participants(rows: Sequence[Row], labels: Mapping[str, str]) -> str:
+def _participants(rows: Sequence[Row], labels: Mapping[str, str], asked: Sequence[str]) -> str:
     """Return a line for each participant, with the answers about them and to questionnaires."""
     first = {str(row["participant"]): row for row in reversed(rows)}
-    asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
     lines = [
         {
             "participant_id": f"sub-{label}",
@@ -213,10 +215,23 @@ def _bids_row(row: Row) -> dict[str, Any]:
     return {"response_time" if name == "response_s" else name: value for name, value in row.items()}
 
 
-def _description(column: str, protocol: Protocol | None) -> str:
+def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
+    """Return what BIDS says of a column: what was asked is described by the question, with its unit."""
+    questions = {} if protocol is None else _questions(protocol)
+    if column in questions:
+        asked = questions[column]
+        return {"Description": asked.text, **({"Units": asked.unit} if asked.unit else {})}
     is_factor = protocol is not None and any(column in stimulus.factors for stimulus in protocol.stimuli.values())
     plain = "Factor of the stimulus." if is_factor else "Answer, or fact of the trial."
-    return _DESCRIPTIONS.get(column, plain)
+    return {"Description": _DESCRIPTIONS.get(column, plain)}
+
+
+def _questions(protocol: Protocol) -> dict[str, Question]:
+    """Return the questions about a participant and of questionnaires, by their columns."""
+    about = {f"{OF_PERSON}{question.name}": question for question in protocol.participant}
+    return about | {
+        f"{OF_PERSON}{stage.id}.{question.name}": question for stage in protocol.stages for question in stage.questions
+    }
 
 
 def _table(rows: Sequence[Row], columns: Sequence[str], delimiter: str, missing: str) -> str:
