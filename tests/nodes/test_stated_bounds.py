@@ -9,7 +9,7 @@ from bare_row import BareRow
 
 from underfoot.nodes import REGISTRY
 
-N = 960
+N, FROM = 960, 4000
 TIME_S = np.arange(N) / 48_000.0
 A, B, C, D = np.random.default_rng(5).normal(size=(4, N)) * 100.0
 STEPS = np.array([0.2, 0.9, 0.4])
@@ -37,10 +37,10 @@ FORMULAS = {
     ),
     "value": ({"position": 0.3, "low": -4.0, "high": 8.0}, {}, "out", np.full(N, -0.4)),
     "step-sequence": (
-        {"values": STEPS.tolist(), "frequency": 50.0, "glide": 0.0, "low": 1.0, "high": 3.0},
+        {"values": STEPS.tolist(), "frequency": 46.875, "glide": 0.0, "low": 1.0, "high": 3.0},
         {},
         "out",
-        np.repeat(1.0 + 2.0 * STEPS[[0]], N),
+        1.0 + 2.0 * STEPS[(FROM + np.arange(N)) // 1024 % STEPS.size],
     ),
     "roughness": (
         {"depth": 0.7, "frequency": 25.0},
@@ -53,7 +53,6 @@ FORMULAS = {
     "contact": ({}, {"x_m": A, "y_m": B}, "y", B),
     "tile-output": ({"level": 0.3}, {"acceleration": A}, "played", 0.3 * A),
     "sound-output": ({"level": 0.3}, {"sound": A}, "heard", 0.3 * A),
-    "sample-and-hold": ({"glide": 0.0}, {"signal": A}, "out", np.zeros(N)),
 }
 
 
@@ -61,7 +60,7 @@ FORMULAS = {
 def test_a_node_computes_its_formula_to_the_bound_that_it_states(type):
     parameters, signals, output, expected = FORMULAS[type]
     row = BareRow(REGISTRY[type], **parameters)
-    row.run(0, N, signals)
+    row.run(FROM, N, signals)
     bound = float(re.search(r"to (1e-\d+)", REGISTRY[type].accuracy)[1])
     assert np.abs(row.outputs[output] - expected).max() <= bound * max(np.abs(expected).max(), 1.0)
 
@@ -73,6 +72,12 @@ def test_events_are_handed_on_as_they_came():
     row = BareRow(REGISTRY["strike"], strength=0.5)
     row.run(0, N, events={"by_hand": [(3.25, 0.5, 0.0)]})
     assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.25]]
+
+
+def test_a_value_is_held_from_the_frame_of_its_event():
+    row = BareRow(REGISTRY["sample-and-hold"], glide=0.0)
+    row.run(0, N, {"signal": A}, events={"trigger": [(100.25, 1.0, 0.0), (700.0, 0.5, 0.0)]})
+    assert row.outputs["out"].tolist() == [0.0] * 100 + [A[100]] * 600 + [A[700]] * 260
 
 
 def test_a_footfall_is_where_the_line_between_two_frames_crosses():
