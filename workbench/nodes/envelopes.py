@@ -7,12 +7,11 @@ import numpy as np
 from underfoot.layouts import Layout
 from underfoot.models.filtering import second_order
 from underfoot.models.signals import breakpoints, envelopes
+from underfoot.models.signals.events import AT_ONCE, STARTS
 from underfoot.models.signals.glide import multiply
 from underfoot.parameters import Choice, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
 
-AT_ONCE = 0
-"""Index of "at once" in the options of `begin`."""
 STRAIN_RATES = ("signed", "absolute", "positive")
 
 
@@ -56,7 +55,7 @@ class Breakpoints:
         doc="time, level and frequency of each point; played in order of time",
     )
     amplitude = Number(1.0, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the levels")
-    begin = Choice("at events", options=("at once", "at events"), doc="what starts playback")
+    begin = Choice("at events", options=STARTS, doc="what starts playback")
     start = Input(kind="event", doc="starts playback; its strength scales the level")
     out = Output(doc="the level")
     frequency = Output("Hz", doc="frequency; 0 when nothing plays")

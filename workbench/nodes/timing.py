@@ -4,12 +4,9 @@ import math
 
 from underfoot.layouts import Layout
 from underfoot.models.signals import noise, rhythm
-from underfoot.models.signals.events import emit
+from underfoot.models.signals.events import AT_ONCE, STARTS, emit
 from underfoot.parameters import Choice, Count, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
-
-AT_ONCE = 0
-"""Index of "at once" in the options of `begin`."""
 
 
 @node("strike", "Timing")
@@ -83,7 +80,7 @@ class Rhythm:
     )
     bar = Number(0.6, 0.1, 4.0, unit="s", doc="length of a bar; thesis: 0.45 to 0.75 s")
     repeats = Count(3, 0, 1000, doc="number of bars played; 0 is endless")
-    begin = Choice("at once", options=("at once", "at events"), doc="what starts it")
+    begin = Choice("at once", options=STARTS, doc="what starts it")
     start = Input(kind="event", doc="starts at the first step; strength scales the notes")
     out = Output(kind="event")
     state = Layout("rhythm", "has_begun", "is_playing", "start", "strength", "bar")

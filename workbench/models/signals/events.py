@@ -13,6 +13,11 @@ from underfoot.layouts import Layout, Memory
 EVENTS = Layout("events", "count", "capacity", time=("room",), strength=("room",), duration=("room",))
 """List of up to `room` events. `len(events)` is their number; `capacity` is `room`, stored in the list itself."""
 
+STARTS = ("at once", "at events")
+"""What a rhythm or an envelope waits for before it plays: nothing, or an event."""
+AT_ONCE = 0
+"""Index of "at once" in `STARTS`."""
+
 events_at = EVENTS.at
 """For compiled code: `events_at(values, (room,))` views a list in an array or at a pointer."""
 
