@@ -112,7 +112,8 @@ class Session:
         self._started = False  # whether the engine plays it
         self._standby_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what plays, with numbers set since
-        self._awaited: tuple[bool, float] | None = None  # `anew` and `settle_s` of the present patch while not compiled
+        self._is_compiling = False  # the present patch
+        self._anew, self._settle_s = False, 0.0  # how it will be played, by all edits since what plays
         self._is_refused = False  # whether an earlier patch plays instead of the present one
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
@@ -171,7 +172,7 @@ class Session:
     @property
     def is_compiled(self) -> bool:
         """Whether the present patch is not being compiled; the engine compiles the first one itself."""
-        return self._awaited is None
+        return not self._is_compiling
 
     @property
     def health(self) -> Health:
@@ -350,8 +351,8 @@ class Session:
     def _request_compile(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Compile the kernels of the present patch; it is played as soon as they are ready."""
         if self._setup is not None:
-            was_anew, settled_s = self._awaited or (False, 0.0)  # of an edit that has not been carried out yet
-            self._awaited = anew or was_anew, max(settle_s, settled_s)
+            self._is_compiling = True
+            self._anew, self._settle_s = self._anew or anew, max(self._settle_s, settle_s)
             self._compile_progress.forget("compiler")
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
@@ -378,11 +379,11 @@ class Session:
 
     def _play_compiled(self) -> None:
         """Play the present patch, whose kernels are compiled now."""
-        anew, settle_s = self._awaited or (False, 0.0)
-        self._compiled, self._awaited, self._is_refused = (self.patch, self.scopes), None, False
+        self._compiled, self._is_compiling, self._is_refused = (self.patch, self.scopes), False, False
         if self._started:
-            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=anew, settle_s=settle_s))
+            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._anew, settle_s=self._settle_s))
             self.repeats.resend()
+        self._anew, self._settle_s = False, 0.0
 
     def _restart_compiler(self) -> None:
         if not self._compiler.has_died:
