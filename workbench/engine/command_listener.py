@@ -4,10 +4,10 @@ import multiprocessing
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from queue import SimpleQueue
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from underfoot.devices.device_floor import DeviceFloor
@@ -26,8 +26,7 @@ latency.
 _LISTEN_S, _COSTS_S = 0.02, 0.5  # timeout for a command, and interval between cost reports, in seconds
 
 
-@dataclass(frozen=True)
-class _Until:
+class _Until(Struct, frozen=True):
     """Marks, among the messages to send, that everything before this frame has been reported."""
 
     frame: int

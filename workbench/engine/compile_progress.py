@@ -1,11 +1,8 @@
 """Progress of two processes that compile the same kernels, from opposite ends of the list."""
 
-from dataclasses import dataclass, field
-
 from underfoot.engine.reports import Compiling
 
 
-@dataclass
 class CompileProgress:
     """The number of parts that the engine and the compiler have ready together, below the total until both are done.
 
@@ -18,7 +15,8 @@ class CompileProgress:
     ([], [Compiling(ready=8, total=9)])
     """
 
-    _ready: dict[str, int] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._ready: dict[str, int] = {}
 
     def take(self, process: str, report: Compiling) -> list[Compiling]:
         """Return the progress to show after a report of one process, if it has increased."""

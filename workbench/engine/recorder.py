@@ -9,11 +9,12 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.engine.child_process import ChildProcess, leave_to_session, wait_for_any
@@ -29,16 +30,14 @@ COMMIT_S = 0.05
 _LOOK_S, _SEEN_S = 0.02, 0.001
 
 
-@dataclass(frozen=True)
-class RecordAbout:
+class RecordAbout(Struct, frozen=True):
     """An entry about the session that was not known at the start."""
 
     key: str
     value: str
 
 
-@dataclass(frozen=True)
-class RecordCommand:
+class RecordCommand(Struct, frozen=True):
     """A command applied at a session frame, as its kind and JSON text."""
 
     frame: int
@@ -46,8 +45,7 @@ class RecordCommand:
     body: str
 
 
-@dataclass(frozen=True)
-class RecordMark:
+class RecordMark(Struct, frozen=True):
     """A mark at a session frame."""
 
     frame: int
@@ -63,15 +61,13 @@ def record_of(frame: int, command: "Command", rate: int) -> RecordCommand | Reco
     return RecordCommand(frame, *to_text(command))
 
 
-@dataclass(frozen=True)
-class EndRecording:
+class EndRecording(Struct, frozen=True):
     """End the recording at this session frame: all commands before it have been sent."""
 
     frame: int
 
 
-@dataclass(frozen=True)
-class RecordRows:
+class RecordRows(Struct, frozen=True):
     """Rows of a table, from number `first` on, that no longer need be read from its ring."""
 
     table: str
@@ -79,8 +75,7 @@ class RecordRows:
     rows: NDArray[Any]
 
 
-@dataclass(frozen=True)
-class Begin:
+class Begin(Struct, frozen=True):
     """Starts a loaded process: the row to read each ring from, the rows before those, and the numbers of the first
     message and the first command to follow.
     """
@@ -91,20 +86,17 @@ class Begin:
     first_command: int = 0
 
 
-@dataclass(frozen=True)
-class Loaded:
+class Loaded(Struct, frozen=True):
     """The process has opened the file and waits for `Begin`."""
 
 
-@dataclass(frozen=True)
-class Kept:
+class Kept(Struct, frozen=True):
     """Number of messages that are safe in the file; also shows that the file exists."""
 
     messages: int
 
 
-@dataclass(frozen=True)
-class Job:
+class Job(Struct, frozen=True):
     """Arguments of the process: the file, entries about the session, and each table's ring and first row."""
 
     path: str

@@ -1,6 +1,6 @@
 """Requests of the supervisor to the engine and the compiler. Plain frozen data."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.session_memory import MemoryNames
@@ -8,8 +8,7 @@ from underfoot.engine.target import Target
 from underfoot.floor.simulated_plates import PlateOutput
 
 
-@dataclass(frozen=True)
-class Setup:
+class Setup(Struct, frozen=True):
     """The engine process's configuration: target, patch, names of the shared memory, and the state to resume from.
 
     `folder` has the patch's files. `frame` is the session frame to begin with; in a restart it belongs to `since`, by
@@ -26,15 +25,13 @@ class Setup:
     since: float | None = None
 
 
-@dataclass(frozen=True)
-class StandBy:
+class StandBy(Struct, frozen=True):
     """Load the kernels of the other engine's program, for an immediate takeover."""
 
     setup: Setup
 
 
-@dataclass(frozen=True)
-class CompileRequest:
+class CompileRequest(Struct, frozen=True):
     """Compile all kernels of a patch, and of the target's force source, into the cache; answered by `Compiled`."""
 
     ticket: int
@@ -45,8 +42,7 @@ class CompileRequest:
     from_end: bool = False
 
 
-@dataclass(frozen=True)
-class PreviewRequest:
+class PreviewRequest(Struct, frozen=True):
     """Render a node's response to one step; answered by `Preview`, and on request by `Distributions`."""
 
     ticket: int
@@ -60,8 +56,7 @@ class PreviewRequest:
     equalisers: tuple[TileEqualiser, ...] = ()
 
 
-@dataclass(frozen=True)
-class OutlinesRequest:
+class OutlinesRequest(Struct, frozen=True):
     """Render several nodes' responses to one step, for small pictures; answered by `Outlines`."""
 
     ticket: int
@@ -73,8 +68,7 @@ class OutlinesRequest:
     folder: str = ""
 
 
-@dataclass(frozen=True)
-class ErrorCurveRequest:
+class ErrorCurveRequest(Struct, frozen=True):
     """Measure the run time over error of a node; answered with `ErrorCurveDrawn` again and again, until another request
     comes."""
 

@@ -1,9 +1,9 @@
 """Memory shared by the processes of a session: the engine's status, and rings of forces and of each tile's output."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.engine.rings import Reader, Ring, RingName
@@ -15,8 +15,7 @@ RING_S = 4.0
 _LEAST_FORCE_HZ = 2000.0
 
 
-@dataclass(frozen=True)
-class MemoryNames:
+class MemoryNames(Struct, frozen=True):
     """The data another process needs to open the memory of a session."""
 
     status: str
@@ -27,8 +26,7 @@ class MemoryNames:
     scope: RingName
 
 
-@dataclass(frozen=True)
-class SessionMemory:
+class SessionMemory(Struct, frozen=True):
     """Status and rings: `create` in the supervisor, `open` elsewhere.
 
     `force` has float64 rows of stamp, arrival, and the corners of each tile in turn. The others have float32 rows with
