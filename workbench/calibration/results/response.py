@@ -17,11 +17,12 @@ from underfoot.calibration.science.response import (
     usable_band_hz,
 )
 from underfoot.calibration.science.tones import TONE_HZ, DistortionOverLevel
-from underfoot.calibration.science.transfer_function import ORDERS, SweepMeasurement
+from underfoot.calibration.science.transfer_function import ORDERS, SweepMeasurement, within
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.floor.profile import Response
 from underfoot.kernels import Floats
 from underfoot.models.filtering import equaliser
+from underfoot.models.filtering.equaliser import BAND_HZ
 
 METHOD = (
     "The response is the spectrum of the recording over that of the sweep; its impulse response is cut off after "
@@ -122,7 +123,7 @@ def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], 
         after_f, after = found.again.frequencies_hz, found.relative_db(found.again.magnitude)
     low, high = usable_band_hz(after_f, after)
     plain_low, plain_high = usable_band_hz(f, before)
-    inside = (f >= found.band_hz[0]) & (f <= found.band_hz[1])
+    inside = within(f, BAND_HZ)
     boost = float(np.max(np.abs(equaliser.gain(found.sections, f[inside], found.rate_hz))))
     quantities = [
         ("acceleration_per_unit", found.level, "m/s^2"),
@@ -131,7 +132,7 @@ def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], 
     ]
     if found.again is not None:
         quantities.append(("flatness_measured_db", flatness_db(after_f, after), "dB"))
-    quantities += [(f"at_{edge:g}_hz_db", float(np.interp(edge, after_f, after)), "dB") for edge in found.band_hz]
+    quantities += [(f"at_{edge:g}_hz_db", float(np.interp(edge, after_f, after)), "dB") for edge in BAND_HZ]
     quantities += [
         ("usable_low_hz", low, "Hz"),
         ("usable_high_hz", high, "Hz"),
@@ -143,7 +144,7 @@ def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], 
         ("passes", float(basis.passes), ""),
     ]
     if basis.passes > 1:
-        inner = (f >= INNER_HZ[0]) & (f <= INNER_HZ[1])
+        inner = within(f, INNER_HZ)
         quantities.append(("spread_db", float(np.mean(basis.spread_db[inner])), "dB"))
     others = [load for load in found.loads if load != found.load]
     quantities += [(f"{load}_changes_db", change_db(found, load), "dB") for load in others]
@@ -199,7 +200,7 @@ def _least_snr(found: ResponseMeasurements) -> tuple[float, float]:
     least = []
     for one in found.sweeps.values():
         f = one.frequencies_hz
-        inside = (f >= found.band_hz[0]) & (f <= found.band_hz[1])
+        inside = within(f, BAND_HZ)
         snr_db = _db(one.magnitude[inside]) - _db(np.nan_to_num(one.noise[inside]))
         least.append((float(snr_db.min()), float(f[inside][snr_db.argmin()])))
     return min(least)
@@ -210,7 +211,7 @@ def _level_change_db(found: ResponseMeasurements) -> float:
     if found.again is None:
         return 0.0
     f = found.basis.frequencies_hz
-    inside = (f >= INNER_HZ[0]) & (f <= INNER_HZ[1])
+    inside = within(f, INNER_HZ)
     again = np.interp(f, found.again.frequencies_hz, found.again.magnitude)
     return float(np.mean(found.relative_db(again[inside]) - found.relative_db(found.computed[inside])))
 
@@ -218,8 +219,8 @@ def _level_change_db(found: ResponseMeasurements) -> float:
 def _part(found: ResponseMeasurements, values: Mapping[str, float], after: str, good: bool, verdict: str) -> Response:
     """Return the profile's part."""
     basis = found.basis
-    low = max(float(basis.frequencies_hz[0]), 0.4 * found.band_hz[0])
-    high = min(float(basis.frequencies_hz[-1]), 3.0 * found.band_hz[1])
+    low = max(float(basis.frequencies_hz[0]), 0.4 * BAND_HZ[0])
+    high = min(float(basis.frequencies_hz[-1]), 3.0 * BAND_HZ[1])
     grid = np.geomspace(low, high, max(round(_KEPT_AN_OCTAVE * math.log2(high / low)), 2))
     magnitude = found.sensitivity * np.interp(grid, basis.frequencies_hz, basis.magnitude)
     return Response(
@@ -315,7 +316,7 @@ def _correction_drawn(found: ResponseMeasurements) -> Drawing:
 
 def _shown(frequencies_hz: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Return the frequencies to draw, and their mask."""
-    inside = (frequencies_hz >= _SPAN_HZ[0]) & (frequencies_hz <= _SPAN_HZ[1])
+    inside = within(frequencies_hz, _SPAN_HZ)
     return frequencies_hz[inside], inside
 
 

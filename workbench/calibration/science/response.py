@@ -8,10 +8,11 @@ import numpy as np
 
 from underfoot.arguments import numbers
 from underfoot.calibration.science.tones import DistortionOverLevel
-from underfoot.calibration.science.transfer_function import SweepMeasurement
+from underfoot.calibration.science.transfer_function import SweepMeasurement, within
 from underfoot.errors import BadValue, require
 from underfoot.kernels import Floats
 from underfoot.models.filtering import cascade, equaliser
+from underfoot.models.filtering.equaliser import BAND_HZ
 
 INNER_HZ = (60.0, 700.0)
 """Band over which the corrected response has to be flat."""
@@ -35,7 +36,6 @@ class ResponseMeasurements:
     sensitivity: float
     rate_hz: int
     order: int = 14
-    band_hz: tuple[float, float] = equaliser.BAND_HZ
     tones: DistortionOverLevel | None = None
     again: SweepMeasurement | None = None
     noise: float = math.nan
@@ -46,12 +46,12 @@ class ResponseMeasurements:
         require(self.sensitivity > 0.0, "sensitivity", self.sensitivity, "above 0 m/s^2 a full-scale input")
         basis = self.basis
         low, high = float(basis.frequencies_hz[0]), float(basis.frequencies_hz[-1])
-        if low > 1.02 * self.band_hz[0] or high < self.band_hz[1] / 1.02:
+        if low > 1.02 * BAND_HZ[0] or high < BAND_HZ[1] / 1.02:
             raise BadValue(
-                f"the sweep has power from {low:.0f} to {high:.0f} Hz only; to equalise {self.band_hz[0]:g} to "
-                f"{self.band_hz[1]:g} Hz, sweep over all of them"
+                f"the sweep has power from {low:.0f} to {high:.0f} Hz only; to equalise {BAND_HZ[0]:g} to "
+                f"{BAND_HZ[1]:g} Hz, sweep over all of them"
             )
-        sections = equaliser.design(basis.frequencies_hz, basis.magnitude, self.rate_hz, self.order, self.band_hz)
+        sections = equaliser.design(basis.frequencies_hz, basis.magnitude, self.rate_hz, self.order)
         object.__setattr__(self, "sections", sections)
 
     @property
@@ -67,7 +67,7 @@ class ResponseMeasurements:
     @property
     def level(self) -> float:
         """m/s^2 per full-scale unit: the level at which a stimulus in m/s^2 plays."""
-        return self.sensitivity * equaliser.level(self.basis.frequencies_hz, self.basis.magnitude, self.band_hz)
+        return self.sensitivity * equaliser.level(self.basis.frequencies_hz, self.basis.magnitude)
 
     @property
     def computed(self) -> Floats:
@@ -86,7 +86,7 @@ def flatness_db(frequencies_hz: Floats, relative_db: Floats) -> float:
     1.0
     """
     _require_response(frequencies_hz, relative_db)
-    inside = (frequencies_hz >= INNER_HZ[0]) & (frequencies_hz <= INNER_HZ[1])
+    inside = within(frequencies_hz, INNER_HZ)
     require(bool(inside.any()), "band_hz", INNER_HZ, "a band that was measured")
     return 0.5 * float(np.ptp(relative_db[inside]))
 
@@ -111,7 +111,7 @@ def change_db(measured: ResponseMeasurements, load: str) -> float:
     """Return the largest difference of the response under another load from that of the equaliser, `INNER_HZ`, dB."""
     basis, loaded = measured.basis, measured.loads[load]
     other = np.interp(basis.frequencies_hz, loaded.frequencies_hz, loaded.magnitude)
-    inside = (basis.frequencies_hz >= INNER_HZ[0]) & (basis.frequencies_hz <= INNER_HZ[1])
+    inside = within(basis.frequencies_hz, INNER_HZ)
     return float(np.max(np.abs(20.0 * np.log10(other[inside] / basis.magnitude[inside]))))
 
 

@@ -68,8 +68,17 @@ class SweepMeasurement:
 
     def snr_db(self, low_hz: float, high_hz: float) -> float:
         """Return the median signal-to-noise ratio in a band, dB."""
-        inside = (self.frequencies_hz >= low_hz) & (self.frequencies_hz <= high_hz)
+        inside = within(self.frequencies_hz, (low_hz, high_hz))
         return 20.0 * math.log10(float(np.median(self.magnitude[inside] / np.maximum(self.noise[inside], 1e-300))))
+
+
+def within(frequencies_hz: Floats, band_hz: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which of `frequencies_hz` (n,) lie in a band, its ends included.
+
+    >>> within(np.array([50.0, 60.0, 700.0]), (60.0, 700.0))
+    array([False,  True,  True])
+    """
+    return (frequencies_hz >= band_hz[0]) & (frequencies_hz <= band_hz[1])
 
 
 def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasurement:
