@@ -17,6 +17,8 @@ TIMEOUT_S = 120.0
 """Seconds of readings after which an incomplete page is given up."""
 LONGEST_GAP_S = 0.5
 """Seconds without a reading after which a page begins again: what happened meanwhile is not known."""
+EMPTY_TILE = "Take everything off the tile and stand clear."
+"""What a tare asks for."""
 _LEAST_PAGES = 12
 """Smallest number of pages for the progress display, as the number is unknown before the first answer."""
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import Presses, read_presses
-from underfoot.calibration.paged import LONGEST_GAP_S, PagedProcedure, Step
+from underfoot.calibration.paged import EMPTY_TILE, LONGEST_GAP_S, PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
@@ -124,7 +124,7 @@ class CentroidProcedure(PagedProcedure):
             shown = ", ".join(f"{load:g}" for load in loads)
             raise BadMeasurement(f"loads out of order: {shown} N; allowed: from the lightest to the heaviest")
         at = self._places(answers)
-        tare = Page("tare", "Nothing on it", _TARE, press=PressRequest(at[0], 0.0, 1.0), places_m=at)
+        tare = Page("tare", "Nothing on it", EMPTY_TILE, press=PressRequest(at[0], 0.0, 1.0), places_m=at)
         passes = [(load, True) for load in loads]
         if answers["falling"] == "yes":
             passes += [(load, False) for load in loads[-2::-1]]
@@ -261,10 +261,8 @@ class CentroidProcedure(PagedProcedure):
         if seen is None:
             return PageProgress("Let go.", float(np.ptp(readings.time_s)) / _RELEASED_S)
         if seen.force_n is None:
-            force, share = (
-                seen.values[:, _STATIC].sum(axis=1) - self._empty()[1][-1][_STATIC].sum(),
-                _RELEASED_BY_SENSORS,
-            )
+            force = seen.values[:, _STATIC].sum(axis=1) - self._empty()[1][-1][_STATIC].sum()
+            share = _RELEASED_BY_SENSORS
         else:
             force, share = seen.force_n, _RELEASED
         if np.abs(force).max() > share * least:
@@ -387,9 +385,6 @@ class CentroidProcedure(PagedProcedure):
         """Return the readings (4,) of the latest tare."""
         tares = [readings for step, readings, _ in self.step_data() if step.page.key == "tare"]
         return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
-
-
-_TARE = "Take everything off the tile and stand clear."
 
 
 def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
-from underfoot.calibration.paged import PagedProcedure, Step
+from underfoot.calibration.paged import EMPTY_TILE, PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
@@ -107,6 +107,11 @@ class SensorStep(Step):
     rising: bool = False
     planned_n: float | None = None
 
+    @property
+    def is_tare(self) -> bool:
+        """Whether nothing lies on the sensor."""
+        return self.page.key.endswith("-tare")
+
 
 class FsrProcedure(PagedProcedure):
     """FSR linearisation of one tile.
@@ -173,11 +178,7 @@ class FsrProcedure(PagedProcedure):
         if self._reference == LOAD_CELL:
             found = linearise(self._pairs(found), self._divider)
         result = result_of(found, self._reference)
-        tares = {
-            step.sensor: _at_rest(readings)
-            for step, readings, _ in self._step_data_of_sensors()
-            if step.page.key.endswith("-tare")
-        }
+        tares = {step.sensor: _at_rest(readings) for step, readings, _ in self._step_data_of_sensors() if step.is_tare}
         drifts = drift_warnings([sensor.curve for sensor in found.sensors], tares, found.full_scale_n)
         return replace(result, warnings=(*result.warnings, *drifts))
 
@@ -209,7 +210,7 @@ class FsrProcedure(PagedProcedure):
             lets_go = name.startswith(("fall", "release"))
             steps.append(SensorStep(page, checked, j, j, name.startswith("rise"), lets_go=lets_go))
 
-        add("tare", "nothing on it", _TARE, 0.0, partial(self._tare, j), _TARE_S)
+        add("tare", "nothing on it", EMPTY_TILE, 0.0, partial(self._tare, j), _TARE_S)
         for k in range(loadings):
             count = f"{k + 1} of {loadings}"
             rise = f"Put the load cell over sensor {j + 1} and raise the force slowly to {full:.0f} N."
@@ -226,7 +227,7 @@ class FsrProcedure(PagedProcedure):
         tare = Page(
             f"sensor{j + 1}-tare",
             f"Sensor {j + 1}: nothing on it",
-            _TARE,
+            EMPTY_TILE,
             press=PressRequest(at, 0.0, _TARE_S, j),
             may_skip=True,
         )
@@ -372,7 +373,7 @@ class FsrProcedure(PagedProcedure):
 
     def _rest_readings(self) -> Floats:
         """Return the readings (4,) at the latest tare; NaN before the first."""
-        tares = [readings for step, readings, _ in self.step_data() if step.page.key.endswith("-tare")]
+        tares = [readings for step, readings, _ in self._step_data_of_sensors() if step.is_tare]
         return _at_rest(tares[-1]) if tares else np.full(4, np.nan)
 
     def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
@@ -385,12 +386,12 @@ class FsrProcedure(PagedProcedure):
         zero_n = 0.0
         for step, readings, answers in self._step_data_of_sensors():
             j = step.sensor
-            if step.page.key.endswith("-tare"):
+            if step.is_tare:
                 zero_n = self._zero_n(readings, zero_n)
             if self._reference != LOAD_CELL:
                 time_s, value = readings.time_s[-1:], np.array([_steady_reading(readings, j)])
                 force = np.array([float(answers.get("weight_n", 0.0))])
-            elif step.page.key.endswith("-tare"):
+            elif step.is_tare:
                 seen = readings.last(_TARE_S) or readings
                 time_s, value, force = seen.time_s, seen.values[:, j], np.zeros(seen.time_s.size)
             else:
@@ -419,16 +420,13 @@ class FsrProcedure(PagedProcedure):
         """Return the share of the loads over sensor `j` that the other sensors carry."""
         from underfoot.calibration.science.load_checks import share_of_others
 
-        loaded = [readings for step, readings, _ in self._step_data_of(j) if not step.page.key.endswith("-tare")]
+        loaded = [readings for step, readings, _ in self._step_data_of(j) if not step.is_tare]
         if not loaded:
             return 0.0
         values = np.concatenate([readings.values for readings in loaded])[::10]
         load = np.concatenate([self._load_cell(readings) for readings in loaded])[::10]
         time_s = np.concatenate([readings.time_s for readings in loaded])[::10]
         return share_of_others([sensor.curve for sensor in first.sensors], j, time_s, values, load)
-
-
-_TARE = "Take everything off the tile and stand clear."
 
 
 def _setup_questions(reference: str) -> tuple[Parameter, ...]:

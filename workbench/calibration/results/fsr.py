@@ -188,11 +188,16 @@ def pairs_drawing(pairs: Pairs) -> tuple[Drawing, ...]:
         return ()
     shown = []
     for j in range(4):
-        mine = np.flatnonzero(pairs.sensor == j)
-        mine = mine[:: max(1, mine.size // _DOTS)]
+        mine = _some(pairs.sensor == j)
         if mine.size:
             shown.append(series(f"sensor {j + 1}", pairs.force_n[mine], pairs.reading[mine], "dots", _COLOURS[j]))
     return (Drawing("Taken so far", "force, N", "reading, counts", tuple(shown)),)
+
+
+def _some(chosen: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the places of what is to be drawn as dots, without some where there are many."""
+    places = np.flatnonzero(chosen)
+    return places[:: max(1, places.size // _DOTS)]
 
 
 def _curve(j: int, sensor: SensorFit) -> Drawing:
@@ -202,8 +207,7 @@ def _curve(j: int, sensor: SensorFit) -> Drawing:
     x = np.linspace(curve.readings[0], curve.readings[-1], 400)
     shown: list[Series] = []
     for direction, name, colour in _DIRECTIONS:
-        mine = np.flatnonzero(pairs.direction == direction)
-        mine = mine[:: max(1, mine.size // _DOTS)]
+        mine = _some(pairs.direction == direction)
         if mine.size:
             shown.append(series(name, pairs.reading(pairs.x[mine]), pairs.force_n[mine], "dots", colour))
     shown.append(series(curve.family, x, curve.force(x), "line", "vibration"))
@@ -220,8 +224,7 @@ def _residuals(j: int, sensor: SensorFit) -> Drawing:
     error = 100.0 * (estimate_n - force) / pairs.full_scale_n
     shown = []
     for direction, name, colour in _DIRECTIONS:
-        mine = np.flatnonzero(directions == direction)
-        mine = mine[:: max(1, mine.size // _DOTS)]
+        mine = _some(directions == direction)
         if mine.size:
             shown.append(series(name, force[mine], error[mine], "dots", colour))
     return Drawing(f"Sensor {j + 1}: held-out error", "force, N", "error, % of full scale", tuple(shown))
