@@ -13,6 +13,7 @@ from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
 from underfoot.experiments.stimuli import parameters_of, settings_kept
 from underfoot.files import make_folder, read_file, stem_of, write_file
+from underfoot.parameters import Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.custom_nodes import copy_needed
 from underfoot.patch.file_paths import text_with_files_kept
@@ -130,8 +131,7 @@ class Draft:
         for stage in self.raw["stages"]:
             alone.add(stage.get("stimulus"))
             use = stage.get("method") or {}
-            declared = METHODS[use["kind"]].parameters if use.get("kind") in METHODS else {}
-            for name, parameter in declared.items():
+            for name, parameter in _declared(use).items():
                 if isinstance(parameter, StimulusNames):
                     use["parameters"] = {**use.get("parameters", {}), name: list(conditions)}
                 elif isinstance(parameter, StimulusName):
@@ -146,12 +146,17 @@ class Draft:
             if stage.get("stimulus") == old:
                 stage["stimulus"] = new
             use = stage.get("method") or {}
-            declared = METHODS[use["kind"]].parameters if use.get("kind") in METHODS else {}
+            declared = _declared(use)
             for name, value in use.get("parameters", {}).items():
                 if isinstance(declared.get(name), StimulusNames) and isinstance(value, list | tuple):
                     use["parameters"][name] = [new if item == old else item for item in value]
                 elif isinstance(declared.get(name), StimulusName) and value == old:
                     use["parameters"][name] = new
+
+
+def _declared(use: Mapping[str, Any]) -> Mapping[str, Parameter]:
+    """Return the parameters of a stage's method; none of one that is not known."""
+    return METHODS[use["kind"]].parameters if use.get("kind") in METHODS else {}
 
 
 def unused_path(title: str, folder: Path, sessions: Path) -> Path:

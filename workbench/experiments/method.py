@@ -92,11 +92,9 @@ class Method(ABC):
             if isinstance(parameter, StimulusNames):
                 values[name] = values[name] or tuple(stimuli)
                 require(len(values[name]) >= parameter.least, name, values[name], f"at least {parameter.least} stimuli")
-            named = values[name] if isinstance(parameter, StimulusNames) else (values[name],)
-            if isinstance(parameter, StimulusNames | StimulusName):
-                for one in named:
-                    have = ", ".join(stimuli)
-                    require(one in stimuli or (one == "" == parameter.default), name, one, f"the stimuli: {have}")
+        for name, one in cls._stimuli_in(values):
+            is_none = one == "" == cls.parameters[name].default
+            require(one in stimuli or is_none, name, one, f"the stimuli: {', '.join(stimuli)}")
         cls.check_together(values)
         return values
 
@@ -116,12 +114,16 @@ class Method(ABC):
     @classmethod
     def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
         """Return the largest gain in dB re its level with which each presented stimulus can occur, by name."""
-        found: dict[str, float] = {}
+        return {one: 0.0 for _, one in cls._stimuli_in(given) if one}
+
+    @classmethod
+    def _stimuli_in(cls, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """Yield each parameter that names stimuli, with each name; "" for none."""
         for name, parameter in cls.parameters.items():
-            named = given[name] if isinstance(parameter, StimulusNames) else (given[name],)
-            if isinstance(parameter, StimulusNames | StimulusName):
-                found |= dict.fromkeys((one for one in named if one), 0.0)
-        return found
+            if isinstance(parameter, StimulusNames):
+                yield from ((name, one) for one in given[name])
+            elif isinstance(parameter, StimulusName):
+                yield name, given[name]
 
     @classmethod
     def moved(cls, given: Mapping[str, Any]) -> Sequence[str]:
