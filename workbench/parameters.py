@@ -308,3 +308,13 @@ def require_identifier(place: str, id: str) -> None:
     """
     is_one = isinstance(id, str) and IDENTIFIER.fullmatch(id) is not None
     require(is_one, place, id, "letters, digits, - and _")
+
+
+def ask(name: str, parameter: Parameter) -> Parameter:
+    """Return the parameter, to be asked for as `name`; without a label of its own, its label is the name.
+
+    >>> ask("load_n", Number(100.0, 1.0, 2000.0, unit="N")).label
+    'Load n'
+    """
+    parameter.__set_name__(Parameter, name)
+    return parameter

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from underfoot.calibration.procedure import Page, PageProgress, ask
+from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings, Sound
 from underfoot.drawing import Drawing, series
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Response
-from underfoot.parameters import Choice, Number, Text
+from underfoot.parameters import Choice, Number, Text, ask
 from underfoot.widgets.calibrate.catalogue import CalibrationKind
 
 TILE = default_floor().tiles[0]

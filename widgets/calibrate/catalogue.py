@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING, Calibration, MeasurementSetup
-from underfoot.calibration.procedure import Procedure, ask
+from underfoot.calibration.procedure import Procedure
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import Rig
 from underfoot.devices.accelerometers import LINK, Accelerometer
@@ -15,7 +15,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Profile
-from underfoot.parameters import Parameter, Text
+from underfoot.parameters import Parameter, Text, ask
 
 if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile

@@ -21,14 +21,13 @@ from underfoot.experiments.questions import (
     FreeNumber,
     OpenChoice,
     Scale,
-    ask,
     keys_of,
     needs_answer,
     typed_answer,
     unanswered,
 )
 from underfoot.experiments.study import GAIN_DB
-from underfoot.parameters import Choice, Count, Number, Parameter
+from underfoot.parameters import Choice, Count, Number, Parameter, ask
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
 from underfoot.widgets import theme

@@ -16,8 +16,7 @@ from underfoot.experiments.foot import FootAnswer, fields_in_words
 from underfoot.experiments.method import StimulusName
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import END, FIELDS_OF_KIND, Stage
-from underfoot.experiments.questions import ask
-from underfoot.parameters import Choice, Parameter
+from underfoot.parameters import Choice, Parameter, ask
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.item_list import ItemList

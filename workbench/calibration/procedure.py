@@ -113,17 +113,6 @@ class Procedure(Protocol):
         ...
 
 
-def ask(name: str, parameter: Parameter) -> Parameter:
-    """Return a parameter for a page to ask for as `name`; its label defaults to the name.
-
-    >>> from underfoot.parameters import Number
-    >>> ask("load_n", Number(100.0, 1.0, 2000.0, unit="N")).label
-    'Load n'
-    """
-    parameter.__set_name__(Page, name)
-    return parameter
-
-
 def step(procedure: Procedure, rig: Rig, values: Answers | None = None) -> bool:
     """Do one step of the page: answer it with `values` or defaults, feed it new readings, or play its sound.
 

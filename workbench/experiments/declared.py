@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 import msgspec
 from msgspec import inspect
 
-from underfoot.experiments.questions import ask
-from underfoot.parameters import Choice, Count, Number, Parameter, Text
+from underfoot.parameters import Choice, Count, Number, Parameter, Text, ask
 
 _UNITS = {"_m_s2": "m/s^2", "_n_mm": "N/mm", "_hz": "Hz", "_db": "dB", "_deg": "deg", "_s": "s", "_n": "N", "_m": "m"}
 """Suffixes of field names that give the unit, longest first."""

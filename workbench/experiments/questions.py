@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from underfoot.errors import BadValue, require
-from underfoot.parameters import Choice, Count, Number, Parameter, Text, require_identifier
+from underfoot.parameters import Choice, Count, Number, Parameter, Text, ask, require_identifier
 from underfoot.quantities import parse_quantity
 
 FIRST, SECOND = "first", "second"
@@ -114,16 +114,6 @@ def _chosen(options: tuple[str, ...], text: str) -> str:
         return options[keys.index(text)]
     begun = [option for option in options if option.startswith(text)]
     return begun[0] if len(begun) == 1 else text
-
-
-def ask(name: str, parameter: Parameter) -> Parameter:
-    """Return a copy of the parameter under `name`; without a label, its label is derived from the name.
-
-    >>> ask("rating", Number(50.0, 0.0, 100.0)).label
-    'Rating'
-    """
-    parameter.__set_name__(Parameter, name)
-    return parameter
 
 
 def yes_or_no(name: str, doc: str) -> Parameter:

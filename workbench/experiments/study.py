@@ -18,10 +18,10 @@ from underfoot.experiments.latin_square import Turn
 from underfoot.experiments.method import BLOCK_ROW, COUNTERBALANCED, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
-from underfoot.experiments.questions import YES, ask, needs_answer, unanswered, yes_or_no
+from underfoot.experiments.questions import YES, needs_answer, unanswered, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial
-from underfoot.parameters import IDENTIFIER, Number, Parameter
+from underfoot.parameters import IDENTIFIER, Number, Parameter, ask
 
 PARTICIPANT = "participant"
 """The stage, before all of the protocol's, in which its questions of the participant are answered."""

@@ -11,7 +11,7 @@ import numpy as np
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import Presses, read_presses
 from underfoot.calibration.paged import EMPTY_TILE, LONGEST_GAP_S, PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
+from underfoot.calibration.procedure import Answers, Page, PageProgress
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
@@ -19,7 +19,7 @@ from underfoot.errors import BadFile, BadMeasurement, BadValue, require
 from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
-from underfoot.parameters import Choice, Numbers, Parameter, Rows
+from underfoot.parameters import Choice, Numbers, Parameter, Rows, ask
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.centroid import CentroidAccuracy

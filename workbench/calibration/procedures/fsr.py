@@ -12,7 +12,7 @@ import numpy as np
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
 from underfoot.calibration.paged import EMPTY_TILE, PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
+from underfoot.calibration.procedure import Answers, Page, PageProgress
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
@@ -20,7 +20,7 @@ from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
-from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
+from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, ask
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.linearisation import Linearisation, VoltageDivider

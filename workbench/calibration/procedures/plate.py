@@ -12,7 +12,7 @@ import numpy as np
 from underfoot.calibration.declaration import STEPPING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.files.plate_profiles import read_plate_profiles
 from underfoot.calibration.paged import PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
+from underfoot.calibration.procedure import Answers, Page, PageProgress
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.devices.plate import MOVE_S
@@ -21,7 +21,7 @@ from underfoot.errors import BadFile, BadMeasurement
 from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
-from underfoot.parameters import Choice, Count, Numbers, Parameter
+from underfoot.parameters import Choice, Count, Numbers, Parameter, ask
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.plate_stiffness import FootstepLine

@@ -8,7 +8,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.paged import SoundProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, ask
+from underfoot.calibration.procedure import Answers, Page
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
@@ -18,7 +18,7 @@ from underfoot.floor.layout import LOADS, Tile
 from underfoot.floor.profile_parts import PARTS
 from underfoot.kernels import Floats
 from underfoot.options import option
-from underfoot.parameters import Choice, Count, Number, Parameter
+from underfoot.parameters import Choice, Count, Number, Parameter, ask
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.tones import DistortionOverLevel

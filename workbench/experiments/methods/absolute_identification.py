@@ -6,9 +6,8 @@ from typing import Any
 from underfoot.errors import require
 from underfoot.experiments.declared import TextLine
 from underfoot.experiments.method import BlockedMethod, StimulusNames
-from underfoot.experiments.questions import ask
 from underfoot.experiments.trials import Presentation, Trial
-from underfoot.parameters import Choice, Count, Parameter, Text
+from underfoot.parameters import Choice, Count, Parameter, Text, ask
 
 
 class AbsoluteIdentification(BlockedMethod):

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.method import BlockedMethod, StimulusNames
-from underfoot.experiments.questions import Scale, ask
+from underfoot.experiments.questions import Scale
 from underfoot.experiments.trials import Presentation, Trial
-from underfoot.parameters import Count, Parameter, Text
+from underfoot.parameters import Count, Parameter, Text, ask
 
 
 class Rating(BlockedMethod):

@@ -6,9 +6,9 @@ from itertools import product
 from typing import Any
 
 from underfoot.experiments.method import ListedMethod
-from underfoot.experiments.questions import ask, yes_or_no
+from underfoot.experiments.questions import yes_or_no
 from underfoot.experiments.trials import Trial
-from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
+from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, ask
 
 
 class TargetSelection(ListedMethod):
