@@ -8,7 +8,7 @@ from underfoot.experiments.columns import FIRST_COLUMNS, NOT_FACTORS
 from underfoot.experiments.latin_square import number_of_row
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.stimuli import Stimulus
-from underfoot.experiments.study import PARTICIPANT, Entry
+from underfoot.experiments.study import GAIN_DB, PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation, is_right
 
 Row = Mapping[str, Any]
@@ -39,7 +39,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
             if entry.kind == "questions" and entry.stage in stages:
                 person |= {f"{OF_PERSON}{entry.stage}.{name}": value for name, value in entry.answers.items()}
             if entry.kind == "level":
-                gain_db = float(entry.answers["gain_db"])
+                gain_db = float(entry.answers[GAIN_DB])
             if entry.trial is not None:
                 found.append(_row(protocol, stages[entry.stage], participant, entry, number, gain_db))
         except (KeyError, TypeError, ValueError) as error:

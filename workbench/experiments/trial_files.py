@@ -13,65 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from underfoot.errors import BadFile
+from underfoot.experiments.columns import DESCRIPTIONS, RESPONSE_S
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
 from underfoot.experiments.table import OF_PERSON, Row, columns_of
 from underfoot.files import make_folder, read_file, write_file
 
-_DESCRIPTIONS = {
-    "stage": "Stage of the protocol.",
-    "method": "Method of the stage.",
-    "practice": "Whether the trial is practice, and left out of the analysis.",
-    "trial": "Number of the trial in its stage, from 1.",
-    "block": "Block of the trial, from 1.",
-    "attempt": "1, or more where the trial was repeated.",
-    "spoiled": "Why the trial does not count; empty where it does.",
-    "entry": "Number of the page in the session; the recordings of the trial have it in their names.",
-    "stages_row": "The participant's row in the Latin square of the counterbalanced stages, from 1.",
-    "block_row": "The block's row in the Latin square of the stimuli, from 1.",
-    "correct": "The right answer, where there is one.",
-    "right": "1 where the answer is the right one, else 0.",
-    "stimulus": "The stimulus that is judged, by its name in the protocol; empty for nothing.",
-    "other": "The stimulus of the other interval.",
-    "comparison": "The stimulus that is compared with a standard, or whose level moves.",
-    "comparison_at": "The interval that the comparison was in, first or second.",
-    "judged_more": "Of the question: more of what the factors count has the interval that is chosen, or not chosen.",
-    "gain_db": "Level of the stimulus re its level in the protocol, in dB.",
-    "level_m_s2": "Peak acceleration of the stimulus, in m/s^2.",
-    "level_db": "The same, without what the participant set in a stage before: the level that the method chose.",
-    "staircase": "The staircase that chose the level, above or below, by where it began.",
-    "run": "0, and one more after each false alarm that restarted the pair of staircases.",
-    "catch": "true where nothing was presented, and it was not said so.",
-    "announced": "true where nothing was presented, and it was said so.",
-    "interval": "Answer: first or second.",
-    "felt": "Answer: yes or no.",
-    "number": "Answer: number of a stimulus.",
-    "answer": "Answer: one of the words of the protocol.",
-    "rating": "Answer: place on the slider, 0 to 100.",
-    "label": "Answer: the participant's own words.",
-    "sort": "What the label was sorted into.",
-    "width_m": "Diameter of the button, in m.",
-    "distance_m": "From between the feet to the middle of the button, in m.",
-    "bearing_rad": "Where the button is, from straight ahead, away from the preferred foot, in rad.",
-    "x_m": "Middle of the button along the floor's x axis, from between the feet, in m.",
-    "y_m": "Middle of the button along the floor's y axis, from between the feet, in m.",
-    "selected": "Whether the button was pressed in time, yes or no.",
-    "response_time": "From the end of the presentation to the answer, in s.",
-    "time_s": "From the appearance of the button to the press, in s; where it was not pressed, how long it was there.",
-    "started_at": "When the trial began, by the computer's clock.",
-    "plays": "How often the trial was presented.",
-    "shown_s": "How long the presentation lasted, of two intervals the second, in s.",
-    "latency_s": "Latency of the session during the presentation, in s.",
-    "onset_s": "Beginning of the vibration, in s of the session's clock.",
-    "onset_after_step_s": "From the first force of the step that starts the trial to the first vibration frame, in s.",
-    "commanded_m_s2": "Largest acceleration that was commanded during the presentation, in m/s^2.",
-    "measured_m_s2": "Largest acceleration that accelerometers measured during the presentation, in m/s^2.",
-    "answered_by": "foot, where the answer was given by stepping on the floor.",
-    "foot_after_s": "From the end of the presentation to the foot on the field of the answer, in s.",
-    "most_force_n": "Largest force on one tile during the presentation, in N.",
-}
-
-
+_BIDS_RESPONSE_S = "response_time"
 _TEXT_COLUMNS = (
     "participant",
     "stage",
@@ -212,7 +160,7 @@ def bids_task(title: str) -> str:
 
 def _bids_row(row: Row) -> dict[str, Any]:
     """Return a row with BIDS's name for the response time."""
-    return {"response_time" if name == "response_s" else name: value for name, value in row.items()}
+    return {_BIDS_RESPONSE_S if name == RESPONSE_S else name: value for name, value in row.items()}
 
 
 def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
@@ -223,7 +171,7 @@ def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
         return {"Description": asked.text, **({"Units": asked.unit} if asked.unit else {})}
     is_factor = protocol is not None and any(column in stimulus.factors for stimulus in protocol.stimuli.values())
     plain = "Factor of the stimulus." if is_factor else "Answer, or fact of the trial."
-    return {"Description": _DESCRIPTIONS.get(column, plain)}
+    return {"Description": DESCRIPTIONS.get(RESPONSE_S if column == _BIDS_RESPONSE_S else column, plain)}
 
 
 def _questions(protocol: Protocol) -> dict[str, Question]:
