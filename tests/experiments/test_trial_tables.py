@@ -313,6 +313,12 @@ def test_every_column_is_described_in_bids_and_on_the_page(name, tmp_path):
     assert [column for column in own if "." not in column and f"`{column}`" not in page] == []
 
 
+def test_a_magnitude_is_described_in_bids(tmp_path):
+    write_bids(tmp_path, [{"participant": "P1", "magnitude": 4.0}], "loud")
+    sidecar = json.loads((tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.json").read_text())
+    assert sidecar["magnitude"]["Description"] == "Answer: a number above 0, on a scale of the participant's own."
+
+
 def test_a_button_that_a_simulated_person_misses_was_there_until_it_vanished():
     rows = simulated_rows(preset_protocol("target-selection"), 0, 1, {})[0]
     assert {row["time_s"] for row in rows if row["selected"] == "no"} == {2.0}

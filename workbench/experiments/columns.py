@@ -33,6 +33,7 @@ DESCRIPTIONS = {
     "number": "Answer: number of a stimulus.",
     "answer": "Answer: one of the words of the protocol.",
     "rating": "Answer: place on the slider, 0 to 100.",
+    "magnitude": "Answer: a number above 0, on a scale of the participant's own.",
     "label": "Answer: the participant's own words.",
     "sort": "What the label was sorted into.",
     "width_m": "Diameter of the button, in m.",
@@ -56,5 +57,5 @@ DESCRIPTIONS = {
     "most_force_n": "Largest force on one tile during the presentation, in N.",
 }
 """What each column holds, for people who get the table alone."""
-NOT_FACTORS = frozenset(("participant", "magnitude", "frames", "software", *DESCRIPTIONS)) - {"level_m_s2"}
+NOT_FACTORS = frozenset(("participant", "frames", "software", *DESCRIPTIONS)) - {"level_m_s2"}
 """Columns that are not factors of stimuli: identification, answers and measurements of a trial."""
