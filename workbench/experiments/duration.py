@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
 
 _PAGE_S, _QUESTION_S, _ANSWER_S = 15.0, 8.0, 2.5
@@ -18,8 +17,8 @@ def usual_trials(protocol: Protocol, stage: Stage) -> tuple[int, int]:
     """
     if stage.method is None:
         return 0, 0
-    method = METHODS[stage.method.kind]
-    trials, blocks = method.usual_trials(method.checked(stage.method.parameters, protocol.stimuli), protocol.stimuli)
+    given = stage.method.given(protocol.stimuli)
+    trials, blocks = stage.method.rule.usual_trials(given, protocol.stimuli)
     if not 0 < stage.most_trials < trials:
         return trials, blocks
     return stage.most_trials, math.ceil(blocks * stage.most_trials / trials)
@@ -33,8 +32,7 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
     """
     if stage.method is None:
         return stage.seconds or _PAGE_S + _QUESTION_S * len(stage.questions)
-    method = METHODS[stage.method.kind]
-    given = method.checked(stage.method.parameters, protocol.stimuli)
+    method, given = stage.method.rule, stage.method.given(protocol.stimuli)
     if method.uses_stimuli:
         intervals = 2 if method.questions_for(given)[0].name == "interval" else 1
         presented_s = intervals * _BY_FOOT_S.get(stage.start, protocol.present_s)

@@ -107,9 +107,9 @@ class Method(ABC):
         """Raise `BadValue` for checked parameters with which answers would say nothing."""
 
     @classmethod
-    def names_stimuli(cls, parameter: str) -> bool:
-        """Return whether a parameter is a list of names of stimuli."""
-        return isinstance(cls.parameters[parameter], StimulusNames)
+    def listed_stimuli(cls, given: Mapping[str, Any]) -> Sequence[str]:
+        """Return the stimuli in the first of these parameters that lists some; none without one."""
+        return next((given[name] for name, one in cls.parameters.items() if isinstance(one, StimulusNames)), ())
 
     @classmethod
     def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:

@@ -15,7 +15,6 @@ import numpy as np
 from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import constant, magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
@@ -46,7 +45,7 @@ class Observer(ABC):
         use = stage.method
         if use is None:
             raise BadValue(f"stage {stage.id!r} has no trials to answer")
-        self.given: dict[str, Any] = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
+        self.given: dict[str, Any] = use.given(protocol.stimuli)
 
     @abstractmethod
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:

@@ -5,7 +5,6 @@ from typing import Any
 
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.method import ListedMethod
-from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import MethodUse, Protocol, Stage
 from underfoot.experiments.study import Entry, method_of, require_id
 from underfoot.experiments.table import rows_of
@@ -35,9 +34,8 @@ def plan_of(protocol: Protocol, participant: str) -> list[dict[str, Any]]:
 
 
 def _rows(protocol: Protocol, stage: Stage, use: MethodUse, participant: str) -> list[dict[str, Any]]:
-    kind = METHODS[use.kind]
-    if not issubclass(kind, ListedMethod):
-        names = ", ".join(kind.peak_gains_db(kind.checked(use.parameters, protocol.stimuli)))
+    if not issubclass(use.rule, ListedMethod):
+        names = ", ".join(use.rule.peak_gains_db(use.given(protocol.stimuli)))
         return [{**dict.fromkeys(COLUMNS, ""), "stage": stage.id, "stimulus": names, "level_m_s2": ADAPTIVE}]
     method = method_of(protocol, stage, participant)
     assert isinstance(method, ListedMethod)

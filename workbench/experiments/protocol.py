@@ -15,7 +15,7 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.latin_square import number_of_row, row_of
-from underfoot.experiments.method import COUNTERBALANCED
+from underfoot.experiments.method import COUNTERBALANCED, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Level, Stimulus, patch_path
@@ -48,6 +48,15 @@ class MethodUse(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     kind: str
     parameters: Mapping[str, Any] = {}
+
+    @property
+    def rule(self) -> type[Method]:
+        """The method of this kind."""
+        return METHODS[self.kind]
+
+    def given(self, stimuli: Mapping[str, Stimulus]) -> dict[str, Any]:
+        """Return all of the method's parameters, as `Method.checked` does."""
+        return self.rule.checked(self.parameters, stimuli)
 
 
 class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -240,12 +249,13 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             raise BadValue(f"{place}.method is missing; allowed: {', '.join(METHODS)}")
         kind = stage.method.kind
         require(kind in METHODS, f"{place}.method.kind", kind, ", ".join(METHODS))
+        rule = stage.method.rule
         try:
-            given = METHODS[kind].checked(stage.method.parameters, self.stimuli)
+            given = stage.method.given(self.stimuli)
         except BadValue as error:
             raise BadValue(f"{place}.method.parameters.{error}") from None
-        right = METHODS[kind].right_answers(given)
-        for name, gain_db in METHODS[kind].peak_gains_db(given).items():
+        right = rule.right_answers(given)
+        for name, gain_db in rule.peak_gains_db(given).items():
             correct = self.stimuli[name].correct
             allowed = f"{', '.join(filter(None, right))} (of {stage.id!r})"
             require(not right or correct in right, f"stimuli.{name}.correct", correct, allowed)
@@ -259,7 +269,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 )
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}: {lower}")
         if stage.foot is not None:
-            stage.foot.check(f"{place}.foot", METHODS[kind].questions_for(given))
+            stage.foot.check(f"{place}.foot", rule.questions_for(given))
 
     def _require_meaning(self) -> None:
         """Raise `BadValue` where answers would say nothing, or the table of trials could not hold them.
@@ -274,12 +284,12 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             if stage.kind == "level":
                 self._require_level_moves(f"stages[{i}].stimulus", stage.stimulus)
             elif stage.method is not None:
-                method, place = METHODS[stage.method.kind], f"stages[{i}].method.parameters"
-                given = method.checked(stage.method.parameters, self.stimuli)
-                for name in method.moved(given):
+                rule, place = stage.method.rule, f"stages[{i}].method.parameters"
+                given = stage.method.given(self.stimuli)
+                for name in rule.moved(given):
                     self._require_level_moves(f"{place}.followed", name)
                 try:
-                    method.require_meaning(given, self.stimuli)
+                    rule.require_meaning(given, self.stimuli)
                 except BadValue as error:
                     raise BadValue(f"{place}.{error}") from None
 

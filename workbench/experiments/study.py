@@ -118,9 +118,7 @@ class Study:
         """The stimuli of the next trials, in the order of their numbers in learning, from 1."""
         for stage in self._stages[self._at :]:
             if stage.method is not None:
-                method = METHODS[stage.method.kind]
-                given = method.checked(stage.method.parameters, self.protocol.stimuli)
-                named = next((value for name, value in given.items() if method.names_stimuli(name)), ())
+                named = stage.method.rule.listed_stimuli(stage.method.given(self.protocol.stimuli))
                 return tuple(named) or tuple(self.protocol.stimuli)
         return tuple(self.protocol.stimuli)
 
@@ -321,10 +319,9 @@ def method_of(protocol: Protocol, stage: Stage, participant: str, begun_row: int
     if use is None:
         raise BadValue(f"stage {stage.id!r} has no method")
     require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
-    given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
     draws = SeededRandom(protocol.seed, participant, stage.id)
     turn = turn_of(protocol, stage, participant)._replace(begun=begun_row)
-    return METHODS[use.kind](given, protocol.stimuli, draws, turn)
+    return use.rule(use.given(protocol.stimuli), protocol.stimuli, draws, turn)
 
 
 def turn_of(protocol: Protocol, stage: Stage, participant: str) -> Turn:
@@ -341,11 +338,10 @@ def _square(protocol: Protocol, stage: Stage) -> tuple[int, int]:
     """Return the number of counterbalanced stimuli of a stage, and of rows that it takes; 0 and 0 for none."""
     if stage.method is None:
         return 0, 0
-    method = METHODS[stage.method.kind]
-    given = method.checked(stage.method.parameters, protocol.stimuli)
+    method, given = stage.method.rule, stage.method.given(protocol.stimuli)
     if given.get("order") != COUNTERBALANCED:
         return 0, 0
-    size = len(next(given[name] for name in given if method.names_stimuli(name)))
+    size = len(method.listed_stimuli(given))
     return size, method.usual_trials(given, protocol.stimuli)[0] // size
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 from underfoot.errors import BadValue, require
 from underfoot.experiments.foot import FootAnswer, least_fields, values_of
-from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor, Tile
@@ -74,10 +73,9 @@ def require_fields(protocol: Protocol, floor: Floor) -> None:
     """Raise `BadValue` if the floor lacks fields for a study's answers by foot."""
     for stage in protocol.stages:
         if stage.foot is not None and stage.method is not None:
-            method = METHODS[stage.method.kind]
-            given = method.checked(stage.method.parameters, protocol.stimuli)
+            question = stage.method.rule.questions_for(stage.method.given(protocol.stimuli))[0]
             try:
-                fields_on(stage.foot, method.questions_for(given)[0], floor)
+                fields_on(stage.foot, question, floor)
             except BadValue as error:
                 raise BadValue(f"stage {stage.id!r}: {error}") from None
 

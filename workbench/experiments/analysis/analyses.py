@@ -75,7 +75,7 @@ def settings_of(protocol: Protocol | None, stage: str, settings: Settings) -> Se
     use = protocol.stage(stage).method
     if use is None:
         return settings
-    given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
+    given = use.given(protocol.stimuli)
     return replace(settings, given=given, is_beside_silence=is_silent(given, protocol.stimuli))
 
 

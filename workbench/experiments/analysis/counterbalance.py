@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.latin_square import Turn, number_of_row, row_of, rows_of
 from underfoot.experiments.method import BLOCK_ROW
-from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import turn_of
 from underfoot.experiments.table import Row, counted, grouped
@@ -20,8 +19,7 @@ def counterbalance(rows: Sequence[Row], protocol: Protocol) -> list[Findings]:
     for (stage,), part in grouped([row for row in rows if BLOCK_ROW in row], "stage").items():
         use = protocol.stage(stage).method
         if use is not None:
-            given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
-            names = next(given[name] for name in given if METHODS[use.kind].names_stimuli(name))
+            names = use.rule.listed_stimuli(use.given(protocol.stimuli))
             of_block = _first(part, BLOCK_ROW)[BLOCK_ROW]
             title = f"Order of stimuli, first block: {stage}"
             turn = turn_of(protocol, protocol.stage(stage), "1")
