@@ -1,5 +1,6 @@
 """The interface of transports, which carry the bytes of tiles, and of the emulator's end of them."""
 
+import errno
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -147,4 +148,6 @@ def reason(error: OSError | ValueError | OverflowError) -> str:
     """Return the cause of an address or connection error in the system's words; `ValueError` is about a host's name."""
     if isinstance(error, ValueError):
         return "there can be no host of this name"
+    if getattr(error, "errno", None) == errno.EADDRINUSE:
+        return "another program listens there, perhaps a second Underfoot"
     return str(getattr(error, "strerror", None) or error).lower()
