@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from underfoot.engine.session_memory import ForceReader
 from underfoot.floor.contacts import ContactTracker, OngoingContact
 from underfoot.floor.layout import Floor
+from underfoot.floor.loss_concealment import LossConcealment
 
 LEFT_S = 0.4
 """Time without a contact after which the floor counts as left; a foot that follows sooner belongs to the same visit."""
@@ -34,7 +35,7 @@ class FloorWatch:
     def __init__(self, forces: ForceReader, floor: Floor, rate_hz: float, force_hz: float) -> None:
         self.floor, self._rate_hz, self.force_hz = floor, rate_hz, force_hz
         self._forces = forces
-        self._tracker = ContactTracker(floor, force_hz)
+        self._begin()
         self._kept: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
         self._last_on = -math.inf
         self.visits: list[Visit] = []
@@ -51,9 +52,8 @@ class FloorWatch:
         self._read_at = time.monotonic()
         times = frames / self._rate_hz
         if self._kept and times[0] < self.now_s:  # the engine was restarted
-            self._tracker = ContactTracker(self.floor, self.force_hz)
-        held = np.where(np.isfinite(forces), forces, 0.0)
-        rows = self._tracker.feed(times, held).rows
+            self._begin()
+        rows = self._tracker.feed(times, self._concealment.concealed(times, forces)).rows
         self.now_s = float(times[-1])
         self._kept.append((times, forces))
         while self._kept and self._kept[0][0][-1] < self.now_s - _KEPT_S:
@@ -104,6 +104,10 @@ class FloorWatch:
         inside = (time_s >= start_s) & (time_s <= end_s)
         forces = np.concatenate([forces for _, forces in self._kept])[inside] - self._tracker.baseline_n
         return float(time_s[inside][0]) if inside.any() else start_s, forces
+
+    def _begin(self) -> None:
+        self._tracker = ContactTracker(self.floor, self.force_hz)
+        self._concealment = LossConcealment(self._tracker, round(self.force_hz))
 
     def _is_on(self, time_s: float) -> None:
         if self.is_on and time_s - self._last_on > LEFT_S:
