@@ -62,7 +62,7 @@ def interrupted_by_signals() -> Iterator[None]:
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal ends the command; `status` is its exit status, by which a shell or a service manager knows which."""
+    """A signal ends the command; `status` is its exit status, which tells a shell or a service manager the signal."""
 
     def __init__(self, number: int) -> None:
         super().__init__()

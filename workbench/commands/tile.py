@@ -80,7 +80,7 @@ _OF_SEARCH = {
     "least_mode": "least_hz",
     "load": "load_n",
 }
-"""What a search is told by which option."""
+"""Fields of a `PlateSearch`, by the options that set them."""
 
 
 def _report(options: TileDesignOptions, floor: "Floor", parameters: "TileParameters") -> None:

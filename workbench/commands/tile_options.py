@@ -69,7 +69,7 @@ class TileOptions:
             raise failure
 
     def keep(self, measured: "Result", tile: str, *, by_hand: bool) -> None:
-        """Write the report of what was `measured` without a conclusion, by hand to a new folder if none is named."""
+        """Write the report of what was `measured` without a conclusion; `by_hand`, to a new folder if none is named."""
         from underfoot.floor.profile import Profile
 
         options = self

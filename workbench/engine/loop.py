@@ -29,7 +29,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 Takes = Mapping[str, Callable[[NDArray[np.float32]], None]]
-"""What takes the blocks of outputs, by the names of `Loop.outputs`."""
+"""Functions that take an output block by block, by the names of `Loop.outputs`."""
 _PART = 1024  # frames run at once, so that a source never has more samples waiting than it has room for
 
 
@@ -165,7 +165,7 @@ class Loop:
 
     @property
     def outputs(self) -> dict[str, NDArray[np.float32]]:
-        """What `run` leaves by its name, that of `out` being ""."""
+        """The arrays that `run` fills, by name: "" is `out`; the others are in m/s^2."""
         plates = {plate_output: plates.out for plate_output, plates in self.plates.items()}
         return {"": self.out} | ({"commanded": self.commanded} | plates if self.measures else {})
 

@@ -123,7 +123,7 @@ class Pacer:
     def _publish_latency(self, stream: Stream) -> None:
         """Publish the output latency: by the card's clock, else half of a measured round trip, else as requested.
 
-        If the clock reports both directions, each gets half of what they lack of the measured round trip.
+        If the clock reports both directions, each is given half of the difference to a measured round trip.
         """
         trip_s = self._status.get(Field.ROUND_TRIP_S)
         out_s, in_s = stream.stamped_output_latency_s, stream.stamped_input_latency_s

@@ -59,7 +59,7 @@ class Repeats:
             self._session.send(CancelStart())
 
     def resend(self) -> None:
-        """Send the next start again: the one sent is of a patch that was replaced."""
+        """Send the next start again, because the patch of the one that was sent has been replaced."""
         self._sent_for = -1
 
     def take_report(self, message: object) -> None:

@@ -68,7 +68,7 @@ class Notice(Struct, frozen=True):
 
 
 class RecordingFile(Struct, frozen=True):
-    """What has become of a recording's file: it is there, it is whole, or it is left as it is by what a `Notice` says.
+    """What has become of a recording's file: it is there, it is whole, or it ends early, for the reason in a `Notice`.
 
     A recording that ended before its first sample is whole, and leaves no file.
     """
@@ -187,7 +187,7 @@ class Health(Struct, frozen=True):
     latency_s: float
     """From a force sample's arrival to the first output frame that depends on it: the block, and the hold."""
     hold_s: float
-    """The part of it by which samples of hardware are delayed because some arrive late."""
+    """The part of it for which samples of hardware are held back, because some arrive late."""
     stream_latency_s: float
     """Latency of the output stream: by the card's clock, else half of a measured round trip, else as requested."""
     round_trip_s: float

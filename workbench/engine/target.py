@@ -79,7 +79,8 @@ def live_target(name: str, floor: str | Path | None = None, sensor_hz: float | N
     """Return the simulator or hardware of this name on the floor in a file, by default the default floor.
 
     Return None for another name, such as a file's. `sensor_hz`: how many samples per second the tiles of hardware
-    send, `LEAST_HZ` to `MOST_HZ`; by default 1000. Raise `BadValue` for a rate outside of that, or of what has its own.
+    send, `LEAST_HZ` to `MOST_HZ`; by default 1000. Raise `BadValue` for another rate, and for any rate where the target
+    has its own.
 
     >>> live_target("udp:127.0.0.1:9000").kind, live_target("simulator:people=2").simulation, live_target("walk.csv")
     ('udp', 'people=2', None)

@@ -103,7 +103,7 @@ class Export:
 
 @dataclass(frozen=True)
 class Imported:
-    """Result of an import: a checked patch, and descriptions of what the file has beyond it."""
+    """Result of an import: a checked patch, and descriptions of what of the file it lacks."""
 
     patch: Patch
     losses: tuple[str, ...] = ()

@@ -57,7 +57,7 @@ def patch_of(channels: Sequence[Channel], title: str, full_m_s2: float = FULL_M_
 
 
 def coarsened(channels: Sequence[Channel]) -> tuple[str, ...]:
-    """Return what is said of curves that have more points than a node: empty, or one line."""
+    """Return one line about curves that have more points than a node can have; nothing if there are none."""
     longest = max((len(_within_tolerance(voice.points)) for one in channels for voice in one.voices), default=0)
     if longest <= _MOST_POINTS:
         return ()

@@ -20,7 +20,7 @@ AMPLITUDE_S, FREQUENCY_S = 5e-3, 20e-3
 HOP_S = 1e-3
 """Interval in seconds between points, before points on straight lines are removed."""
 MOST_POINTS = 50_000
-"""Most points of a curve that is written or read: 50 s of what bends at every hop, minutes of gravel."""
+"""Most points of a curve that is written or read: 50 s of a curve that bends at every hop, minutes of gravel."""
 COMPARED_DB = 30.0
 """Envelopes are compared where the original is within this many dB of its largest."""
 

@@ -247,7 +247,7 @@ class Discriminator(Observer):
         return float(is_chosen != (trial.facts.get("judged_more") == "not chosen"))
 
     def _at(self, level: float) -> tuple[float, float]:
-        """Return PSE and slope, on the axis of the curves."""
+        """Return PSE and slope at a level in m/s^2, in the unit of the axis."""
         if self._judges_level:
             standard = "" if self._guesses else self.given["standard"]
             pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]

@@ -177,9 +177,9 @@ def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
 def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the columns that are factors of stimuli and have more than one value.
 
-    A table from another program has more columns. What differs between people only is not of the stimuli. Of numbers,
-    those of which each stimulus has one value are; where there is none, those that do not count trials, and were not
-    measured in each.
+    A table from another program has more columns. One that differs only between people is no factor. A number is one
+    if each stimulus has a single value of it. Where no number is so, those are taken that neither count the trials nor
+    were measured in each.
 
     >>> factors_of([{"stimulus": "a", "set": "WS"}, {"stimulus": "b", "set": "IT"}])
     ('set',)

@@ -106,8 +106,7 @@ class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True
 
 
 def nonlinear_terms(forces_n: Floats, scales_n: Sequence[float]) -> Floats:
-    """Return the terms of a `CentroidCorrection`'s nonlinearity, by which its coefficients are multiplied: (..., 1 +
-    scales)."""
+    """Return the terms (..., 1 + scales) that the coefficients of a `CentroidCorrection`'s nonlinearity multiply."""
     above = np.maximum(forces_n, 0.0)
     return np.stack([np.minimum(forces_n, 0.0), *(scale * -np.expm1(-above / scale) for scale in scales_n)], axis=-1)
 

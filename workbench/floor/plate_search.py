@@ -28,7 +28,7 @@ from underfoot.models.tile.plate import PLATE_RANGES, Plate
 STEPS = 96
 """Points of the grid along each axis."""
 STIFFNESSES = ("textbook", "thesis", "solid")
-"""How a plate may resist bending."""
+"""Models of how a plate resists bending."""
 SHOWN = 8
 """Plates of the table."""
 SAID = {
@@ -39,7 +39,7 @@ SAID = {
     "load_n": ("load", "N", 1.0),
     "least_hz": ("first mode from", "Hz", 1.0),
 }
-"""What a person calls each condition, and the unit in which a person gives it."""
+"""Name of each condition for people, the unit in which they give it, and that unit in SI units."""
 _MILLI, _GIGA = 1e3, 1e9
 _USUAL = Plate()
 _EDGE = 1.05

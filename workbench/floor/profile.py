@@ -2,8 +2,8 @@
 
 A profile has up to five parts. `fsr` turns readings into newtons, `centroid` newtons into a place, `response` says how
 the plate responds to its shaker, and `latency` how long that takes; `plate` is the stiffness of a variable stiffness
-plate that stands on it. Each part keeps its date, its reference, its
-measured error and its verdict; a part that is replaced goes to `earlier` and can be restored.
+plate that stands on it. Each part keeps its date, its reference, its measured error and its verdict; a part that is
+replaced goes to `earlier` and can be restored.
 """
 
 import os

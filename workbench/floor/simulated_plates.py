@@ -70,7 +70,7 @@ LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORN
 """Load of a tile: the systems to run, and their weights."""
 
 SEED = 1
-"""By which the deviations of tiles are drawn."""
+"""Seed of the deviations that are drawn for tiles."""
 _CACHE = ArrayCache("plates", in_memory=256, on_disk=2000)
 _state_at, _coefficients_at = poles.STATE.at, poles.COEFFICIENTS.at
 

@@ -68,7 +68,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Design:
-    """What was found of one kind of tile; `alike` are the ids of all of this size and with sensors at these places."""
+    """Properties of one kind of tile; `alike` are the ids of all tiles of this size, with sensors at these places."""
 
     alike: tuple[str, ...]
     rows: tuple[Row, ...]

@@ -14,7 +14,7 @@ from underfoot.models import sole
 LEAST_M_S2 = 0.05
 """RMS below which a command is too weak to judge a tile by."""
 FURTHEST_DB = 6.0
-"""How far the measured level may be from the commanded one."""
+"""Largest deviation of the measured level from the commanded one, dB, of a tile that does what it is told."""
 MEAN_S = 0.5
 """Time over which levels are taken."""
 WINDOW_S = 0.1
@@ -23,7 +23,7 @@ _JUDGED_S = 1.0  # a tile is judged by at least so much
 
 @dataclass(frozen=True)
 class TileResponse:
-    """What came of a stretch of commands. Levels are m/s^2.
+    """The response of a tile to a stretch of commands. Levels are m/s^2.
 
     `bands_hz` (n,) are third octaves; `commanded` and `measured` (n,) their peak amplitudes; `transfer_db` (n,) the
     gain from one to the other, NaN where too little was commanded. `unexplained` is the part of the measured RMS, 0 to

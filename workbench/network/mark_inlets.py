@@ -42,7 +42,7 @@ class LslMarks:
         self._lsl, self._take = lsl_library(), take
         self.problem = ""
         self.streams: dict[tuple[str, ...], tuple[Any, float]] = {}
-        """The inlets, and since when they are open, by what stays when a stream's sender is started again."""
+        """The inlets, and since when they are open, by what identifies a stream even after its sender is restarted."""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
         self._thread.start()

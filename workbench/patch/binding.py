@@ -62,7 +62,7 @@ class Prepared(Struct, frozen=True):
 
 
 _RAISES = dis.opmap["RAISE_VARARGS"]
-"""Of the bytes of a function every other one is an operation: `dis` itself would take 10 ms for all nodes."""
+"""Operation code of `raise`. Every other byte of a function's code is one; `dis` would need 10 ms for all nodes."""
 
 
 class Names(Struct, frozen=True):

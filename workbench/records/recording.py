@@ -275,7 +275,7 @@ class Recording:
         self._base.close()
 
     def _lacks(self, table: str) -> bool:
-        """Return whether the file is of a version without this table."""
+        """Return whether the file's version has no such table."""
         return table in ("commanded", "measured") and self.version < 2
 
     def _columns(self, table: str) -> int:

@@ -87,7 +87,7 @@ class TimedStimulus:
         return True
 
     def _let_be_heard(self) -> None:
-        """Play what has run unheard for long enough; what is not of the force begins anew."""
+        """Play the patch that has run unheard for long enough; nodes that do not follow the force begin anew."""
         if self._unheard is not None and self._apparatus.presenter.has_settled():
             self._apparatus.presenter.request(self._unheard, anew=True)
             self._unheard = None

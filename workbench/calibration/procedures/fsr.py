@@ -472,9 +472,9 @@ def _covered(force: Floats, full: float) -> float:
 
 
 def _latest_rise(force: Floats, full: float) -> Floats:
-    """Return the forces since the load was last light, as far as the last one near full scale; none before it is light.
+    """Return the forces from the last light load to the last one near full scale; none if the load was never light.
 
-    So the way down from a load that was on already, or was put on too fast, is not taken for a rise.
+    The way down from a load that was on already, or was put on too fast, is thus not taken for a rise.
     """
     light = force <= (1.0 - _COVERED) * full
     if not light.any():

@@ -195,7 +195,7 @@ def pairs_drawing(pairs: Pairs) -> tuple[Drawing, ...]:
 
 
 def _some(chosen: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the places of what is to be drawn as dots, without some where there are many."""
+    """Return the indices of the chosen pairs, thinned evenly where they are many."""
     places = np.flatnonzero(chosen)
     return places[:: max(1, places.size // _DOTS)]
 

@@ -22,14 +22,14 @@ _REVERSED = 0.1
 _LOADED = 0.3
 """Share of full scale above which a sensor must respond."""
 _STAYS = 0.05
-"""Share of full scale by which the force changes while a reading that is not at an end of the range clips."""
+"""Rise of the force, as a share of full scale, at one reading inside the range, from which on that reading clips."""
 _LEAST_SAMPLES = 20
 _MOST_OVER = 1.5
 """Share of full scale above which a force is not a press that goes too far."""
 _HEAVIER, _NO_MORE = 1.5, 1.03
 """A weight heavier by the first factor changes the reading by more than the second: creep alone stays below that."""
 _MOST_DRIFT = 0.01
-"""Largest change of an empty tile's force, as a share of full scale: what a sensor creeps by leaves half of it."""
+"""Largest change of an empty tile's force, as a share of full scale: twice as much as creep leaves."""
 _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
 

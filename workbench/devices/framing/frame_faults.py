@@ -26,8 +26,8 @@ _MUCH, _OFTEN = 0.05, 3  # share of a tile's frames, and number of its restarts,
 
 
 class _Fault(NamedTuple):
-    """A fault that is there: its name, what is said of it; if it is one of a share of frames, that share, and the one
-    that is said."""
+    """A present fault: its name, and the line that reports it; for one of a share of frames, this share, and the one in
+    the line."""
 
     name: str
     line: str
@@ -36,7 +36,7 @@ class _Fault(NamedTuple):
 
 
 class _Named(NamedTuple):
-    """What was said of a fault of a tile: the share of frames; and when it was there last."""
+    """A reported fault of a tile: the share of frames in the report, and when the fault was last there."""
 
     share: float
     seen_s: float

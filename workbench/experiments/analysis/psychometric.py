@@ -260,7 +260,7 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
 
 
 def _percentiles(drawn: list[float]) -> tuple[float, float]:
-    """Return plain percentiles; of a rate that is 0 in many draws none are below it, by which bias could be known."""
+    """Return plain percentiles, for a rate: where it is 0, no draw is below it, and its bias cannot be known."""
     if len(drawn) < _LEAST_DRAWS:
         return math.nan, math.nan
     low, high = np.percentile(drawn, (2.5, 97.5))

@@ -192,7 +192,7 @@ _AHEAD = 8
 """Number of frames that are moved at once where nothing happens."""
 
 _WEAR_FRAMES = 4.0
-"""Mean damage is updated when the strain has advanced as far as it would in this many frames, for the midpoint."""
+"""Mean damage is updated, by the midpoint rule, each time the strain has advanced as far as in this many frames."""
 
 
 @kernel

@@ -9,7 +9,7 @@ Part = TypeVar("Part", bound=msgspec.Struct)
 
 
 def varied(part: Part, ranges: Mapping[str, tuple[float, float]], **factors: float) -> Part:
-    """Return a part with each named value times its factor, at most as far as its range goes.
+    """Return a part with each named value times its factor, limited to its range.
 
     >>> from underfoot.models.tile.suspension import SUSPENSION_RANGES, Suspension
     >>> one = varied(Suspension(damping=0.8), SUSPENSION_RANGES, damping=1.2, mass_kg=2.0)

@@ -21,7 +21,7 @@ from underfoot.records.survey import RecordedForces
 VIBRATION = ("commanded", "measured", "vibration")
 """Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
 DECIDED_S = 5.0
-"""Time after its end by which a step has its person, side and measures (`walks.WalkTracker`), with some room."""
+"""Time after its end at which a step certainly has its person, side and measures (`walks.WalkTracker`)."""
 
 
 class ExportStopped(UnderfootError):
