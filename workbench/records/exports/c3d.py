@@ -16,14 +16,13 @@ from underfoot.errors import BadFile
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor, Tile
 from underfoot.records.c3d_files import MOST_FRAMES
+from underfoot.records.c3d_plates import PLATE_SIGNS
 from underfoot.records.c3d_writing import MOST, MOST_TEXT, MOST_WORD, Parameters, write_c3d
 from underfoot.records.even_samples import even_forces, even_rate
 from underfoot.records.exports import ExportFormat, ExportSource
 
 CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
 """The channels of a plate of type 3."""
-PLATE_SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
-"""The corners of a plate in its own frame."""
 SAMPLES_A_FRAME = 10
 """Frames of a C3D file are those of cameras: of force there are some samples in each, more where the file is long."""
 _MOST_FRAMES = MOST_FRAMES - 1
