@@ -292,7 +292,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         """m/s^2 that a full-scale unit plays at; 20.0 until calibrated."""
         return NOMINAL_ACCELERATION if self.response is None else self.response.acceleration_per_unit
 
-    def flags(self, tile: str, today: date, serial: str = "") -> tuple[str, ...]:
+    def flags(self, tile: str, today: date) -> tuple[str, ...]:
         """Return the reasons against using this profile on `tile` today, one line each.
 
         >>> Profile(tile="t1").flags("t2", date(2024, 5, 1))
@@ -301,8 +301,6 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         found = []
         if tile != self.tile:
             found.append(f"profile of {self.tile} is used on {tile}")
-        if serial and self.serial and serial != self.serial:
-            found.append(f"profile is of serial {self.serial}, this tile is {serial}")
         parts = [(kind, part) for kind in PARTS if (part := self.part(kind)) is not None]
         if not parts:
             found.append(f"profile of {self.tile} has no calibrated part")
