@@ -9,7 +9,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
@@ -64,23 +64,19 @@ class ChildProcess:
 
         Custom nodes registered in the meantime are sent first.
         """
-        try:
+        with suppress(OSError):
             nodes = running()
             if nodes != self._nodes:
                 self._nodes = nodes
                 self._connection.send(_Nodes(nodes))
             self._connection.send(message)
-        except OSError:
-            return
 
     def receive(self) -> list[Any]:
         """Return all messages received since the last call, also from a process that has died."""
         messages = []
-        try:
+        with suppress(EOFError, OSError):
             while self._connection.poll():
                 messages.append(self._connection.recv())
-        except (EOFError, OSError):
-            return messages
         return messages
 
     def hang_up(self) -> None:

@@ -61,10 +61,13 @@ class CommandListener:
         except UnderfootError as error:
             self._outbox.put(PatchRefused.because(error))
             return
-        if isinstance(action, ProgramSwap) and action.program.lacks_sound:
-            line = "this patch's Sound has no channel; choose the sound card again to open one"
-            self.notices.append(Notice(line))
-        self._runner.inbox.append(self._affordable(action) if isinstance(action, ProgramSwap) else action)
+        if isinstance(action, ProgramSwap):
+            if action.program.lacks_sound:
+                self.notices.append(
+                    Notice("this patch's Sound has no channel; choose the sound card again to open one")
+                )
+            action = self._affordable(action)
+        self._runner.inbox.append(action)
 
     def report(self) -> None:
         """Report the commands that took effect, and up to which frame; release programs that were replaced."""
