@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 import soundfile
-from scipy import integrate, signal
+from scipy import signal
+from solved_blow import solved_blow
 
 from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
@@ -107,34 +108,12 @@ def test_impact_is_the_tight_solution_to_the_error_that_was_asked(stiffness, exp
     )  # fmt: skip
     frames = 2_400
     heard = play(patch, "impact.force", frames=2_880, strikes=[(0.0, 1.0)])[:frames]
-    impulse = np.concatenate(
-        [[0.0], _solve(0.02, 1.0, stiffness, exponent, 0.3, modes, np.arange(1, frames + 1) / RATE)]
-    )
+    impulse, *_ = solved_blow(0.02, 1.0, stiffness, exponent, 0.3, np.transpose(modes), np.arange(frames + 1) / RATE)
     expected = np.diff(impulse) * RATE
     # The force is a derivative of what the error is asked of: of first order smaller steps, hence the factor.
     assert np.linalg.norm(heard - expected) <= 300.0 * error * np.linalg.norm(expected)
     assert heard.sum() / RATE == pytest.approx(impulse[-1], rel=20.0 * error)
     assert heard.min() >= 0.0
-
-
-def _solve(mass, speed, stiffness, exponent, mu, modes, at):
-    """The impulse of the contact force up to each time, by an eighth-order solver at 1e-11."""
-    f, b, m, shape = (np.array(column) for column in zip(*modes, strict=True))
-    squared = (2 * np.pi * f) ** 2 + b**2
-    count = len(f)
-
-    def rates(_, z):
-        way, velocity, q, v = z[0], z[1], z[2 : 2 + count], z[2 + count : 2 + 2 * count]
-        x = way - shape @ q
-        force = stiffness * x**exponent * (1.0 + mu * (velocity - shape @ v)) if x > 0.0 else 0.0
-        force = max(force, 0.0)
-        return np.concatenate([[velocity, -force / mass], v, shape * force / m - squared * q - 2 * b * v, [force]])
-
-    start = np.zeros(3 + 2 * count)
-    start[1] = speed
-    return integrate.solve_ivp(
-        rates, (0.0, at[-1]), start, "DOP853", t_eval=at, rtol=1e-11, atol=1e-14, max_step=2e-5
-    ).y[-1]
 
 
 def test_wav_player_plays_the_file_at_its_own_pitch(tmp_path):

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from event_rows import within
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import gamma
+from solved_blow import solved_blow
 
 from underfoot.errors import BadValue
 from underfoot.models.modal import contact_motion, contact_step, impact, phasors
@@ -30,39 +30,6 @@ def some_modes(count, seed=3, highest=5_000.0, mass=0.1):
 WALL = ModalObject([1e-3], [0.0], [1e9], [1.0])
 
 
-def solved(mass, velocity, stiffness, exponent, damping, modes, times, load=0.0):
-    """Impulse (N s), displacement (m) and speed (m/s) of the struck point at `times`, which begin at the contact."""
-    frequencies, decays, masses, shapes = (np.asarray(values) for values in modes)
-    count = frequencies.size
-    squares = (2 * np.pi * frequencies) ** 2 + decays**2
-
-    def motion(_, y):
-        q, v = y[2 : 2 + count], y[2 + count : 2 + 2 * count]
-        x, closing = y[0] - shapes @ q, y[1] - shapes @ v
-        force = max(stiffness * max(x, 0.0) ** exponent * (1 + damping * closing), 0.0)
-        return np.concatenate(
-            [[y[1], (load - force) / mass], v, shapes * force / masses - squares * q - 2 * decays * v, [force]]
-        )
-
-    free = 1 / (1 / mass + (shapes**2 / masses).sum())
-    depth = ((exponent + 1) * free * velocity**2 / (2 * stiffness)) ** (1 / (exponent + 1))
-    lasts = 3 * depth / velocity
-    start = np.zeros(3 + 2 * count)
-    start[1] = velocity
-    scale = np.concatenate([[depth, velocity], [depth] * count, [velocity] * count, [mass * velocity]])
-    parts = []
-    middle = min(6 * lasts, times[-1])
-    for first, last, step in ((0.0, middle, lasts / 50), (middle, times[-1], np.inf)):
-        inside = times[(times > first) & (times <= last)] if first > 0 else times[times <= last]
-        if last > first:
-            at = np.append(inside[inside < last], last)  # the next part begins at the state there
-            part = solve_ivp(motion, (first, last), start, "DOP853", at, rtol=1e-12, atol=1e-13 * scale, max_step=step)
-            start = part.y[:, -1]
-            parts.append(part.y[:, : inside.size])
-    y = np.concatenate(parts, axis=1)
-    return y[-1], shapes @ y[2 : 2 + count], shapes @ y[2 + count : 2 + 2 * count]
-
-
 def against(run, truth):
     return np.linalg.norm(run - truth) / np.linalg.norm(truth)
 
@@ -76,7 +43,7 @@ def truths():
     times = np.arange(961) / RATE
     found = {}
     for stiffness, exponent in (SOFT, MEDIUM, HARD):
-        impulse, displacement, speed = solved(0.02, 1.0, stiffness, exponent, 0.3, some_modes(10), times)
+        impulse, displacement, speed = solved_blow(0.02, 1.0, stiffness, exponent, 0.3, some_modes(10), times)
         found[stiffness] = np.diff(impulse) * RATE, displacement[:-1], speed
     return found
 
@@ -127,7 +94,7 @@ def test_random_blows_meet_the_asked_error(seed):
     error = 10 ** draw.uniform(-7, -2)
     times = np.arange(201) / rate
     hit = strike(Hammer(*thrown), ModalObject(*modes), 200 / rate, rate, error)
-    impulse, displacement, _ = solved(*thrown, modes, times)
+    impulse, displacement, _ = solved_blow(*thrown, modes, times)
     assert against(hit.displacement_m, displacement[:-1]) <= error
     assert against(hit.force_n, np.diff(impulse) * rate) <= 30 * error
 
@@ -253,7 +220,7 @@ def test_a_free_mass_and_a_critically_damped_mode():
     for decay in (0.0, 200.0):
         modes = [0.0], [decay], [0.1], [1.0]
         hit = strike(Hammer(0.02, 1.0, *MEDIUM), ModalObject(*modes), 0.01, RATE, 1e-7)
-        expected = solved(0.02, 1.0, *MEDIUM, 0.0, modes, np.arange(480) / RATE)[1]
+        expected = solved_blow(0.02, 1.0, *MEDIUM, 0.0, modes, np.arange(480) / RATE)[1]
         assert against(hit.displacement_m, expected) < 1e-6
 
 
@@ -302,7 +269,7 @@ def test_the_same_bytes_however_the_frames_are_split(hardness):
 @pytest.mark.parametrize(("hardness", "part"), [(SOFT, 0.25), (MEDIUM, 0.7), (HARD, 0.001), (HARD, 0.999)])
 def test_contact_begins_at_the_events_time(hardness, part):
     times = (np.arange(400) + 1 - part) / RATE
-    impulse, displacement, _ = solved(0.02, 1.0, *hardness, 0.3, some_modes(10), times)
+    impulse, displacement, _ = solved_blow(0.02, 1.0, *hardness, 0.3, some_modes(10), times)
     thrown = hammer(0.02, *hardness, error=1e-7)
     force, _, found = throw(some_modes(10), [(6 + part, 1.0, 0.0)], 407, thrown=thrown)[0]
     assert not force[:6].any()
@@ -325,7 +292,7 @@ def test_the_node_meets_its_error_where_modes_are_fast_or_damping_stops_the_hamm
 ):
     blow = mass, stiffness, exponent, damping
     found = throw(modes, [(0.0, velocity, 0.0)], 960, thrown=hammer(*blow, error=error))[0][2]
-    expected = solved(mass, velocity, stiffness, exponent, damping, modes, np.arange(960) / RATE)[1]
+    expected = solved_blow(mass, velocity, stiffness, exponent, damping, modes, np.arange(960) / RATE)[1]
     assert against(found, expected) <= error
 
 
