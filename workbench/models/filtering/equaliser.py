@@ -12,6 +12,7 @@ where they help most, so that a higher order is never worse than a lower one.
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -195,7 +196,7 @@ class _Wanted:
         f = np.geomspace(0.5 * low, min(1.5 * high, 0.45 * rate_hz), 60)
         w, zeta = np.meshgrid(np.log(np.tan(math.pi * f / rate_hz)), np.log([0.02, 0.08, 0.3, 1.0]))
         places = self.held(np.stack([w.ravel(), zeta.ravel()], axis=1))
-        _, by_w, by_zeta = _quadratics(places, self.squared)
+        by_w, by_zeta = _Quadratics(places, self.squared).slopes()
         return places, np.stack([by_w, by_zeta, np.ones_like(by_w)], axis=1)
 
     def held(self, places: Floats) -> Floats:
@@ -206,8 +207,8 @@ class _Wanted:
 
     def error(self, found: Floats) -> "_Error":
         """Return the weighted error of parameters `found`."""
-        quadratics = _quadratics(found[:-1].reshape(-1, 2), self.squared)
-        power, zeros = quadratics[0], len(quadratics[0]) // 2
+        quadratics = _Quadratics(found[:-1].reshape(-1, 2), self.squared)
+        power, zeros = quadratics.power, len(quadratics.power) // 2
         logarithm = 0.5 * np.log(power[:zeros].prod(axis=0) / power[zeros:].prod(axis=0))
         error = (logarithm + found[-1] - self.logarithm) * self.weight
         counts = ~self.at_most | (error > 0.0)
@@ -217,7 +218,7 @@ class _Wanted:
 class _Error:
     """Weighted error of some parameters, (points,)."""
 
-    def __init__(self, values: Floats, weight: Floats, quadratics: tuple[Floats, Floats, Floats]) -> None:
+    def __init__(self, values: Floats, weight: Floats, quadratics: "_Quadratics") -> None:
         self.values, self._weight, self._quadratics = values, weight, quadratics
         self._sizes = np.abs(values)
         self.largest = float(self._sizes.max())
@@ -232,7 +233,7 @@ class _Error:
 
     def slopes(self) -> Floats:
         """Return the derivatives by the parameters, (parameters, points)."""
-        _, by_w, by_zeta = self._quadratics
+        by_w, by_zeta = self._quadratics.slopes()
         slopes = np.ones((2 * len(by_w) + 1, self.values.size))
         slopes[0:-1:2], slopes[1:-1:2] = by_w, by_zeta
         slopes[len(by_w) : -1] *= -1.0
@@ -240,14 +241,19 @@ class _Error:
         return slopes
 
 
-def _quadratics(places: Floats, squared: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return |q|^2 of quadratics (n, 2) at squared frequencies (k,), and d ln |q| by ln w and ln zeta: (n, k) each."""
-    w2 = np.exp(2.0 * places[:, :1])
-    apart = w2 - squared
-    damped = 4.0 * np.exp(2.0 * places[:, 1:]) * w2 * squared
-    power = apart * apart + damped
-    by_zeta = damped / power
-    return power, 2.0 * w2 * apart / power + by_zeta, by_zeta
+class _Quadratics:
+    """Squared moduli of quadratics (n, 2) at squared frequencies (k,): `power`, (n, k)."""
+
+    def __init__(self, places: Floats, squared: Floats) -> None:
+        self._w2 = np.exp(2.0 * places[:, :1])
+        self._apart = self._w2 - squared
+        self._damped = 4.0 * np.exp(2.0 * places[:, 1:]) * self._w2 * squared
+        self.power = self._apart * self._apart + self._damped
+
+    def slopes(self) -> tuple[Floats, Floats]:
+        """Return the derivatives of ln |q| by ln w and by ln zeta, (n, k) each: only for a step that is taken."""
+        by_zeta = self._damped / self.power
+        return 2.0 * self._w2 * self._apart / self.power + by_zeta, by_zeta
 
 
 @lru_cache(maxsize=_KEPT)
@@ -312,8 +318,8 @@ def _refined(wanted: _Wanted, found: Floats, p: int, steps: int) -> Floats:
             moved = found - np.linalg.solve(system, toward) / (p - 1)
             moved[:-1] = wanted.held(moved[:-1].reshape(-1, 2)).ravel()
             tried = wanted.error(moved)
-            if tried.norm(p) < norm:
-                found, error, norm = moved, tried, tried.norm(p)
+            if (least := tried.norm(p)) < norm:
+                found, error, norm = moved, tried, least
                 damping = max(damping / 5.0, 1e-9)
                 break
             damping = min(4.0 * damping, 1e6)
@@ -324,8 +330,8 @@ def _refined(wanted: _Wanted, found: Floats, p: int, steps: int) -> Floats:
 
 def _products(one: Floats, other: Floats) -> Floats:
     """Return one @ other.T in parts too small for BLAS to use threads, which stall on a busy machine."""
-    parts = zip(np.array_split(one, _PARTS, axis=1), np.array_split(other, _PARTS, axis=1), strict=True)
-    return np.asarray(np.sum([a @ b.T for a, b in parts], axis=0))
+    cuts = np.linspace(0, one.shape[1], _PARTS + 1).astype(int).tolist()
+    return np.asarray(np.sum([one[:, a:b] @ other[:, a:b].T for a, b in pairwise(cuts)], axis=0))
 
 
 def _sections(found: Floats) -> Floats:
