@@ -83,8 +83,11 @@ class RunningStudy(QObject):
         try:
             with ExitStack() as unless_begun:
                 unless_begun.callback(controller.take_back)
-                new = not path.exists()
-                file = _created(path, study, participant, controller.target) if new else SessionFile.open(path)
+                if path.exists():
+                    file = SessionFile.open(path)
+                else:
+                    file = _created(path, study, participant, controller.target)
+                    unless_begun.callback(path.unlink, missing_ok=True)
                 unless_begun.callback(file.close)
                 file.hold()  # before equipment is opened, which another window may use with this session
                 protocol, folder = file.as_begun(session.registry, study.folder)
