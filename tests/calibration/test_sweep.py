@@ -128,6 +128,16 @@ def test_clocks_that_drift_apart_and_samples_lost_between_sweeps_change_nothing(
         measure(sweep, np.delete(whole, slice(gap - 18_000, gap - 17_700)), RATE)
 
 
+@pytest.mark.parametrize(("passes", "at_s", "lost"), [(1, 2.0, 30), (1, 2.4, -20), (3, 4.0, 20)])
+def test_samples_that_are_lost_or_repeated_within_a_sweep_are_noticed(passes, at_s, lost):
+    """Of a single pass they split the response in two, 12 to 21 dB off where they meet; of three, one comes apart."""
+    sweep = train(ONE, passes, RATE)
+    whole, at = heard(sweep), round(at_s * RATE)
+    spoilt = np.delete(whole, slice(at, at + lost)) if lost > 0 else np.insert(whole, at, whole[at + lost : at])
+    with pytest.raises(BadMeasurement, match=r"^within a sweep some octaves come \d.* ms later .* samples were lost"):
+        measure(sweep, spoilt, RATE)
+
+
 def test_noise_neither_moves_sweeps_nor_passes_for_lost_samples():
     """What lies above the sweep's band gave each pass a delay of its own, by seconds."""
     sweep = train(ONE, 3, RATE)

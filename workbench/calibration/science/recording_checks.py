@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import BadMeasurement, require
 from underfoot.kernels import Floats
@@ -16,6 +16,11 @@ _EXPLAINED, _STRANGE = 0.3, 0.5
 _UNLIKE, _MOST_UNLIKE_PERCENT = 0.3, 5.0
 """Deviation of passes, as a share of their mean, that no response varies by, and the share of the band, %, that may."""
 _DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
+_LATE_MS, _LATER_MS, _DRIFT_MS = 1.0, 0.4, 0.05
+"""Largest difference of the delays of two bands: of a response beyond its minimum phase (0.4 ms on simulated tiles),
+from pass to pass, and more for each second of a sweep, as of clocks that are 50 ppm apart."""
+_BLUR = 6.0
+"""Further share of these for noise as large as the response. The lowest octave is blurred by a factor more."""
 
 
 def signal_of(name: str, given: ArrayLike) -> Floats:
@@ -115,3 +120,48 @@ def require_same_sweep(response: Floats, low: float, high: float, rate_hz: float
             f"sweep and recording do not fit: some octaves arrive {apart_ms:.0f} ms later than others; "
             "another sweep, or recorded at another rate?"
         )
+
+
+def require_whole(responses: Floats, low: float, high: float, rate_hz: float, noise: float, sweep_s: float) -> None:
+    """Raise `BadMeasurement` if samples were lost or repeated within a sweep: later octaves then come early or late.
+
+    `responses` (passes, frames) are compared with the first one, and a single one with its minimum phase, which is what
+    a tile's resonances delay. `low` to `high` is the sweep's band, Hz, which has to be wide, `noise` the share of noise
+    in a pass, which tells nothing from a half on, and `sweep_s` the length of a pass.
+    """
+    # Below its band the magnitude of a single one is not known, and bends the phase above.
+    least_hz = (0.6 if len(responses) > 1 else 0.3) * _DISPERSED_FROM_HZ
+    if low > least_hz or high < 6.0 * _DISPERSED_FROM_HZ or noise > 0.5:
+        return
+    size = 1 << responses.shape[1].bit_length() + 1
+    spectra: NDArray[np.complex128] = np.fft.rfft(responses, size)
+    f: Floats = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
+    if len(spectra) > 1:
+        others, allowed_ms, low_allowed = spectra[1:] * spectra[0].conj(), _LATER_MS, 2.0
+    else:
+        others, low_allowed = np.asarray(spectra * _minimum_phase(spectra[0], f, low, high).conj()), 5.0
+        allowed_ms = _LATE_MS + _DRIFT_MS * sweep_s
+    allowed_ms *= 1.0 + _BLUR * noise
+    edges = np.append(0.5 * _DISPERSED_FROM_HZ, np.geomspace(_DISPERSED_FROM_HZ, high, 5))
+    for other in others / np.maximum(np.abs(others), 1e-300):
+        envelopes = [np.abs(np.fft.ifft(np.where((f >= a) & (f < b), other, 0.0), size)) for a, b in pairwise(edges)]
+        late = np.fft.fftfreq(size, rate_hz / size / 1000.0)[np.argmax(envelopes, axis=1)]
+        apart_ms, low_ms = np.ptp(late[1:]), np.abs(late[1:] - late[0]).max()
+        if apart_ms > allowed_ms or low_ms > low_allowed * allowed_ms:
+            raise BadMeasurement(
+                f"within a sweep some octaves come {max(apart_ms, low_ms):.2g} ms later than others: samples were lost "
+                "on the way, or something moved; take it again"
+            )
+
+
+def _minimum_phase(spectrum: NDArray[np.complex128], f: Floats, low: float, high: float) -> NDArray[np.complex128]:
+    """Return the minimum phase of a `spectrum` (n,) that is known from `low` to `high`, as a spectrum of magnitude 1.
+
+    By the cepstrum, of which the causal half is kept.
+    """
+    size = 2 * (f.size - 1)
+    magnitude = np.interp(np.clip(f, low, high), f, np.abs(spectrum))
+    cepstrum = np.fft.irfft(np.log(np.maximum(magnitude, 1e-9 * magnitude.max())), size)
+    cepstrum[1 : size // 2] *= 2.0
+    cepstrum[size // 2 + 1 :] = 0.0
+    return np.asarray(np.exp(1j * np.fft.rfft(cepstrum).imag))

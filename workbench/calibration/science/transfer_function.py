@@ -17,6 +17,7 @@ from underfoot.calibration.science.recording_checks import (
     require_not_clipped,
     require_not_silent,
     require_same_sweep,
+    require_whole,
     signal_of,
 )
 from underfoot.calibration.science.sweep import find_passes, growth_s
@@ -210,6 +211,8 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
         raise BadMeasurement(
             f"the signal is only {snr_db:.0f} dB above the noise; at least {LEAST_SNR_DB:g} dB: play it louder"
         )
+    share = math.sqrt(passes) * float(np.median(np.nan_to_num(noise / found.magnitude)))
+    require_whole(stretches, low, high, rate_hz, share, one.size / rate_hz)
     return found
 
 
