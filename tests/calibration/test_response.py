@@ -360,6 +360,17 @@ def test_a_gain_that_changed_before_the_last_sweep_is_warned_of(gain, warned):
     )
 
 
+def test_no_band_is_usable_beyond_the_end_of_the_sweep():
+    """It ended at 767 Hz of a sweep up to 750 Hz: the power of a sweep does not."""
+    sweep = train(exponential(20.0, 750.0, 2.0, RATE, 0.1), 1, RATE)
+    found = measure(sweep, SimulatedTile(TILE, seed=6).respond(sweep, RATE, "none") / 50.0, RATE)
+    figures = result_of(ResponseMeasurements({"none": found}, 50.0, RATE, 12)).figures
+    assert found.frequencies_hz[-1] > 760.0
+    assert found.swept_hz == pytest.approx((20.0, 750.0), rel=0.08)
+    assert found.swept_hz[1] < 750.0
+    assert figures["usable_high_hz"] == found.swept_hz[1]
+
+
 def test_a_band_ends_where_the_response_falls_too_far():
     f = np.array([20.0, 30.0, 60.0, 200.0, 600.0, 700.0, 900.0])
     assert usable_band_hz(f, np.array([-40.0, -9.0, 0.0, 1.0, 0.0, -11.0, 0.0])) == (30.0, 600.0)

@@ -121,8 +121,8 @@ def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], 
     after_f, after = f, computed
     if found.again is not None:
         after_f, after = found.again.frequencies_hz, found.relative_db(found.again.magnitude)
-    low, high = usable_band_hz(after_f, after)
-    plain_low, plain_high = usable_band_hz(f, before)
+    low, high = np.clip(usable_band_hz(after_f, after), 0.0, (found.again or basis).swept_hz[1])
+    plain_low, plain_high = np.clip(usable_band_hz(f, before), 0.0, basis.swept_hz[1])
     inside = within(f, BAND_HZ)
     boost = float(np.max(np.abs(equaliser.gain(found.sections, f[inside], found.rate_hz))))
     quantities = [

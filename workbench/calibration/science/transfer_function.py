@@ -48,7 +48,8 @@ class SweepMeasurement:
     standard deviation over the passes, NaN for one; `noise` (n,) the magnitude that noise alone would give, NaN if the
     recording has no quiet part; `coherence` (n,) the share of the recorded power that the sweep explains, 0 to 1.
     `distortion[k]` (n,) is the k-th harmonic's magnitude, relative to the fundamental, while the sweep is at that
-    frequency; NaN if not measured. `noise_rms` is that of the recording's quiet parts; NaN without any.
+    frequency; NaN if not measured. `noise_rms` is that of the recording's quiet parts; NaN without any. `swept_hz` are
+    the lowest and the highest frequency of the sweep: its power, and `frequencies_hz`, end a little beyond.
     """
 
     frequencies_hz: Floats
@@ -61,6 +62,7 @@ class SweepMeasurement:
     passes: int
     peak: float
     noise_rms: float
+    swept_hz: tuple[float, float]
 
     @property
     def magnitude(self) -> Floats:
@@ -158,6 +160,12 @@ def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, floa
     return float(edges[strong[0]]), float(edges[strong[-1] + 1])
 
 
+def _swept(power: Floats, f: Floats) -> tuple[float, float]:
+    """Return the ends of a sweep, Hz, of its power by octaves (n,) at f (n,): there it is a tenth of the usual."""
+    strong = f[power >= 0.1 * np.median(power)]
+    return float(strong[0]), float(strong[-1])
+
+
 def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, rate_hz: float) -> SweepMeasurement:
     """Return the measurement, from one pass, the starts of the passes in the recording, and the recording.
 
@@ -199,6 +207,7 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
         passes=passes,
         peak=float(np.abs(recording).max()),
         noise_rms=float(quiet.std()) if quiet.size else math.nan,
+        swept_hz=_swept(np.abs(x[inside]) ** 2 * f[inside], f[inside]),
     )
     middle = (grid > max(1.2 * low, _LOOPBACK_FROM_HZ)) & (grid < high / 1.2)
     require_alike(scatter[middle], found.magnitude[middle], math.sqrt(passes) * noise[middle])
