@@ -88,6 +88,22 @@ def test_a_sensor_clips_whose_rest_is_elsewhere():
         require_unclipped(readings, np.array([65535.0 - 900.0, 0.0, 0.0, 0.0]))
 
 
+def test_a_sensor_clips_that_stands_still_at_its_largest_reading_whatever_its_bits():
+    """One of 12 bits passed, which does not reach the end of 16; coarse ones that all stand still are no proof."""
+    steady = np.tile([3000.0, 3000.0, 3000.0, 3000.0], (50, 1))
+    require_unclipped(steady, np.zeros(4))
+    trembling = steady + np.round(30.0 * np.sin(np.arange(50.0)))[:, None]
+    require_unclipped(trembling, np.zeros(4))
+    for readings, at, question in ((steady, 4095.0, "does its device send 12 bits"), (trembling, 3500.0, "")):
+        clipped = readings.copy()
+        clipped[:, 2] = at
+        with pytest.raises(BadMeasurement, match=f"sensor 3 clips: its reading stays at {at:.0f};.*{question}"):
+            require_unclipped(clipped, np.zeros(4))
+    light = trembling.copy()
+    light[:, 2] = 500.0  # coarse, and hardly loaded
+    require_unclipped(light, np.zeros(4))
+
+
 def test_a_recording_is_silent_below_the_last_bit_of_sixteen():
     """One bit of 16 is 3e-5 of full scale; a good converter hears a third of that."""
     tone = np.sin(np.arange(4800) / 10.0)

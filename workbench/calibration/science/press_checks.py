@@ -4,6 +4,7 @@ import numpy as np
 
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.rig import Readings
+from underfoot.devices.framing.wire_format import unshifted
 from underfoot.errors import BadMeasurement
 from underfoot.kernels import Floats
 
@@ -17,6 +18,8 @@ _UNSTEADY_S = 20.0
 """Time after which an unsteady press is given up."""
 _WRONG_PLACE_M = 0.08
 """Largest distance of a press from the requested position."""
+_ENDS, _CLEAR_COUNTS, _MOVES = (0.0, LARGEST_READING), 400.0, 10
+"""Ends of the converter's range, a change of reading that is no noise, and different readings of one that moves."""
 _LEAST_SHARE = 0.02
 """Share of a load below which sensors count as giving no signal."""
 
@@ -72,10 +75,19 @@ def require_signal(load_n: float, reference_n: Floats | None, measured_n: Floats
 
 
 def require_unclipped(readings: Floats, rest: Floats) -> None:
-    """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at the converter's limit, unlike `rest` (4,)."""
-    railed = np.flatnonzero((readings >= LARGEST_READING).mean(axis=0) > 0.5)
-    railed = railed[np.abs(rest[railed] - LARGEST_READING) > 400.0]
+    """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at one value, unlike `rest` (4,), where they clip.
+
+    That is the end of the word, or of a converter of fewer bits; or any value that half of the readings of the sensor
+    with the largest change have, and none exceeds, while another moves: a press trembles.
+    """
+    highest = np.where(readings.mean(axis=0) >= rest, readings.max(axis=0), readings.min(axis=0))
+    stands = (readings == highest).mean(axis=0) > 0.5
+    change, moves = np.abs(highest - rest), any(np.unique(column).size >= _MOVES for column in readings.T)
+    at_end = np.array([value in _ENDS or bool(unshifted(int(value))) for value in highest])
+    railed = np.flatnonzero(stands & (at_end | (moves & (change == change.max()))) & (change > _CLEAR_COUNTS))
     if railed.size:
+        value = float(highest[railed[0]])
         raise BadMeasurement(
-            f"sensor {railed[0] + 1} clips: its reading stays at {LARGEST_READING:.0f}; press less hard there"
+            f"sensor {railed[0] + 1} clips: its reading stays at {value:.0f}; press less hard there"
+            f"{unshifted(int(value))}"
         )
