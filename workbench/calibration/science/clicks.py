@@ -20,6 +20,8 @@ _BEFORE_S, _AFTER_S = 0.002, 0.012
 _SEARCH_S = 0.003
 _REACHED = 0.1
 """Share of its peak at which a response begins."""
+_CLEAR = 5.0
+"""Times the noise that is not noise any more."""
 _LOST = 0.25
 """A click is lost if this share of the mean response is not in the recording."""
 
@@ -97,7 +99,9 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], recording: ArrayL
     back = match > _LOST
     if back.sum() < len(onsets) / 2:
         raise BadMeasurement(f"of {len(onsets)} clicks {int(back.sum())} came back; is the output looped to the input?")
-    begin = _begin(mean) - before - (_begin(sent[onsets[0] : onsets[0] + before + after]))
+    early = windows[back, : search // 4]  # before every response
+    noise = float(early.std()) / math.sqrt(back.sum())
+    begin = _begin(mean, noise) - before - _begin(sent[onsets[0] : onsets[0] + before + after], 0.0)
     delays = (lag + begin + shift[back]) / rate_hz
     return ClickDelays(delays, onsets[whole][back] / rate_hz, int(len(onsets) - back.sum()))
 
@@ -140,9 +144,19 @@ def _peak(values: Floats, offsets: NDArray[np.int64]) -> tuple[float, float]:
     return float(offsets[k]), float(values[k])
 
 
-def _begin(response: Floats) -> float:
-    """Return where a response first reaches a tenth of its peak, interpolated linearly."""
+def _begin(response: Floats, noise: float) -> float:
+    """Return where a response first reaches a tenth of its peak, interpolated linearly; `noise` is its RMS before.
+
+    Noise may reach that much earlier: then it is the last time before the response exceeds the noise by far.
+    """
     size = np.abs(response)
-    least = _REACHED * size.max()
-    k = int(np.argmax(size >= least))
+    least, clear = _REACHED * size.max(), _CLEAR * noise
+    if clear > 0.5 * size.max():
+        raise BadMeasurement(
+            f"the clicks are only {size.max() / max(noise, 1e-300):.1f} times as large as the noise, all of them "
+            "together; play them louder"
+        )
+    k = int(np.argmax(size >= max(least, clear)))
+    while k > 0 and size[k - 1] >= least:
+        k -= 1
     return float(k) if k == 0 else k - 1 + float((least - size[k - 1]) / (size[k] - size[k - 1]))
