@@ -1,5 +1,6 @@
 """Conversion of a session's reports to Qt signals, sixty times a second, in batches."""
 
+import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 TICK_MS = 16
 HEALTH_TICKS = 6
-SILENT_TICKS = round(SILENT_S * 1000 / TICK_MS)
-"""Ticks without a force sample after which the floor is silent: its line is gone, or nothing sends."""
 
 
 class Bridge(QObject):
@@ -49,7 +48,8 @@ class Bridge(QObject):
     forces_tracked = Signal(object)
     """`ForceUpdate`, once per tick with force samples."""
     floor_silent = Signal(bool)
-    """Whether no force has come for `SILENT_S`."""
+    """Whether the floor is silent, for `SILENT_S` of the session: its line is gone, or nothing sends. An engine that
+    stands still does not make it so."""
     vibration_read = Signal(int, object)
     """First session frame, and samples (n, tiles), relative to full scale."""
     response_read = Signal(int, object, object)
@@ -70,7 +70,8 @@ class Bridge(QObject):
         self.wants_vibration = False
         self._session: Session | None = None
         self._tracker: FootstepTracker | None = None
-        self._ticks = self._quiet_ticks = 0
+        self._ticks = 0
+        self._heard_s, self._is_silent, self._rate_hz = math.inf, False, 1.0
         self._notices: set[str] = set()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -79,7 +80,7 @@ class Bridge(QObject):
 
     def attach(self, session: "Session", floor: Floor, rate_hz: float) -> None:
         """Poll this session from now on, with `rate_hz` frames per second."""
-        self._session = session
+        self._session, self._rate_hz, self._heard_s = session, rate_hz, math.inf
         self._tracker = FootstepTracker(floor, rate_hz, session.force_rate_hz)
         self._notices.clear()
         self._timer.start()
@@ -88,7 +89,7 @@ class Bridge(QObject):
         """Stop polling."""
         self._timer.stop()
         self._session = self._tracker = None
-        self._watch_floor(False)
+        self._show_silence(False)
 
     def want_vibration(self, wanted: bool) -> None:
         """Set whether `vibration_read` and `response_read` are emitted."""
@@ -124,8 +125,10 @@ class Bridge(QObject):
 
     def _read(self, session: "Session", tracker: FootstepTracker) -> None:
         """Read new data from the rings, which hold several seconds."""
+        now_s = session.health.frame / self._rate_hz  # the samples until then are there already
         frames, force_n = session.force.read()
-        self._watch_floor(len(frames) == 0 and session.health.running)
+        self._heard_s = float(frames[-1]) / self._rate_hz if len(frames) else min(self._heard_s, now_s)
+        self._show_silence(now_s - self._heard_s > SILENT_S)
         tracker.add(frames, force_n)
         update, steps = tracker.track()
         if update is not None:
@@ -140,11 +143,10 @@ class Bridge(QObject):
             if len(done):
                 self.response_read.emit(first, asked, done)
 
-    def _watch_floor(self, is_quiet: bool) -> None:
-        was_silent = self._quiet_ticks >= SILENT_TICKS
-        self._quiet_ticks = self._quiet_ticks + 1 if is_quiet else 0
-        if (self._quiet_ticks >= SILENT_TICKS) != was_silent:
-            self.floor_silent.emit(not was_silent)
+    def _show_silence(self, is_silent: bool) -> None:
+        if is_silent != self._is_silent:
+            self._is_silent = is_silent
+            self.floor_silent.emit(is_silent)
 
     def _emit(self, report: object) -> None:
         match report:

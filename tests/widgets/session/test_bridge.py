@@ -98,6 +98,7 @@ def test_health_and_costs_come_a_few_times_a_second(followed, qtbot):
 
 
 def test_a_floor_is_silent_while_nothing_comes_from_it_and_the_engine_runs(qtbot):
+    """Not where the engine stands still, as on a busy machine, and has asked it for nothing."""
     floor = default_floor()
     quiet, some = (np.zeros(0), np.zeros((0, 4, 4))), (np.arange(16.0) * 48.0, np.zeros((16, 4, 4)))
     session = SimpleNamespace(poll=list, force=SimpleNamespace(read=lambda: quiet), force_rate_hz=1000.0)
@@ -106,18 +107,19 @@ def test_a_floor_is_silent_while_nothing_comes_from_it_and_the_engine_runs(qtbot
     made.attach(session, floor, 48_000.0)
     assert made.wait_for_kernels(LONG_MS / 1000)
 
-    def second(read, running):
-        session.force.read, session.health = lambda: read, SimpleNamespace(running=running)
-        for _ in range(62):
+    def second(read, end_s, plays=True):
+        session.force.read = lambda: (read[0] + 48_000.0 * (end_s - 0.016), read[1])
+        for k in range(62):
+            session.health = SimpleNamespace(frame=48_000 * (end_s - plays * (1.0 - k / 61)))
             made.tick()
 
-    second(quiet, running=False)
+    second(quiet, 1.0, plays=False)
     assert told == []
-    second(quiet, running=True)
+    second(quiet, 2.0)
     assert told == [True]
-    second(some, running=True)
+    second(some, 3.0)
     assert told == [True, False]
-    second(quiet, running=True)
+    second(quiet, 4.0)
     made.detach()
     assert told == [True, False, True, False]
 
