@@ -10,7 +10,7 @@ from underfoot.devices.framing.parser import HELD_S, Parser
 from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.devices.transports import transport_of
-from underfoot.devices.transports.udp import DATAGRAM_BYTES, UdpSender, UdpTransport
+from underfoot.devices.transports.udp import DATAGRAM_BYTES, MOST_NAMES, UdpSender, UdpTransport
 from underfoot.errors import BadValue, DeviceError
 
 
@@ -27,6 +27,21 @@ def test_datagrams_end_frames():
         assert data == b"one\0two\0"
         with pytest.raises(DeviceError, match="cannot be listened at: another program listens there, perhaps"):
             UdpTransport("127.0.0.1", port.port).open()
+    finally:
+        port.close()
+
+
+def test_the_newest_addresses_are_known_by_name():
+    """As a board has another port each time it is started, those of the last weeks were "another address"."""
+    port = UdpTransport("127.0.0.1", free_port())
+    port.open()
+    try:
+        for _ in range(MOST_NAMES + 1):
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board:
+                board.sendto(b"0", ("127.0.0.1", port.port))
+                name = f"127.0.0.1:{board.getsockname()[1]}"
+                assert bytes(port.read()) == b"0\0"
+        assert port.sender_name(port.senders[0][1]) == name
     finally:
         port.close()
 

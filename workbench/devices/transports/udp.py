@@ -16,7 +16,8 @@ LEAST_PORT = 1024
 _BUFFER_BYTES = 1 << 18
 _LARGEST_BYTES = 1 << 16
 _SYSTEM_BUFFER_BYTES = 1 << 22
-_MOST_NAMES = 256
+MOST_NAMES = 256
+"""Most addresses that are remembered by name."""
 
 
 class UdpSender(Sender):
@@ -145,7 +146,9 @@ class UdpTransport(Transport):
     def _number(self, address: tuple[str, int]) -> int:
         """Return a number for an address that is stable, and that nobody else can choose."""
         number = hash(address[:2])
-        if number not in self._names and len(self._names) < _MOST_NAMES:
+        if number not in self._names:
+            if len(self._names) == MOST_NAMES:
+                del self._names[next(iter(self._names))]  # the oldest: a board that is started anew has another port
             self._names[number] = f"{address[0]}:{address[1]}"
         return number
 
