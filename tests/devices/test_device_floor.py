@@ -18,6 +18,7 @@ from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.framing.frame_faults import FrameFaults
 from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, samples_of
+from underfoot.devices.recurrence import LAST, OFTEN
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
@@ -293,8 +294,8 @@ def test_the_silence_of_a_tile_that_sends_only_what_changes_is_said_five_times_a
     assert said[1::2] == ["frames come from t2 now"] * 7
 
 
-def test_the_silence_of_a_line_is_said_five_times_an_hour(until, monkeypatch):
-    """Of boards that sleep it filled an installation's log."""
+def test_the_silence_of_a_line_and_what_cannot_be_read_are_said_five_times_an_hour(until, monkeypatch):
+    """Of boards that sleep, and of a loose wire, they filled an installation's log."""
     said = []
     with device_floor(default_floor(1, 1)) as (source, send):
         for k in range(7):
@@ -304,6 +305,16 @@ def test_the_silence_of_a_line_is_said_five_times_an_hour(until, monkeypatch):
             send([(0, k, 1000 * k, 0)])
             until(lambda k=k: source.counts.accepted == k + 1 and not source.reader.trouble, "it came")
         said += [line for line in source.take_notices() if line.startswith("given")]
+        for k in range(7, 14):
+            monkeypatch.setattr(transport_reader, "SILENT_S", 0.0)
+            source.reader.transport.put(bytes(600))
+            until(lambda: "no frame" in source.reader.trouble, "it is trouble")
+            monkeypatch.setattr(transport_reader, "SILENT_S", math.inf)
+            send([(0, k, 1000 * k, 0)])
+            until(lambda k=k: source.counts.accepted == k + 1 and not source.reader.trouble, "it came")
+        lines = [line for line in source.take_notices() if "no frame" in line]
+    assert len(lines) == OFTEN
+    assert lines[-1].endswith(LAST)
     assert said[0] == "given: nothing comes"
     assert said[8:] == ["given: nothing comes; so often that it is said no more for an hour", "given sends again"]
 

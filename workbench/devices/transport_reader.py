@@ -22,6 +22,7 @@ SILENT_S = 0.5
 """Seconds without data after which a transport is reported as silent."""
 _BATCH_S = 0.0005  # data of this time is read at once: a thread that wakes for every byte delays all others
 _MANY_BYTES, _EXAMINED_BYTES = 512, 4096
+_NO_FRAME = "but no frame"
 
 
 def retry_s(failures: int) -> float:
@@ -50,7 +51,7 @@ class TransportReader:
         self.parser = Parser(form)
         self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
-        self._silence, self._losses = Recurrence(), Recurrence()
+        self._silence, self._rubbish, self._losses = Recurrence(), Recurrence(), Recurrence()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
         self.is_open = self._is_missed = self._is_loss_told = False
@@ -134,14 +135,16 @@ class TransportReader:
     def _tell_silence(self, now_s: float, unread: int, first: bytes) -> bool:
         """Tell that no frame comes, of `unread` bytes that begin with `first`; return whether that was said.
 
-        The silence of boards that sleep is not said each time, but is trouble while it lasts.
+        The silence of boards that sleep, and what a loose wire damages, is not said each time, but is trouble while it
+        lasts.
         """
-        if unread >= _MANY_BYTES:
-            self.trouble = f"{self.transport.name}: {unread} bytes came, but no frame: {why_unread(first)}"
-            self.notices.append(self.trouble)
-            return True
-        self.trouble = f"{self.transport.name}: nothing comes"
-        if not self._silence.says(now_s):
-            return False
-        self.notices.append(self.trouble + (f"; {LAST}" if self._silence.is_last else ""))
-        return True
+        is_rubbish = unread >= _MANY_BYTES
+        recurrence = self._rubbish if is_rubbish else self._silence
+        is_said = recurrence.says(now_s)
+        if not is_rubbish:
+            self.trouble = f"{self.transport.name}: nothing comes"
+        elif _NO_FRAME not in self.trouble:
+            self.trouble = f"{self.transport.name}: {unread} bytes came, {_NO_FRAME}: {why_unread(first)}"
+        if is_said:
+            self.notices.append(self.trouble + (f"; {LAST}" if recurrence.is_last else ""))
+        return is_said
