@@ -319,6 +319,18 @@ def test_the_silence_of_a_line_and_what_cannot_be_read_are_said_five_times_an_ho
     assert said[8:] == ["given: nothing comes; so often that it is said no more for an hour", "given sends again"]
 
 
+def test_what_cannot_be_read_is_said_after_a_silence_too(until, monkeypatch):
+    """Of a board that boots for a second, and then sends at another rate, it was said that nothing comes."""
+    monkeypatch.setattr(transport_reader, "SILENT_S", 0.0)
+    with device_floor(default_floor(1, 1)) as (source, _):
+        until(lambda: source.reader.trouble == "given: nothing comes", "it is trouble")
+        source.reader.transport.put(bytes(600))
+        until(lambda: "600 bytes came, but no frame" in source.reader.trouble, "the other trouble is told")
+        silent, unread = (line for line in source.take_notices() if "given" in line)
+    assert silent == "given: nothing comes"
+    assert unread.startswith("given: 600 bytes came, but no frame: ")
+
+
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     """Six seconds of a clock whose second lasts 120 ppm longer, of which each sample takes 2 ms to arrive."""
     now = [1000.0]

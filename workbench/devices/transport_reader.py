@@ -120,8 +120,9 @@ class TransportReader:
             else:
                 unread += len(data)
                 first += bytes(data[: _EXAMINED_BYTES - len(first)])
-            if now_s - heard_s > SILENT_S and not is_told:
-                is_told = self._tell_silence(now_s, unread, first)
+            is_news = not is_told or (unread >= _MANY_BYTES and _NO_FRAME not in self.trouble)
+            if now_s - heard_s > SILENT_S and is_news:
+                is_told |= self._tell_silence(now_s, unread, first)
             if len(data):
                 self._stop.wait(_BATCH_S)
 
