@@ -103,6 +103,7 @@ def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
     said = CliRunner().invoke(cli, ["levels", str(preset_files.patches()["wood"])])
     assert said.exit_code == 0, said.output
     assert said.stdout.splitlines()[1].startswith("wood")
+    assert "peak: median of the largest values of loud 10 ms" in said.stdout  # not the largest value, which a WAV has
     said = CliRunner().invoke(cli, ["levels", "--json", str(preset_files.patches()["wood"])])
     assert json.loads(said.stdout)["wood"]["measured"]["level_db"] > 10.0
 

@@ -64,14 +64,15 @@ def _table(found: "dict[str, PatchLevels]") -> list[str]:
         noticed = f"{100.0 * one.measured.noticed:.0f} %"
         like = "not covered" if one.feels_like_n_mm is None else f"{one.feels_like_n_mm:.0f} N/mm"
         lines.append(f"{name:{width}}  {columns} {share:>8} {felt:>7} {headroom:>9} {noticed:>8} {like:>11}")
-    lines.append(
-        "peak, and RMS of the loudest 0.12 s; in band: share of measured energy, 50 to 750 Hz; felt: level above the"
-    )
-    lines.append(
-        "threshold in a hard shoe; headroom: drive below the limiter; noticed: share of people in such shoes who notice"
-    )
-    lines.append("it; like: stiffness that a plate of 90 N/mm feels like, where table 6.3 covers it, up to 0.86 m/s²")
-    return lines
+    return [*lines, *_LEGEND]
+
+
+_LEGEND = (
+    "peak: median of the largest values of loud 10 ms, as in table 6.1; beside it the RMS of the loudest 0.12 s;",
+    "in band: share of measured energy, 50 to 750 Hz; felt: level above the threshold in a hard shoe; headroom: drive",
+    "below the limiter; noticed: share of people in such shoes who notice it; like: stiffness that a plate of 90 N/mm",
+    "feels like, where table 6.3 covers it, up to 0.86 m/s²",
+)
 
 
 def _words(level: "Level") -> str:
