@@ -120,7 +120,7 @@ def test_a_pseudo_terminal_is_named_and_goes_away_at_the_end(underfoot, folder):
         (["--pty", "--rate", "0.1"], "rate_hz is 0.1; allowed: 1 to 100000 Hz"),
         (["--pty", "--tile", "4"], "--tile is 4; allowed: 0 to 3"),
         (["--pty", "--drift", "1e6"], "--drift is 1e+06; allowed: -20000 to 20000 ppm"),
-        (["--pty", "--force", "nope.csv"], "has no floor beside it"),
+        (["--pty", "--force", "nope.csv"], "nope.csv cannot be read: no such file"),
         (["--pty", "--floor", "nope.json"], "nope.json cannot be read"),
         (["--pty", "--sensors", "nope.json"], "nope.json cannot be read"),
     ],

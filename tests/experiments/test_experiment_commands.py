@@ -315,7 +315,8 @@ def test_conditions_of_a_table_are_simulated(tmp_path):
 
 def test_what_cannot_be_is_one_line(tmp_path):
     assert "there is no protocol 'nope'; allowed: a file, or" in said("experiment", "nope", "--simulate", 3)
-    assert "there is no protocol 'p01.session'; allowed: a file, or" in said("experiment", "p01.session")
+    assert "p01.session cannot be read: no such file" in said("experiment", "p01.session")
+    assert "p01.session cannot be read: no such file" in said("analyse", "p01.session")
     assert "give one of --participant" in said("experiment", "free-labels")
     assert "people is 0; allowed: 1 to" in said("experiment", "free-labels", "--simulate", 0)
     assert "--truth is 'x'" in said("experiment", "free-labels", "--simulate", 2, "--truth", "x")

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.errors import BadFile
+from underfoot.files import names_file, no_file
 
 if TYPE_CHECKING:
     from underfoot.experiments.protocol import Protocol
@@ -21,6 +22,8 @@ def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protoc
     presets = preset_files.protocols()
     path = presets.get(named, Path(named))
     if not path.is_file():
+        if names_file(named):
+            raise BadFile(f"{named} cannot be read: {no_file(path)}")
         raise BadFile(f"there is no protocol {named!r}; allowed: a file, or {', '.join(presets)}")
     protocol = Protocol.load(path, REGISTRY)
     if conditions is None:

@@ -29,7 +29,7 @@ from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
 from underfoot.experiments.stimuli import parameters_of, patch_path, path_beside, settings_kept
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import make_folder, read_file, replaced, write_file
+from underfoot.files import make_folder, no_file, read_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
@@ -151,8 +151,7 @@ class SessionFile:
         """Open an existing file, also after its writer was killed; raise `BadFile` if it is not a session."""
         path = Path(path)
         if not path.is_file():
-            why = "it is a folder" if path.is_dir() else "there is no such file"
-            raise BadFile(f"{path} cannot be read: {why}")
+            raise BadFile(f"{path} cannot be read: {no_file(path)}")
         with ExitStack() as unless_opened:
             try:
                 base = opened(path, isolation_level=None, check_same_thread=False)

@@ -5,6 +5,7 @@ comma. Lines that begin with # are left alone, and so are further columns, and t
 """
 
 import csv
+import os
 import re
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import read_file
+from underfoot.files import no_file, read_file
 from underfoot.floor.layout import Floor
 from underfoot.quantities import counted
 
@@ -79,8 +80,10 @@ def floor_beside(path: str | Path) -> Path:
 
 
 def load_floor_beside(path: str | Path) -> Floor:
-    """Load the floor of a force CSV; `BadFile` if it is not there or cannot be read."""
+    """Load the floor of a force CSV; `BadFile` if either is not there, or the floor cannot be read."""
     beside = floor_beside(path)
+    if not os.path.isfile(path):
+        raise BadFile(f"{path} cannot be read: {no_file(path)}")
     if not beside.is_file():
         raise BadFile(
             f"{path} has no floor beside it ({beside.name}); put one there, or give one by --floor in a terminal: "
