@@ -12,6 +12,22 @@ _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "
 """Usual prefixes of each unit; a space stands for none."""
 _KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
 """Smallest values for which these units are usual without a prefix."""
+_UNITS = {
+    "_per_min": "1/min",
+    "_m_s2": "m/s^2",
+    "_n_mm": "N/mm",
+    "_kn_s": "kN/s",
+    "_deg": "deg",
+    "_hz": "Hz",
+    "_db": "dB",
+    "_ms": "ms",
+    "_mm": "mm",
+    "_ns": "N s",
+    "_m": "m",
+    "_n": "N",
+    "_s": "s",
+}
+"""Units by the ends of names, longest first."""
 _DIGIT_GROUP = "\u202f"
 _NUMBER = r"(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
 _SUM = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})+")
@@ -28,6 +44,16 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
     prefix, factor, shown = _prefix(value, unit)
     text = number(value / factor, digits)
     return f"{text} {prefix}{shown}" if shown else text
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Return a name without the unit at its end, and that unit; "" for a name without one.
+
+    >>> split_unit("trial_pause_s"), split_unit("loading_kn_s"), split_unit("person")
+    (('trial_pause', 's'), ('loading', 'kN/s'), ('person', ''))
+    """
+    end = next((end for end in _UNITS if name.endswith(end)), "")
+    return name.removesuffix(end), _UNITS.get(end, "")
 
 
 def counted(count: int, what: str, plural: str = "") -> str:

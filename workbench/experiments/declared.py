@@ -9,9 +9,8 @@ import msgspec
 from msgspec import inspect
 
 from underfoot.parameters import Choice, Count, Number, Parameter, Text, ask
+from underfoot.quantities import split_unit
 
-_UNITS = {"_m_s2": "m/s^2", "_n_mm": "N/mm", "_hz": "Hz", "_db": "dB", "_deg": "deg", "_s": "s", "_n": "N", "_m": "m"}
-"""Suffixes of field names that give the unit, longest first."""
 _LONGEST = 20_000
 
 
@@ -98,10 +97,8 @@ def caption(name: str) -> tuple[str, str]:
     >>> caption("trial_pause_s"), caption("blocks")
     (('Trial pause', 's'), ('Blocks', ''))
     """
-    for end, unit in _UNITS.items():
-        if name.endswith(end):
-            return name.removesuffix(end).replace("_", " ").capitalize(), unit
-    return name.replace("_", " ").capitalize(), ""
+    stem, unit = split_unit(name)
+    return stem.replace("_", " ").capitalize(), unit
 
 
 def shown_name(name: str, parameter: Parameter | None) -> str:

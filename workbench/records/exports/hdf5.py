@@ -14,24 +14,13 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.footsteps import Step
+from underfoot.quantities import split_unit
 from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
 
 if TYPE_CHECKING:
     import h5py
     from typing_extensions import Buffer
 
-_UNITS = {
-    "_per_min": "1/min",
-    "_kn_s": "kN/s",
-    "_deg": "deg",
-    "_ms": "ms",
-    "_mm": "mm",
-    "_ns": "N s",
-    "_m": "m",
-    "_n": "N",
-    "_s": "s",
-}
-"""Units by the ends of names, longer ones first."""
 CHUNK_FRAMES, CHUNK_ROWS = 48_000, 1024
 """Of vibration, and of tables: as much is read from a file at once."""
 
@@ -176,7 +165,7 @@ class _Growing:
             if name not in self._group:
                 chunks, most = (CHUNK_ROWS, *new.shape[1:]), (None, *new.shape[1:])
                 made = self._group.create_dataset(name, data=new, maxshape=most, chunks=chunks)
-                made.attrs["unit"] = unit_of(name)
+                made.attrs["unit"] = split_unit(name)[1]
             elif len(new):
                 data = self._group[name]
                 data.resize(len(data) + len(new), axis=0)
@@ -189,16 +178,7 @@ def _put(group: "h5py.Group", name: str, values: NDArray[np.generic] | list[str]
     if isinstance(values, list):
         group.create_dataset(name, data=np.array(values, object), dtype=h5py.string_dtype())
     else:
-        group.create_dataset(name, data=values).attrs["unit"] = unit_of(name)
-
-
-def unit_of(name: str) -> str:
-    """Return the unit at the end of a column's name; "" for counts, ids and truth values.
-
-    >>> unit_of("impulse_ns"), unit_of("loading_kn_s"), unit_of("person")
-    ('N s', 'kN/s', '')
-    """
-    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
+        group.create_dataset(name, data=values).attrs["unit"] = split_unit(name)[1]
 
 
 FORMAT = ExportFormat(
