@@ -76,8 +76,8 @@ class Identity:
         return 1.0 - (self.misses + self.false_positives + self.switches) / max(self.truths, 1)
 
 
-def identity(truth: Tracks, found: Tracks, radius_m: float = MATCH_RADIUS_M) -> Identity:
-    """Match hypotheses to truths.
+def identity(truth: Tracks, found: Tracks) -> Identity:
+    """Match hypotheses to truths, up to `MATCH_RADIUS_M` apart.
 
     >>> truth = Tracks.of([0, 1, 2, 3], [7, 7, 7, 7], [0, 0, 0, 0], [0, 0, 0, 0])
     >>> found = Tracks.of([0, 1, 3, 3], [1, 1, 2, 3], [0, 0, 0, 5], [0, 0, 0, 0])
@@ -94,7 +94,7 @@ def identity(truth: Tracks, found: Tracks, radius_m: float = MATCH_RADIUS_M) -> 
     for frame in np.union1d(truth.frame, found.frame).tolist():
         mine = np.arange(*np.searchsorted(truth.frame, [frame, frame + 1]))
         theirs = np.arange(*np.searchsorted(found.frame, [frame, frame + 1]))
-        pairs = _matches(truth, found, mine, theirs, (last, radius_m, together))
+        pairs = _matches(truth, found, mine, theirs, last, together)
         for one, other in pairs:
             before = last.get(one)
             switches += before is not None and before[0] != other
@@ -121,21 +121,22 @@ def _matches(
     found: Tracks,
     mine: NDArray[np.intp],
     theirs: NDArray[np.intp],
-    state: tuple[dict[int, tuple[int, int]], float, defaultdict[int, Counter[int]]],
+    last: Mapping[int, tuple[int, int]],
+    together: defaultdict[int, Counter[int]],
 ) -> list[tuple[int, int]]:
     """Return the matches of one frame; pairs within reach are counted in `together`."""
-    last, radius_m, together = state
     if not len(mine) or not len(theirs):
         return []
     far = np.hypot(truth.x_m[mine][:, None] - found.x_m[theirs], truth.y_m[mine][:, None] - found.y_m[theirs])
-    cost = np.where(far <= radius_m, far, 1e6)
-    for i, j in zip(*np.nonzero(far <= radius_m), strict=True):
+    is_near = far <= MATCH_RADIUS_M
+    cost = np.where(is_near, far, 1e6)
+    for i, j in zip(*np.nonzero(is_near), strict=True):
         one, other = int(truth.id[mine[i]]), int(found.id[theirs[j]])
         together[one][other] += 1
         if last.get(one, (-1, -1))[0] == other:
             cost[i, j] -= 100.0
     chosen = zip(*linear_sum_assignment(cost), strict=True)
-    return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if far[i, j] <= radius_m]
+    return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if is_near[i, j]]
 
 
 def _best_assignment(together: Mapping[int, Counter[int]]) -> int:

@@ -132,7 +132,7 @@ def _kill_processes(victim: str, times: int, rng: np.random.Generator, record: P
         first, played = recording.vibration()
         holes_s = [gap.count / _RATE for gap in recording.gaps()]
     lost_s = max((written - first - len(played)) / _RATE, 0.0)
-    found = f"sound away: {spread(away_s, 's')}; recording opens, {lost_s:.3f} s short"
+    found = f"sound away: {spread(away_s)}; recording opens, {lost_s:.3f} s short"
     if victim != "engine":
         lost_s = max(lost_s, *holes_s, 0.0)
         found += f", {len(holes_s)} holes"
@@ -185,9 +185,9 @@ def _kill_programs(
         finally:
             program.end()
         progress(f"stress: {what} killed, {number + 1} of {times}")
-    found = f"sound went on: {spread(played_on_s, 's')}; {orphans} processes and {blocks} blocks of memory left"
+    found = f"sound went on: {spread(played_on_s)}; {orphans} processes and {blocks} blocks of memory left"
     if how != "window":
-        found += f"; recording loses {spread(lost_s, 's', 3)}"
+        found += f"; recording loses {spread(lost_s, 3)}"
     passed = not orphans and not blocks and not unread
     passed = passed and max(played_on_s, default=0.0) <= SILENT_S and max(lost_s, default=0.0) <= LOST_S
     return Outcome(f"{what} killed", times, "; ".join([found, *unread]), passed)

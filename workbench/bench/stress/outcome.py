@@ -44,13 +44,13 @@ class Effort:
         return default if self.seconds is None else self.seconds
 
 
-def spread(values: Sequence[float], unit: str, digits: int = 2) -> str:
-    """Return the median and maximum of measured values as text.
+def spread(times_s: Sequence[float], digits: int = 2) -> str:
+    """Return the median and maximum of measured times as text.
 
-    >>> spread([0.1, 0.2, 0.9], "s")
+    >>> spread([0.1, 0.2, 0.9])
     'median 0.2 s, largest 0.9 s'
     """
-    if not len(values):
+    if not len(times_s):
         return "never"
-    middle, most = (f"{round(float(value), digits):g} {unit}" for value in (np.median(values), max(values)))
+    middle, most = (f"{round(float(time_s), digits):g} s" for time_s in (np.median(times_s), max(times_s)))
     return f"median {middle}, largest {most}"
