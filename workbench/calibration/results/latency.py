@@ -26,13 +26,12 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
     ms = 1e3 * found.delay_s
     median, high, worst = float(np.median(ms)), float(np.quantile(ms, 0.99)), float(ms.max())
     jitter = float(np.std(ms))
-    clicks = len(ms) + found.lost
     quantities = (
         ("round_trip_ms", median, "ms"),
         ("round_trip_99_ms", high, "ms"),
         ("round_trip_worst_ms", worst, "ms"),
         ("jitter_ms", jitter, "ms"),
-        ("clicks", float(clicks), ""),
+        ("clicks", float(len(ms) + found.lost), ""),
         ("lost", float(found.lost), ""),
     )
     drift_ppm = _drift_ppm(found)
@@ -41,17 +40,10 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
         f"What is played comes back after {median:.2f} ms: 99 of 100 clicks within {high:.2f} ms, all within "
         f"{worst:.2f} ms."
     )
-    if drift_ppm:
-        verdict += (
-            f" Output and input drift apart by {abs(drift_ppm):.0f} ppm, as two cards do with clocks of their own: "
-            "no round trip of theirs lasts. Use one card for both."
-        )
-    elif not good:
-        why = f"{found.lost} of {clicks} clicks were lost" if found.lost else f"it wavers by {jitter:.2f} ms"
-        verdict += f" It is not steady: {why}. Take longer blocks, or another device."
-    day = date.today().isoformat()
+    if not good:
+        verdict += _trouble(found, jitter, drift_ppm)
     part = Latency(
-        made=day,
+        made=date.today().isoformat(),
         reference="the output, looped to the input",
         error=round(jitter, 4),
         error_allowed=STEADY_MS,
@@ -74,6 +66,18 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
         method=METHOD,
     )
+
+
+def _trouble(found: ClickDelays, jitter_ms: float, drift_ppm: float) -> str:
+    """Return in words why a round trip is not steady, and what to do."""
+    if drift_ppm:
+        return (
+            f" Output and input drift apart by {abs(drift_ppm):.0f} ppm, as two cards do with clocks of their own: "
+            "no round trip of theirs lasts. Use one card for both."
+        )
+    clicks = len(found.delay_s) + found.lost
+    why = f"{found.lost} of {clicks} clicks were lost" if found.lost else f"it wavers by {jitter_ms:.2f} ms"
+    return f" It is not steady: {why}. Take longer blocks, or another device."
 
 
 def _drift_ppm(found: ClickDelays) -> float:
