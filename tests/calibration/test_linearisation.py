@@ -1,5 +1,6 @@
 """From pairs to newtons: sensors of many curves, held to loadings that the fit has not seen."""
 
+import sys
 from dataclasses import replace
 from functools import cache
 
@@ -130,7 +131,8 @@ def test_order_and_repeated_times_do_not_matter():
     assert linearise(pairs(doubled)).error_percent < 0.5
 
 
-def test_a_few_known_weights_are_enough_for_a_curve():
+def test_a_few_known_weights_are_enough_for_a_curve(monkeypatch):
+    monkeypatch.setitem(sys.modules, "scipy.stats", None)  # nobody waits until that is loaded
     weights = np.array([0.0, 10.0, 20.0, 40.0, 80.0, 120.0, 160.0, 200.0])
     up_and_down = np.concatenate([weights, weights[-2::-1]])
     rows = np.concatenate(

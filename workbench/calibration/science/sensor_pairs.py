@@ -162,11 +162,19 @@ def _before_loads(force_n: Floats, full_scale_n: float) -> NDArray[np.bool_]:
 
 
 def rank_correlation(a: Floats, b: Floats) -> float:
-    """Return Spearman's rank correlation of two series (n,); 0 if one is constant."""
-    from scipy.stats import rankdata
+    """Return Spearman's rank correlation of two series (n,); 0 if one is constant.
 
+    >>> round(rank_correlation(np.array([1.0, 2.0, 2.0, 4.0]), np.array([1.0, 2.0, 3.0, 3.0])), 6)
+    0.833333
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
-        return float(np.nan_to_num(np.corrcoef(rankdata(a), rankdata(b))[0, 1]))
+        return float(np.nan_to_num(np.corrcoef(_ranks(a), _ranks(b))[0, 1]))
+
+
+def _ranks(values: Floats) -> Floats:
+    """Return ranks, of equal values their mean: those of scipy.stats, which takes half a second to load."""
+    _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - 0.5 * (counts - 1))[places])
 
 
 def _rest(reading: Floats, force_n: Floats, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
