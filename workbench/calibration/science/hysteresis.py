@@ -1,6 +1,7 @@
 """Fit of a sensor's hysteresis and creep to the pairs of its curve."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,16 +39,15 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | 
     if not pairs.timed or not both or static_percent < _LEAST_PERCENT:
         return None
     slow = _decimated(pairs)
-    full = pairs.full_scale_n
     best, least = "", static_percent
-    creep = _best_creep(slow, "relative", full)
+    creep = _best_creep(slow, "relative")
     for kind in fsr_hysteresis.KINDS:
-        error = _held_out_percent(slow, kind, full, creep)
+        error = _held_out_percent(slow, kind, creep)
         if error < _LEAST_GAIN * least:
             best, least = kind, error
     if not best:
         return None
-    curve, found, _, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
+    curve, found, _, _ = _fit_in_turns(slow, best, creep)
     readings, forces, slopes = curve_knots(pairs, curve)
     return Compensation(
         readings=readings,
@@ -75,13 +75,35 @@ def curve_knots(
 
 @dataclass(frozen=True)
 class _Decimated:
-    """Pairs of a sensor, all (n,), at a rate sufficient for hysteresis and creep."""
+    """Pairs of a sensor, all (n,), at a rate sufficient for hysteresis and creep; and what all fits to them share."""
 
     time_s: Floats
     x: Floats
     force_n: Floats
     weight: Floats
     fold: NDArray[np.intp]
+    full_scale_n: float
+
+    @cached_property
+    def counts(self) -> Floats:
+        """Weights of a fit: a centroid depends on ratios of forces, so light loads have more than their newtons."""
+        return np.asarray(self.weight / (_LIGHT + np.maximum(self.force_n, 0.0) / self.full_scale_n))
+
+    @cached_property
+    def first(self) -> FittedCurve:
+        """The static curve, with which every fit begins."""
+        return self.curve(self.force_n) or fsr_curves.straight(self.x, self.force_n, self.weight)
+
+    @cached_property
+    def folds(self) -> "list[tuple[NDArray[np.bool_], _Decimated]]":
+        """The samples of each fold, and the pairs without them."""
+        outs = [self.fold == one for one in np.unique(self.fold)]
+        return [(out, replace(self, weight=np.where(out, 0.0, self.weight))) for out in outs]
+
+    def curve(self, force_n: Floats) -> FittedCurve | None:
+        """Return the curve from the readings to these forces (n,); None if they do not determine one."""
+        thin = slice(None, None, max(1, self.x.size // 2000))
+        return fsr_curves.spline(self.x[thin], force_n[thin], self.counts[thin], _PIECES)
 
 
 def _decimated(pairs: SensorPairs) -> _Decimated:
@@ -99,47 +121,41 @@ def _decimated(pairs: SensorPairs) -> _Decimated:
         mean(pairs.force_n),
         mean(weight),
         pairs.fold[:ends:count] % _FOLDS,
+        pairs.full_scale_n,
     )
 
 
-def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
+def _best_creep(slow: _Decimated, kind: str) -> float:
     """Return the creep, a share of the force per decade, with least squares: a scan, then golden-section search."""
 
     def left(creep: float) -> float:
-        return _fit_in_turns(slow, slow.weight, kind, full, creep)[3]
+        return _fit_in_turns(slow, kind, creep)[3]
 
     return least_at(left, np.linspace(0.0, _MOST_CREEP, 6), 6)
 
 
-def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) -> float:
+def _held_out_percent(slow: _Decimated, kind: str, creep: float) -> float:
     """Return the RMS error on held-out loadings, % of full scale; infinite for models that have fitted noise."""
     estimate, counts = np.empty(slow.x.size), slow.weight.copy()
-    for one in np.unique(slow.fold):
-        out = slow.fold == one
-        curve, found, newtons, _ = _fit_in_turns(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
+    for out, others in slow.folds:
+        curve, found, newtons, _ = _fit_in_turns(others, kind, creep)
         if np.abs(found.weights).sum() > 2.0 * _MOST_WEIGHT:
             return np.inf
         estimate[out] = newtons[out]
         counts[out & (slow.x > curve.x[-1])] = 0.0
-    return rms_percent(estimate - slow.force_n, counts, full) if counts.any() else np.inf
+    return rms_percent(estimate - slow.force_n, counts, slow.full_scale_n) if counts.any() else np.inf
 
 
-def _fit_in_turns(
-    slow: _Decimated, weight: Floats, kind: str, full: float, creep: float
-) -> tuple[FittedCurve, HysteresisModel, Floats, float]:
+def _fit_in_turns(slow: _Decimated, kind: str, creep: float) -> tuple[FittedCurve, HysteresisModel, Floats, float]:
     """Fit curve and hysteresis model in turns, each to the residual of the other.
 
     Return both, newtons (n,) by them, and the squared residual.
-    A contact centroid depends on ratios of forces, so light loads have more weight here than their newtons.
     """
-    thin = max(1, slow.x.size // 2000)
-    counts = weight / (_LIGHT + np.maximum(slow.force_n, 0.0) / full)
-    curve = fsr_curves.straight(slow.x, slow.force_n, weight)
-    wanted = slow.force_n
-    for _ in range(_ROUNDS):
-        curve = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or curve
+    curve, wanted, full = slow.first, slow.force_n, slow.full_scale_n
+    for turn in range(_ROUNDS):
+        curve = (slow.curve(wanted) if turn else None) or curve
         apparent = np.minimum(curve.force(slow.x), 2.0 * full)
-        found, newtons, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
+        found, newtons, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, slow.counts, full, kind, creep)
         newtons = np.clip(newtons, -0.1 * full, 1.25 * full)
         wanted = apparent + slow.force_n - newtons
     return curve, found, newtons, left
