@@ -1,13 +1,17 @@
 """A plate's stiffness from footsteps whose truth is known: lines that come out, and an error of about a per cent."""
 
 import json
+import runpy
+import sys
 from datetime import date
 
 import numpy as np
 import pytest
+from scipy.stats import linregress
 
 from underfoot.calibration.files.plate_profiles import read_plate_profiles, write_plate_file
 from underfoot.calibration.results.plate import result_of
+from underfoot.calibration.science import plate_stiffness
 from underfoot.calibration.science.plate_stiffness import FootstepLine, line_of, plate_fit
 from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadFile, BadMeasurement
@@ -37,6 +41,15 @@ def test_sixty_footsteps_give_the_stiffness_within_a_per_cent():
     np.testing.assert_allclose(found, 1.0, atol=0.01)
     assert fit.calibration.error == pytest.approx(0.01, abs=0.005)
     assert fit.good
+
+
+def test_a_line_is_that_of_scipy_and_is_fitted_without_what_takes_long_to_load(monkeypatch):
+    force_n, displacement_mm = footstep(90.0, np.random.default_rng(1))
+    expected = linregress(displacement_mm, force_n)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    line = runpy.run_path(plate_stiffness.__file__)["line_of"](0.5, force_n, displacement_mm)
+    found = line.stiffness_n_mm, line.force_at_zero_n, line.r_squared
+    assert found == pytest.approx((expected.slope, expected.intercept, expected.rvalue**2), rel=1e-12)
 
 
 def test_stiffness_that_falls_is_refused():

@@ -10,7 +10,6 @@ from datetime import date
 from itertools import cycle
 
 import numpy as np
-from scipy import stats
 
 from underfoot.arguments import number, numbers
 from underfoot.devices.plate import PlateCalibration
@@ -75,12 +74,14 @@ def line_of(position: float, force_n: Floats, displacement_mm: Floats) -> Footst
             f"a footstep at position {position:g} has {counted(len(force_n), 'sample')} over {travel_mm:.2f} mm; "
             f"allowed: {LEAST_SAMPLES} or more, over {LEAST_TRAVEL_MM:g} mm or more"
         )
-    found = stats.linregress(displacement_mm, force_n)
-    if not found.slope > 0.0:
+    squared_mm, product, _, squared_n = np.cov(displacement_mm, force_n, bias=True).flat
+    slope = product / squared_mm
+    if not slope > 0.0:
         raise BadMeasurement(
             f"a footstep at position {position:g} has less force the deeper it goes; are columns swapped?"
         )
-    return FootstepLine(position, found.slope, found.intercept, found.rvalue**2)
+    correlation = min(product / np.sqrt(squared_mm * squared_n), 1.0)
+    return FootstepLine(position, slope, force_n.mean() - slope * displacement_mm.mean(), correlation**2)
 
 
 def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
