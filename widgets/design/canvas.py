@@ -120,8 +120,8 @@ class Canvas(NodeDropView):
         }
 
     def _act(self, name: str, do: Callable[[], object]) -> None:
-        """Do what a key or a menu asks for. A drag ends first: places are not those of what is in the hand."""
-        if name not in VIEW_ACTIONS and self._is_dragging():
+        """Do what a key or a menu asks for. What is held is let go first: it is not where it is, and may go."""
+        if name not in VIEW_ACTIONS and self._is_held():
             self._cancel_drag()
         do()
 
@@ -224,6 +224,8 @@ class Canvas(NodeDropView):
 
     def _press(self, event: QMouseEvent) -> None:
         """Begin to drag the wire of a port, or a frame, or use the button of a node; all else is Qt's."""
+        if self._is_held():
+            self._cancel_drag()  # its release went elsewhere
         scene, place = self.patch_scene, self.mapToScene(event.position().toPoint())
         self._pressed_at = place
         port, node = scene.port_at(place), scene.node_at(place, 6.0)
@@ -474,8 +476,8 @@ class Canvas(NodeDropView):
         self.patch_scene.adjust_group_frames()
 
     def _show(self) -> None:
-        if self._is_dragging():
-            self._cancel_drag()  # by a key the patch is edited meanwhile, and what is dragged may be gone
+        if self._is_held():
+            self._cancel_drag()  # by a key the patch is edited meanwhile, and what is held may be gone
         super()._show()
         self.setAccessibleDescription(spoken_selection(self.patch_scene))  # a selected node may be named, or wired
 

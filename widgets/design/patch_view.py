@@ -73,6 +73,7 @@ class PatchView(QGraphicsView):
     # --- selecting ---
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        self.end_band()  # a menu may have taken its release: Qt would select by it what is dragged now
         self._selected_before = self.patch_scene.selected()
         super().mousePressEvent(_extending(event))
 
@@ -88,10 +89,11 @@ class PatchView(QGraphicsView):
         return not self.rubberBandRect().isNull()
 
     def end_band(self) -> None:
-        """End a rubber band without effect: select what was selected before it."""
-        if self.has_band:
-            self.setDragMode(QGraphicsView.DragMode.NoDrag)
-            self.setDragMode(QGraphicsView.DragMode.RubberBandDrag)
+        """End a rubber band without effect, also one not yet drawn: select what was selected before it."""
+        is_drawn = self.has_band
+        self.setDragMode(QGraphicsView.DragMode.NoDrag)
+        self.setDragMode(QGraphicsView.DragMode.RubberBandDrag)
+        if is_drawn:
             self.patch_scene.select(self._selected_before)
 
     # --- which part ---

@@ -49,6 +49,32 @@ def test_a_drag_whose_release_went_elsewhere_ends_with_the_next_move(workspace, 
     assert workspace.document.stack.count() == 0
 
 
+def test_a_node_that_is_held_while_a_key_deletes_it_is_let_go(workspace):
+    """Qt took the next one that was dragged for it, and had it jump to the origin."""
+    place, view = middle(workspace, "hum"), workspace.canvas.viewport()
+    send(view, QEvent.Type.MouseButtonPress, place, LEFT)
+    send(view, QEvent.Type.MouseMove, place + QPoint(1, 0), LEFT)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
+    send(view, QEvent.Type.MouseButtonRelease, place, LEFT)
+    place = middle(workspace, "shaker")
+    drag(workspace, place, place + QPoint(0, 80))
+    assert [node.at for node in workspace.patch().nodes] == [(0, 0), (240, 0), (480.0, 240.0)]
+
+
+def test_a_press_begins_anew_where_the_release_of_the_one_before_went_elsewhere(workspace):
+    """A rubber band that nobody saw selected the node under the mouse alone, and the others stayed behind."""
+    canvas = workspace.canvas
+    send(canvas.viewport(), QEvent.Type.MouseButtonPress, canvas.mapFromScene(-30.0, 80.0), LEFT)
+    canvas.patch_scene.select(["hum", "shaker"])
+    place = middle(workspace, "hum")
+    drag(workspace, place, place + QPoint(0, 80))
+    assert [workspace.patch().node(id).at for id in ("hum", "shaker")] == [(0.0, 240.0), (480.0, 240.0)]
+    drag(workspace, place, place - QPoint(0, 80), release=False)
+    place = middle(workspace, "push")
+    drag(workspace, place, place + QPoint(0, -80))
+    assert [node.at for node in workspace.patch().nodes] == [(0.0, -80.0), (240, 0), (0.0, 240.0), (480.0, 240.0)]
+
+
 # --- several wires ---
 
 FIRST, SECOND = ("hum.out", "through.signal"), ("through.out", "through1.signal")
