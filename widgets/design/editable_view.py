@@ -129,10 +129,10 @@ class EditableView(PatchView):
         return frame.shown_group.id if frame else self.inside
 
     def _group_of(self, wire: Wire) -> str:
-        """Return the innermost group that contains both ends of a wire."""
-        nodes = {node_id(end) for end in wire}
-        around = [group.id for group in self.document.patch.groups if nodes <= set(group.members)]
-        return around[-1] if around else ""
+        """Return the innermost group that contains both ends of a wire; of one that leaves the open sub-patch, that."""
+        nodes, groups = {node_id(end) for end in wire}, self.document.patch.groups
+        around = [group.id for group in groups if nodes <= set(group.members)]
+        return around[-1] if around and self.inside in ("", *chain(groups, around[-1])) else self.inside
 
     def insert(self, patch: Patch, id: str, wire: Wire) -> None:
         """Insert a node of this patch into a wire, after it was dropped there."""

@@ -180,6 +180,17 @@ def test_what_is_added_inside_belongs_there(row):
     assert "beat.out" in [placed.name for placed in row.canvas.patch_scene.group_nodes["group"].geometry.ports]
 
 
+def test_what_is_inserted_into_a_wire_that_leaves_the_open_sub_patch_lies_within(row):
+    collapse(row, "through", "through1")
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    out = row.canvas.patch_scene.wires[("through1.out", "shaker.acceleration")]
+    QTest.mouseDClick(row.canvas.viewport(), LEFT, NONE, in_view(row, out.target_place() - QPointF(12.0, 0.0)))
+    QTest.keyClicks(row.canvas.search.field, "through")
+    QTest.keyClick(row.canvas.search.field, Qt.Key.Key_Return)
+    assert ("through2.out", "shaker.acceleration") in row.patch().wires
+    assert row.canvas.selected_ids() == ["through2"]
+
+
 def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
     before = row.patch().dumps()
     collapse(row, "through")
