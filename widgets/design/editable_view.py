@@ -1,6 +1,7 @@
 """Editing commands of the canvas, except for dragging; each is one undo step."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -13,7 +14,7 @@ from underfoot.patch.grouping import put_into, ungrouped
 from underfoot.patch.groups import Note, chain
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import Wire, node_id
+from underfoot.patch.wiring import Wire, downstream, node_id
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
@@ -22,7 +23,7 @@ from underfoot.widgets.design.group_items import FRAME_PAD
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import Box, behind, framed_places, shift_to_free_place
+from underfoot.widgets.design.placing import GAP_BESIDE, Box, behind, framed_places, pushed, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.scene import box_of
 from underfoot.widgets.design.undo import Document
@@ -85,25 +86,24 @@ class EditableView(PatchView):
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
         feeds = from_port is not None and from_port[1] == "in"
         around = self._group_of(into) if into else self._group_at(place)
-        at = self._free_place(type, place, around, ends_there=feeds)
-        after = patch.add(type, self.registry, at, **self.registry[type].initial)
+        box = self._box_at(type, place, ends_there=feeds)
+        dx, dy = self._shift_clear([box], around) if into is None else (0.0, 0.0)
+        after = patch.add(type, self.registry, (box[0] + dx, box[1] + dy), **self.registry[type].initial)
         id = after.nodes[-1].id
         after = put_into(after, [id], around) if around else after
         if from_port is not None:
             after = connected(after, self.registry, id, *from_port)
         if into is not None:
-            after = inserted(after, self.registry, id, into)
+            after = inserted(self._with_room(after, id, into), self.registry, id, into)
         word = "Insert" if into and into not in after.wires else "Add"
         self.document.edit(after, f"{word} {self.registry[type].label}")
         self.patch_scene.select([id])
         self.ensure_visible([id])
 
-    def _free_place(self, type: str, place: QPointF, group: str, *, ends_there: bool) -> Place:
+    def _box_at(self, type: str, place: QPointF, *, ends_there: bool) -> Box:
         shape = node_geometry(description_of(self.registry[type]))
         left = 16.0 if not ends_there else shape.width
-        x, y = snapped(place.x() - left, place.y() - TITLE / 2)
-        dx, dy = self._shift_clear([(x, y, shape.width, shape.height)], group)
-        return x + dx, y + dy
+        return *snapped(place.x() - left, place.y() - TITLE / 2), shape.width, shape.height
 
     def _shift_clear(self, boxes: Sequence[Box], group: str, without: Sequence[str] = ()) -> Place:
         """Return the shift to where neither items but these nor frames are, but those of this group and around it; if
@@ -139,10 +139,41 @@ class EditableView(PatchView):
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
-        (box,) = self.patch_scene.boxes_in(patch, [id], with_frames=False)
-        dx, dy = shift_to_free_place([box], self.patch_scene.boxes(without=[id]))
-        patch = patch.move({id: (box[0] + dx, box[1] + dy)})
+        patch = self._with_room(patch, id, wire)
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
+
+    def _with_room(self, patch: Patch, id: str, wire: Wire) -> Patch:
+        """Return the patch with a node where nothing else is: in the wire, whose end and all that follows move right if
+        they must, or else beside.
+        """
+        scene, ends = self.patch_scene, self.patch_scene.group_view.ends(wire)
+        there = scene.boxes_by_id(without=[id])
+        ((x, y, width, height),) = scene.boxes_in(patch, [id], with_frames=False)
+        dx, dy = self._shift_clear([(x, y, width, height)], self._group_of(wire), [id])
+        if (dx or dy) and all(end in there for end in ends):
+            (left, _, wide, _), (right, *_) = (there[end] for end in ends)
+            begin = max(x, left + wide + GAP_BESIDE)
+            by = math.ceil((begin + width + GAP_BESIDE - right) / theme.GRID) * theme.GRID
+            if by > 0.0 and left + wide <= right:
+                moved = {one: (there[one][0] + by, *there[one][1:]) for one in self._following(there, ends[1], by)}
+                patch = patch.move({one: box[:2] for one, box in moved.items()})
+                dx, dy = shift_to_free_place([(begin, y, width, height)], [*{**there, **moved}.values()])
+                x = begin
+        return patch.move({id: (x + dx, y + dy)})
+
+    def _following(self, boxes: Mapping[str, Box], id: str, by: float) -> set[str]:
+        """Return which of these boxes move `by` to the right with one: those that it feeds, further right, what is then
+        in the way, and the notes in frames that move.
+        """
+        scene, shown = self.patch_scene, self.patch_scene.group_view.shown_as
+        frames = {
+            one: (box_of(frame.frame_rect()), {shown[member] for member in frame.shown_group.members} & boxes.keys())
+            for one, frame in scene.group_frames.items()
+        }
+        fed = downstream((scene.group_view.ends(wire) for wire in self.document.patch.wires), [id])
+        first = [one for one in fed & boxes.keys() if boxes[one][0] >= boxes[id][0]]
+        moving = pushed(boxes, frames, first, by)
+        return moving.union(*scene.frames_of(moving).values()) & boxes.keys()
 
     def replace(self, type: str) -> None:
         """Replace the selected node by one of another type; compatible wires and parameters are kept."""

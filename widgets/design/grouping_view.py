@@ -14,11 +14,8 @@ from underfoot.widgets.design.group_items import FRAME_PAD, item_rect
 from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import node_geometry
 from underfoot.widgets.design.patch_editing import Place, snapped
-from underfoot.widgets.design.placing import shift_to_free_place
+from underfoot.widgets.design.placing import GAP_BESIDE, shift_to_free_place
 from underfoot.widgets.design.scene import box_of
-
-GAP_BESIDE = 24.0
-"""Pixels left free for wires at both sides of a collapsed group."""
 
 
 class GroupingView(EditableView):

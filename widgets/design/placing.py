@@ -1,7 +1,7 @@
 """Free positions for new nodes, and automatic layout of a patch, in canvas pixels. Without Qt."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -13,6 +13,9 @@ Box = tuple[float, float, float, float]
 
 GAP = 2.0 * GRID
 """Distance between a node and a node placed beside it, in pixels."""
+
+GAP_BESIDE = 3.0 * GRID
+"""Distance between a node and its neighbours along a wire, in pixels: the wire is seen."""
 
 FAR = 1e5
 """Further than any item, in pixels."""
@@ -74,6 +77,34 @@ def behind(frame: Box, stranger: Box, title: float) -> Box:
             sides.append((-FAR, 2 * FAR))
     (left, width), (top, height) = sides
     return left, top, width, height
+
+
+def pushed(
+    boxes: Mapping[str, Box], frames: Mapping[str, tuple[Box, Collection[str]]], first: Iterable[str], by: float
+) -> set[str]:
+    """Return what moves `by` to the right if `first` does: that, and all that it would come to lie over, or that frames
+    would, which grow around it. `frames` have their place and what is in them; one that is hit moves as a whole.
+
+    >>> boxes = {id: (x, 0.0, 100.0, 80.0) for id, x in (("a", 0.0), ("b", 120.0), ("c", 400.0))}
+    >>> sorted(pushed(boxes, {}, ["a"], 64.0)), sorted(pushed(boxes, {}, ["a"], 200.0))
+    (['a', 'b'], ['a', 'b', 'c'])
+    """
+    there = {**boxes, **{id: box for id, (box, _) in frames.items()}}
+    moving, waiting = set[str](), list(first)
+    while waiting:
+        id = waiting.pop()
+        if id in moving:
+            continue
+        moving.add(id)
+        for mover in (id, *(frame for frame, (_, inside) in frames.items() if id in inside)):
+            left, top, width, height = there[mover]
+            waiting += [
+                other
+                for other, (x, y, _, high) in there.items()
+                if 0.0 <= x - left - width < by + GAP and y < top + height and top < y + high
+            ]
+        waiting += frames[id][1] if id in frames else ()
+    return moving - frames.keys()
 
 
 def framed_places(

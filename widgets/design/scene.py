@@ -355,12 +355,18 @@ class PatchScene(QGraphicsScene):
     def sizes(self) -> dict[str, tuple[float, float]]:
         return {id: item.size for id, item in self.movable().items()}
 
-    def boxes(self, without: Iterable[str] = ()) -> list[Box]:
+    def boxes_by_id(self, without: Iterable[str] = ()) -> dict[str, Box]:
         """Return the rectangles of all items except `without`."""
         left_out = set(without)
-        return [
-            (item.pos().x(), item.pos().y(), *item.size) for id, item in self.movable().items() if id not in left_out
-        ]
+        return {
+            id: (item.pos().x(), item.pos().y(), *item.size)
+            for id, item in self.movable().items()
+            if id not in left_out
+        }
+
+    def boxes(self, without: Iterable[str] = ()) -> list[Box]:
+        """Return the same without the ids."""
+        return [*self.boxes_by_id(without).values()]
 
     def frame_boxes(self, without: Collection[str] = ()) -> list[Box]:
         """Return the rectangles of the frames of all groups but these."""

@@ -60,6 +60,25 @@ def test_a_node_dragged_onto_a_wire_lights_it_up_and_goes_into_it(line):
     assert line.patch().node("through").at == (0.0, 240.0)
 
 
+@pytest.mark.parametrize("by", ["drag", "list"])
+def test_a_wire_into_which_a_node_goes_makes_room_for_it(chain, by):
+    """What follows moves right, with a frame and what that would come to lie over; all in one step."""
+    chain.document.edit(chain.patch().add("beat", REGISTRY, (784.0, 0.0)).add("through", REGISTRY, (0.0, 240.0)), "Add")
+    before, wire = chain.patch(), ("hum.out", "through.signal")
+    if by == "drag":
+        drag(chain, middle(chain, "through2"), in_the_middle(chain, wire))
+    else:
+        QTest.mouseDClick(chain.canvas.viewport(), LEFT, NONE, in_the_middle(chain, wire))
+        choose(chain, "thr")
+    id = chain.canvas.selected_ids()[0]
+    assert {("hum.out", f"{id}.signal"), (f"{id}.out", "through.signal")} <= {*chain.patch().wires}
+    places = [chain.patch().node(one).at[0] for one in ("hum", id, "through", "shaker", "beat")]
+    assert places == [0.0, 160.0, 320.0, 720.0, 904.0]
+    assert not [pair for pair in combinations(boxes(chain), 2) if pair[0].intersects(pair[1])]
+    chain.undo_action.trigger()
+    assert chain.patch() == before
+
+
 def test_a_node_that_does_not_fit_lights_nothing_up(line):
     line.document.edit(line.patch().add("beat", REGISTRY, (0.0, 400.0)), "Add")
     drag(line, middle(line, "beat"), in_the_middle(line, WIRE), release=False)
