@@ -107,8 +107,8 @@ class WireDrag:
 
     def _candidate(self, place: QPointF, over: NodeItem | None) -> tuple[NodeItem, PlacedPort] | None:
         side = "in" if self.placed.side == "out" else "out"
-        found = self._scene.port_at(place)
-        if found and found[1].side == side:
+        found = self._scene.port_at(place, side)
+        if found is not None:
             return found
         if over is None or over is self.item:
             return None

@@ -26,6 +26,7 @@ from underfoot.widgets.design.node_painting import (
     PORT_RADIUS,
     NodeLook,
     paint_body,
+    paint_far_port,
     paint_far_title,
     paint_port,
     paint_title,
@@ -133,9 +134,9 @@ class NodeItem(QGraphicsItem):
     def size(self) -> tuple[float, float]:
         return self.geometry.width, self.geometry.height
 
-    def port_at(self, scene_place: QPointF) -> PlacedPort | None:
-        """Return the port at a position of the scene; None if there is none."""
-        return self.geometry.port_near(self.mapFromScene(scene_place))
+    def port_at(self, scene_place: QPointF, reach: float = 0.0) -> PlacedPort | None:
+        """Return the port at a position of the scene, or within `reach` outside of the node; None if there is none."""
+        return self.geometry.port_near(self.mapFromScene(scene_place), reach)
 
     def more_at(self, scene_place: QPointF) -> bool:
         """Return whether a position of the scene is on the dot that shows further ports."""
@@ -223,6 +224,8 @@ class NodeItem(QGraphicsItem):
         paint_body(painter, geometry, look)
         if zoom < MIN_LEGIBLE_SCALE:
             paint_far_title(painter, geometry, title, look, zoom)
+            for placed in geometry.ports:
+                paint_far_port(painter, placed, faint=self._dimmed in (placed.side, "both"), zoom=zoom)
             paint_far_marks(painter, self.node, geometry, self.is_auditioned, zoom)
             return
         paint_title(painter, geometry, title, self.cost, look)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 
 from msgspec import Struct
-from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF
 
 from underfoot.patch.node import NodeType, Port
@@ -17,7 +17,9 @@ COST_ROOM = 48.0
 WIDEST_TITLE, WIDEST_PORT = 160.0, 208.0
 """Room for every type's name, and for a port with its node's name on a group. A longer name is cut short."""
 REACH = 12.0
-"""Distance around a port within which the mouse hits it, in pixels."""
+"""Distance around a port within which the mouse hits it, in pixels of the node."""
+REACH_ON_SCREEN = 8.0
+"""The same outside of the node, and above and below, in pixels of the screen: where it is more, zoomed out."""
 
 
 class PortRow(Struct, frozen=True):
@@ -79,13 +81,16 @@ class NodeGeometry(Struct, frozen=True):
     def port(self, side: str, name: str) -> PlacedPort | None:
         return next((p for p in self.ports if p.side == side and p.name == name), None)
 
-    def port_near(self, at: QPointF) -> PlacedPort | None:
-        """Return the port whose dot or label is at this position; None if there is none."""
-        for placed in self.ports:
-            across = at.x() - placed.at.x() if placed.side == "in" else placed.at.x() - at.x()
-            if -REACH <= across <= REACH and abs(at.y() - placed.at.y()) <= ROW / 2:
-                return placed
-        return None
+    def port_near(self, at: QPointF, reach: float = 0.0) -> PlacedPort | None:
+        """Return the port whose dot or label is at this position, or within `reach` of it outside of the node; of
+        several the nearest, None if there is none.
+        """
+
+        def is_hit(placed: PlacedPort) -> bool:
+            inwards = at.x() - placed.at.x() if placed.side == "in" else placed.at.x() - at.x()
+            return -max(REACH, reach) <= inwards <= REACH and abs(at.y() - placed.at.y()) <= max(ROW / 2, reach)
+
+        return min(filter(is_hit, self.ports), key=lambda placed: QLineF(at, placed.at).length(), default=None)
 
 
 def accent(type: NodeType) -> str:

@@ -73,6 +73,15 @@ def paint_far_title(painter: QPainter, geometry: NodeGeometry, title: str, look:
     painter.drawText(room, _CENTRED, far_text(title, size_px, room.width()))
 
 
+def paint_far_port(painter: QPainter, placed: PlacedPort, *, faint: bool, zoom: float) -> None:
+    """Paint a port as a point that is as large as there is room for, when zoomed out."""
+    colour = QColor(theme.mixed(placed.colour, theme.RAISED, 0.25) if faint else placed.colour)
+    point = QPen(colour, min(4.0, 2 * PORT_RADIUS * zoom), Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
+    point.setCosmetic(True)
+    painter.setPen(point)
+    painter.drawPoint(placed.at)
+
+
 @lru_cache(maxsize=512)
 def far_text(title: str, size_px: int, width: float) -> str:
     """Return a name in which words that are wider than their line are cut short: Qt would cut them at both ends."""

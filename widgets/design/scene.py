@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
@@ -18,6 +18,7 @@ from underfoot.widgets.design.group_view import description_of_group, group_view
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.node_geometry import (
     REACH,
+    REACH_ON_SCREEN,
     NodeDescription,
     PlacedPort,
     description_of,
@@ -301,15 +302,18 @@ class PatchScene(QGraphicsScene):
         hits = [frame for frame in frames if frame.frame_rect().contains(place)]
         return max(hits, key=GroupFrameItem.zValue, default=None)
 
-    def port_at(self, place: QPointF) -> tuple[NodeItem, PlacedPort] | None:
-        """Return the node and port at a mouse position."""
-        area = QRectF(place.x() - REACH, place.y() - REACH, 2 * REACH, 2 * REACH)
-        for item in self.items(area):
-            if isinstance(item, NodeItem):
-                placed = item.port_at(place)
-                if placed is not None:
-                    return item, placed
-        return None
+    def port_at(self, place: QPointF, side: str = "") -> tuple[NodeItem, PlacedPort] | None:
+        """Return the node and port at a mouse position: on a node one of its own, elsewhere the nearest within reach of
+        the hand, whatever the zoom; of one `side` only, if that is given.
+        """
+        zoom = min((view.transform().m11() for view in self.views()), default=1.0)
+        reach = max(REACH, REACH_ON_SCREEN / zoom)
+        area = QRectF(place.x() - reach, place.y() - reach, 2 * reach, 2 * reach)
+        over = self.node_at(place)
+        nodes = [item for item in self.items(area) if isinstance(item, NodeItem)] if over is None else [over]
+        hits = [(item, placed) for item in nodes if (placed := item.port_at(place, REACH_ON_SCREEN / zoom))]
+        hits = [hit for hit in hits if side in ("", hit[1].side)]
+        return min(hits, key=lambda hit: QLineF(place, hit[0].mapToScene(hit[1].at)).length(), default=None)
 
     def wire_at(self, place: QPointF) -> WireItem | None:
         """Return the wire at a position without nodes."""

@@ -75,6 +75,24 @@ def test_a_press_begins_anew_where_the_release_of_the_one_before_went_elsewhere(
     assert [node.at for node in workspace.patch().nodes] == [(0.0, -80.0), (240, 0), (0.0, 240.0), (480.0, 240.0)]
 
 
+# --- zoomed out ---
+
+
+def test_a_port_is_hit_within_some_pixels_whatever_the_zoom_and_the_node_beside_it_is_not(workspace):
+    canvas, wire = workspace.canvas, ("hum.out", "shaker.acceleration")
+    canvas.zoom_to(0.2)
+    out, target = (port(workspace, *end) for end in (("hum", "out", "out"), ("shaker", "in", "acceleration")))
+    drag(workspace, out + QPoint(6, 5), target - QPoint(6, -5))
+    assert wire in workspace.patch().wires
+    drag(workspace, out - QPoint(5, 0), out + QPoint(0, 40))
+    assert workspace.patch().node("hum").at != (0, 160)
+    canvas.zoom_to(0.1)
+    for id, side, name, by in (("push", "out", "force", 3), ("step", "in", "force", -3)):  # in reach of both
+        between = canvas.mapToScene(port(workspace, id, side, name) + QPoint(by, 0))
+        assert canvas.patch_scene.port_at(between)[0].node.id == id
+        assert canvas.patch_scene.port_at(between, "in")[0].node.id == "step"
+
+
 # --- several wires ---
 
 FIRST, SECOND = ("hum.out", "through.signal"), ("through.out", "through1.signal")
