@@ -33,13 +33,7 @@ class InlineEdit(QPlainTextEdit):
         If it returns False, the text is not allowed, and stays there to be changed.
         """
         self._on_done, self._is_line = on_done, one_line
-        min_height = HEIGHT if one_line else NOTE_HEIGHT
-        room = self._parent_widget.rect()
-        width = min(max(over.width(), MIN_WIDTH), MAX_WIDTH if one_line else room.width(), room.width() - 8)
-        size = QRect(over.x(), over.y(), width, max(0 if one_line else over.height(), min_height))
-        size.moveLeft(max(min(size.x(), room.width() - size.width() - 4), 4))
-        size.moveTop(max(min(size.y(), room.height() - size.height() - 4), 4))
-        self.setGeometry(size)
+        self.put_over(over)
         wrap = QPlainTextEdit.LineWrapMode
         self.setLineWrapMode(wrap.NoWrap if one_line else wrap.WidgetWidth)
         self.setPlainText(text)
@@ -47,6 +41,16 @@ class InlineEdit(QPlainTextEdit):
         self.show()
         self.raise_()
         self.setFocus()
+
+    def put_over(self, over: QRect) -> None:
+        """Move it over a rectangle of the parent, or as near as it is inside of the parent."""
+        min_height = HEIGHT if self._is_line else NOTE_HEIGHT
+        room = self._parent_widget.rect()
+        width = min(max(over.width(), MIN_WIDTH), MAX_WIDTH if self._is_line else room.width(), room.width() - 8)
+        size = QRect(over.x(), over.y(), width, max(0 if self._is_line else over.height(), min_height))
+        size.moveLeft(max(min(size.x(), room.width() - size.width() - 4), 4))
+        size.moveTop(max(min(size.y(), room.height() - size.height() - 4), 4))
+        self.setGeometry(size)
 
     def finish(self, commit: bool) -> None:
         """Close the field, and commit or discard the text."""

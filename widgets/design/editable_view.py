@@ -1,11 +1,11 @@
 """Editing commands of the canvas, except for dragging; each is one undo step."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
-from PySide6.QtCore import QPointF, QRectF, Signal
+from PySide6.QtCore import QPointF, QRect, QRectF, Signal
 from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
@@ -46,6 +46,8 @@ class EditableView(PatchView):
         self.folder: Path | None = None
         """The patch's folder, to which its files are relative."""
         self.inline = InlineEdit(self)
+        self._written_on = QRectF()
+        self.view_moved.connect(lambda: self.inline.put_over(self._over(self._written_on)))
         document.changed.connect(lambda: self.inline.finish(commit=False))  # what it names may be gone, or another's
 
     def selected_ids(self) -> list[str]:
@@ -202,8 +204,7 @@ class EditableView(PatchView):
             self.patch_scene.select([note.id])
             return True
 
-        over = self.mapFromScene(QRectF(*note.at, *NOTE_ROOM)).boundingRect()
-        self.inline.open(over, "", add, one_line=False)
+        self._open_field(QRectF(*note.at, *NOTE_ROOM), "", add, one_line=False)
 
     # --- clipboard ---
 
@@ -382,8 +383,7 @@ class EditableView(PatchView):
             item = scene.nodes.get(id) or scene.group_nodes[id]
             place = QRectF(item.pos().x(), item.pos().y(), item.geometry.width, TITLE)
         now = self._name(id) if id in scene.nodes else patch.group(id).title
-        over = self.mapFromScene(place).boundingRect()
-        self.inline.open(over, now, lambda text: self._set_title(id, text, step))
+        self._open_field(place, now, lambda text: self._set_title(id, text, step), one_line=True)
 
     def _set_title(self, id: str, text: str, step: str) -> bool:
         """Name a node or group; return whether the name is allowed."""
@@ -401,8 +401,16 @@ class EditableView(PatchView):
         def set_text(text: str) -> bool:
             return self._edit_text(self.document.patch.with_item(replace(item.note, text=text)), "Edit a note")
 
-        over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
-        self.inline.open(over, item.note.text, set_text, one_line=False)
+        self._open_field(item.sceneBoundingRect(), item.note.text, set_text, one_line=False)
+
+    def _open_field(self, place: QRectF, text: str, on_done: Callable[[str], bool], *, one_line: bool) -> None:
+        """Open a field over a place of the scene, which stays there when the view moves."""
+        self._written_on = place
+        self.inline.open(self._over(place), text, on_done, one_line=one_line)
+
+    def _over(self, place: QRectF) -> QRect:
+        """Return a place of the scene in the view."""
+        return self.mapFromScene(place).boundingRect()
 
     def _edit_text(self, after: Patch, what: str, step: str = "") -> bool:
         """Set the patch after a name or a text was typed; return whether that is allowed, and show why not."""

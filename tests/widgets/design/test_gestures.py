@@ -93,6 +93,16 @@ def test_a_port_is_hit_within_some_pixels_whatever_the_zoom_and_the_node_beside_
         assert canvas.patch_scene.port_at(between, "in")[0].node.id == "step"
 
 
+def test_the_field_of_a_name_goes_with_its_node_when_the_view_moves(workspace):
+    canvas = workspace.canvas
+    canvas.edit_title("hum")
+    for moves in (lambda: canvas.zoom_to(0.6), lambda: canvas.pan(-40, 30)):
+        moves()
+        assert canvas.inline.pos() == canvas.mapFromScene(canvas.patch_scene.nodes["hum"].pos())
+    canvas.pan(0, -4000)
+    assert canvas.rect().contains(canvas.inline.geometry())  # what is being written is seen
+
+
 # --- several wires ---
 
 FIRST, SECOND = ("hum.out", "through.signal"), ("through.out", "through1.signal")
