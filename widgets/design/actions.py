@@ -54,6 +54,7 @@ ACTIONS = (
     CanvasAction("copy", "Copy", _KEY.Copy),
     CanvasAction("paste", "Paste", _KEY.Paste),
     CanvasAction("duplicate", "Duplicate", ("Ctrl+D",)),
+    CanvasAction("duplicate fed", "Duplicate with input wires", ("Ctrl+Shift+D",)),
     CanvasAction("delete", "Delete", ("Delete", "Backspace")),
     CanvasAction("select all", "Select all", _KEY.SelectAll),
     CanvasAction("find", "Find…", _KEY.Find),
@@ -153,7 +154,7 @@ def context_menu(
         menu.addSeparator()
     if chosen.inside:
         menu.addAction(actions["leave"])
-    for name in ("cut", "copy", "duplicate", "delete"):
+    for name in ("cut", "copy", "duplicate", "duplicate fed", "delete"):
         if chosen.selected or (name == "delete" and chosen.has_wire):
             menu.addAction(actions[name])
     if chosen.selected:

@@ -100,6 +100,7 @@ class Canvas(NodeDropView):
             "copy": self.copy,
             "paste": self.paste,
             "duplicate": self.duplicate,
+            "duplicate fed": lambda: self.duplicate(with_inputs=True),
             "delete": self.delete,
             "select all": self.select_all,
             "find": self.item_search.ask,

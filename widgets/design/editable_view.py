@@ -1,7 +1,7 @@
 """Editing commands of the canvas, except for dragging; each is one undo step."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -24,7 +24,7 @@ from underfoot.widgets.design.node_geometry import TITLE, description_of, node_g
 from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import GAP_BESIDE, Box, behind, framed_places, pushed, shift_to_free_place
-from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
+from underfoot.widgets.design.rewiring import connected, fed_alike, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.scene import box_of
 from underfoot.widgets.design.undo import Document
 
@@ -247,11 +247,14 @@ class EditableView(PatchView):
         group = self._group_at(place) if place is not None else self.inside
         self._paste(QApplication.clipboard().text(), place, "Paste", group)
 
-    def duplicate(self) -> None:
-        """Add a copy of the selected items beside them, in the group of which they are a part."""
+    def duplicate(self, *, with_inputs: bool = False) -> None:
+        """Add a copy of the selected items beside them, in the group of which they are a part; `with_inputs`, it is fed
+        from outside as they are.
+        """
         members = self._members_for("duplicate")
         if members:
-            self._paste(self._copied(members), None, "Duplicate", self._groups_around(members)[-1])
+            fed = members if with_inputs else ()
+            self._paste(self._copied(members), None, "Duplicate", self._groups_around(members)[-1], fed)
 
     def copy_moved(self, members: Sequence[str], by: Place, place: QPointF, into: str) -> None:
         """Add a copy of these nodes and notes, moved `by` and let go at `place`, to a group, or to the innermost of
@@ -281,7 +284,8 @@ class EditableView(PatchView):
         place = self._middle()
         self._paste(patch.dumps().decode(), place, f"Insert {title}:", self._group_at(place))
 
-    def _paste(self, text: str, at: QPointF | None, what: str, group: str) -> None:
+    def _paste(self, text: str, at: QPointF | None, what: str, group: str, fed: Collection[str] = ()) -> None:
+        """Add the items in a text, at a place if one is given, to a group; copies of `fed` are fed as those are."""
         patch = self.document.patch
         try:
             after, ids = pasted(patch, text, self.registry, self.folder)
@@ -289,6 +293,9 @@ class EditableView(PatchView):
             self.show_message(str(error))
             return
         after = put_into(after, ids, group) if group else after
+        if fed:  # copies are in the order of their originals
+            originals = [node.id for node in patch.nodes if node.id in fed]
+            after = fed_alike(after, self.registry, dict(zip(originals, ids[: len(originals)], strict=True)))
         boxes, x, y = self.patch_scene.boxes_in(after, ids, with_frames=True), 0.0, 0.0
         if at is not None:
             x, y = snapped(at.x() - min(box[0] for box in boxes), at.y() - min(box[1] for box in boxes))

@@ -10,7 +10,7 @@ from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
-from underfoot.patch.wiring import Wire, node_id
+from underfoot.patch.wiring import Wire, node_id, renamed_end
 from underfoot.widgets.design.patch_editing import port_of, refusal
 
 
@@ -102,6 +102,13 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     wires = tuple((f"{id}.{way.output}", wire[1]) if other == wire else other for other in patch.wires)
     through = (*wires, (wire[0], f"{id}.{way.input}"))
     return msgspec.structs.replace(patch, wires=through).check(registry)
+
+
+def fed_alike(patch: Patch, registry: Registry, copies: Mapping[str, str]) -> Patch:
+    """Return the patch in which copies of nodes, by the ids of those, are also fed by what feeds those from outside."""
+    fed = [wire for wire in patch.wires if node_id(wire[1]) in copies and node_id(wire[0]) not in copies]
+    wires = (*patch.wires, *((source, renamed_end(target, copies)) for source, target in fed))
+    return msgspec.structs.replace(patch, wires=wires).check(registry)
 
 
 def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) -> Patch:

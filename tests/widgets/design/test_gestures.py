@@ -176,6 +176,18 @@ def test_what_is_let_go_with_alt_is_copied_there_and_stays(chain):
     assert row.patch() == before
 
 
+def test_a_duplicate_with_input_wires_is_fed_from_outside_as_its_original_is(chain):
+    before = chain.patch()
+    chain.canvas.patch_scene.select(["through", "through1"])
+    assert "Duplicate with input wires" in menu_texts(chain, middle(chain, "through"))
+    QTest.keyClick(chain.canvas, Qt.Key.Key_D, CONTROL | SHIFT)
+    assert chain.canvas.selected_ids() == ["through2", "through3"]
+    wires = {("through2.out", "through3.signal"), ("hum.out", "through2.signal")}
+    assert set(chain.patch().wires) == {*before.wires, *wires}
+    chain.undo_action.trigger()
+    assert chain.patch() == before
+
+
 def test_a_frame_that_is_let_go_with_alt_is_copied_with_its_group(chain):
     title = chain.canvas.mapFromScene(chain.canvas.patch_scene.group_frames["group"].title_rect().center())
     drag(chain, title, title - QPoint(0, 200), modifiers=ALT)
