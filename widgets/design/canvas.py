@@ -38,7 +38,7 @@ from underfoot.widgets.design.wire_cut import WireCut
 from underfoot.widgets.escape import is_escape_override
 
 BESIDE_PX = 48
-"""Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
+"""Distance of a new node from the node that feeds it, in pixels of the scene, if the menu of connections adds it."""
 
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 _EXTENDING = Qt.KeyboardModifier.ShiftModifier | _CONTROL
@@ -153,9 +153,10 @@ class Canvas(NodeDropView):
         corner = self.mapFromScene(chosen[0].sceneBoundingRect().topRight())
         outputs = [(port.row.text, chosen[0].end(port)) for port in chosen[0].geometry.ports if port.side == "out"]
 
+        places = {source: chosen[0].wire_place("out", source) + QPointF(BESIDE_PX, 0.0) for _, source in outputs}
+
         def add(source: str) -> None:
-            at = corner + QPoint(BESIDE_PX, BESIDE_PX)
-            self.search.ask_for_end(at, self.mapToScene(at), (source, "out"))
+            self.search.ask_for_end(self.mapFromScene(places[source]), places[source], (source, "out"))
 
         patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
         menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wire)

@@ -20,10 +20,18 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.group_items import FRAME_PAD
-from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
+from underfoot.widgets.design.node_geometry import FIRST_PORT, TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import GAP_BESIDE, Box, behind, framed_places, pushed, shift_to_free_place
+from underfoot.widgets.design.placing import (
+    GAP_BESIDE,
+    Box,
+    backwards,
+    behind,
+    framed_places,
+    pushed,
+    shift_to_free_place,
+)
 from underfoot.widgets.design.rewiring import connected, fed_alike, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.scene import box_of
 from underfoot.widgets.design.undo import Document
@@ -81,15 +89,15 @@ class EditableView(PatchView):
     ) -> None:
         """Add a node with its title under `place`, or in the centre of the view, and select it.
 
-        `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`. A node that feeds an
-        input has its right edge at `place`. `into` is a wire into which the node is inserted.
+        `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`: its first port on that
+        side is at `place`. `into` is a wire into which the node is inserted.
         """
         place = self._middle() if place is None else place
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
-        feeds = from_port is not None and from_port[1] == "in"
         around = self._group_of(into) if into else self._group_at(place)
-        box = self._box_at(type, place, ends_there=feeds)
-        dx, dy = self._shift_clear([box], around) if into is None else (0.0, 0.0)
+        side = from_port[1] if from_port else ""
+        box = self._box_at(type, place, side)
+        dx, dy = self._shift_clear([box], around, avoided=backwards(box, side)) if into is None else (0.0, 0.0)
         after = patch.add(type, self.registry, (box[0] + dx, box[1] + dy), **self.registry[type].initial)
         id = after.nodes[-1].id
         after = put_into(after, [id], around) if around else after
@@ -102,17 +110,20 @@ class EditableView(PatchView):
         self.patch_scene.select([id])
         self.ensure_visible([id])
 
-    def _box_at(self, type: str, place: QPointF, *, ends_there: bool) -> Box:
+    def _box_at(self, type: str, place: QPointF, side: str) -> Box:
+        """Return the box of a new node with its title at a place, or a port, for a wire from `side` of another node."""
         shape = node_geometry(description_of(self.registry[type]))
-        left = 16.0 if not ends_there else shape.width
-        return *snapped(place.x() - left, place.y() - TITLE / 2), shape.width, shape.height
+        left, top = {"": (16.0, TITLE / 2), "out": (0.0, FIRST_PORT), "in": (shape.width, FIRST_PORT)}[side]
+        return *snapped(place.x() - left, place.y() - top), shape.width, shape.height
 
-    def _shift_clear(self, boxes: Sequence[Box], group: str, without: Sequence[str] = ()) -> Place:
+    def _shift_clear(
+        self, boxes: Sequence[Box], group: str, without: Sequence[str] = (), avoided: Sequence[Box] = ()
+    ) -> Place:
         """Return the shift to where neither items but these nor frames are, but those of this group and around it; if
-        there is room, also to where those need not grow over what is not in them.
+        there is room, also to where those need not grow over what is not in them, and out of what is `avoided`.
         """
         scene, around = self.patch_scene, chain(self.document.patch.groups, group)
-        avoided = list[Box]()
+        avoided = [*avoided]
         for frame in (frame for id, frame in scene.group_frames.items() if id in around):
             inside = {scene.group_view.shown_as[member] for member in frame.shown_group.members}
             strangers = scene.boxes(without={*without, *inside})

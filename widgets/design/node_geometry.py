@@ -12,6 +12,8 @@ from underfoot.patch.node import NodeType, Port
 from underfoot.widgets import theme
 
 TITLE, ROW, PAD, PLOT = 24.0, 20.0, 8.0, 40.0
+FIRST_PORT = TITLE + PAD / 2 + ROW / 2
+"""Height of the first ports, below the top of a node."""
 NARROWEST = 136.0
 COST_ROOM = 48.0
 WIDEST_TITLE, WIDEST_PORT = 160.0, 208.0
@@ -121,10 +123,9 @@ def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow,
     wanted = max(title_px + 2 * PAD + COST_ROOM, left + right + 5 * PAD, NARROWEST)
     width = math.ceil(wanted / theme.GRID) * theme.GRID
     rows = max(len(inputs), len(outputs))
-    top = TITLE + PAD / 2
-    below = top + rows * ROW + PAD / 2
+    below = FIRST_PORT + (rows - 0.5) * ROW + PAD / 2
     ports = tuple(
-        PlacedPort(row, side, QPointF(0.0 if side == "in" else width, top + (i + 0.5) * ROW))
+        PlacedPort(row, side, QPointF(0.0 if side == "in" else width, FIRST_PORT + i * ROW))
         for side, group in (("in", inputs), ("out", outputs))
         for i, row in enumerate(group)
     )

@@ -79,6 +79,18 @@ def behind(frame: Box, stranger: Box, title: float) -> Box:
     return left, top, width, height
 
 
+def backwards(box: Box, side: str) -> list[Box]:
+    """Return where the wire of a new node would run backwards: left of its box if it comes from an output, "out", right
+    of it if it goes to an input, "in".
+
+    >>> backwards((64.0, 0.0, 96.0, 80.0), "out") == [(48.0 - FAR, -FAR, FAR, 2 * FAR)]
+    True
+    """
+    left, _, width, _ = box
+    begin = {"out": left - GAP - FAR, "in": left + width + GAP}
+    return [(begin[side], -FAR, FAR, 2 * FAR)] if side else []
+
+
 def pushed(
     boxes: Mapping[str, Box], frames: Mapping[str, tuple[Box, Collection[str]]], first: Iterable[str], by: float
 ) -> set[str]:

@@ -296,6 +296,20 @@ def test_a_node_pulled_from_an_input_ends_where_the_wire_was_let_go(line):
     assert abs(there.x() - end.x() - moved.x()) <= 8
 
 
+def test_nodes_that_are_added_to_a_port_lie_in_a_row_with_it_and_none_behind_it(workspace):
+    """Each lay lower than the one before; where there was no room, one went to the left of the port that fed it."""
+    canvas = workspace.canvas
+    workspace.set_patch(Patch().add("through", REGISTRY))
+    for source in ("through", "through1", "through", "through", "through"):
+        canvas.patch_scene.select([source])
+        QTest.keyClick(canvas, Qt.Key.Key_C)
+        QTest.keyClick(QApplication.activePopupWidget(), Qt.Key.Key_Return)
+        choose(workspace, "through")
+    places = [node.at for node in workspace.patch().nodes]
+    assert places[:3] == [(0.0, 0.0), (184.0, 0.0), (368.0, 0.0)]
+    assert min(x for x, _ in places[3:]) == 184.0
+
+
 # --- what was just made is seen ---
 
 
