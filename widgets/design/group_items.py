@@ -11,8 +11,9 @@ from underfoot.patch.patch import PlacedNode
 from underfoot.patch.wiring import Wire
 from underfoot.widgets import theme
 from underfoot.widgets.design.group_view import colour_of
-from underfoot.widgets.design.items import MOVES, NodeItem, WireItem, place_for
+from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, MOVES, NodeItem, WireItem, place_for
 from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, PlacedPort
+from underfoot.widgets.design.node_painting import MIN_ZOOM
 
 FRAME_PAD = 2.0 * theme.GRID
 EDGE_REACH = 6.0
@@ -110,16 +111,20 @@ class GroupFrameItem(QGraphicsItem):
         painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, line)), 1.0))
         painter.setBrush(QColor(theme.mixed(colour, theme.GROUND, ground)))
         painter.drawRoundedRect(self._rect, 8.0, 8.0)
-        painter.setFont(theme.font(bold=True))
+        zoom = option.levelOfDetailFromTransform(painter.worldTransform())
+        if zoom < MIN_ZOOM:
+            return
+        far = zoom < MIN_LEGIBLE_SCALE
+        painter.setFont(theme.font(round(theme.SMALL_PX / zoom), bold=True) if far else theme.font(bold=True))
         painter.setPen(QColor(theme.mixed(colour, theme.TEXT, 0.6)))
         title, metrics = self.shown_group.title or "Group", painter.fontMetrics()
-        room = self._title_room(metrics.horizontalAdvance(title))
+        room = self._title_room(metrics.horizontalAdvance(title), TITLE + FRAME_PAD - 1.0 if far else TITLE)
         text = metrics.elidedText(title, Qt.TextElideMode.ElideRight, int(room.width()))
         painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
 
-    def _title_room(self, width: float) -> QRectF:
-        """Return the first stretch of the title strip of this width that nothing covers, or else the widest."""
-        strip = self.title_rect().adjusted(PAD + 4, 0, -PAD, 0)
+    def _title_room(self, width: float, height: float) -> QRectF:
+        """Return the first stretch of the strip at the top of this width that nothing covers, or else the widest."""
+        strip = QRectF(self._rect.left() + PAD + 4, self._rect.top(), self._rect.width() - 2 * PAD - 4, height)
         covers = [item_rect(item) for item in self.scene().items(strip) if isinstance(item, NodeItem | NoteItem)]
         stretches, left = [], strip.left()
         for cover in sorted(covers, key=QRectF.left):

@@ -5,13 +5,14 @@ from itertools import combinations
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, sample, send
 from groups_by_hand import click_in_menu, in_view, menu_texts, write
-from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.group_items import item_rect
+from underfoot.widgets.design.group_items import FRAME_PAD, item_rect
+from underfoot.widgets.design.node_geometry import TITLE
 from underfoot.widgets.design.node_list import MIME
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -293,6 +294,16 @@ def test_the_title_of_a_frame_is_read_beside_a_node_that_lies_on_it(chain):
     strip.setLeft(node.right() + 8.0)
     image = chain.canvas.viewport().grab(in_view(chain, strip).boundingRect()).toImage()
     assert len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())}) > 1
+
+
+def test_the_title_of_a_frame_can_be_read_from_far(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    chain.document.edit(chain.patch().disconnect([("hum.out", "through.signal")]), "Disconnect")
+    chain.canvas.zoom_to(0.35)
+    strip = QRectF(frame.frame_rect().topLeft(), QSizeF(200.0, TITLE + FRAME_PAD)).adjusted(8.0, 4.0, 0.0, -4.0)
+    image = chain.canvas.viewport().grab(in_view(chain, strip).boundingRect()).toImage()
+    rows = [{image.pixel(x, y) for x in range(image.width())} for y in range(image.height())]
+    assert sum(len(colours) > 1 for colours in rows) >= 8  # pixels: the letters' height
 
 
 def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):
