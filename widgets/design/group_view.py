@@ -1,8 +1,10 @@
 """The visible part of a patch at one level, on which a collapsed group is drawn as a node. Without Qt."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from underfoot.patch.groups import Group, innermost, parents
 from underfoot.patch.node import Registry
@@ -92,7 +94,13 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
         outputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
     names = ", ".join(node.name_in(registry) for node in nodes)
-    return NodeDescription(title, f"Sub-patch of {names}", colour_of(group), tuple(inputs), tuple(outputs))
+    return NodeDescription(title, f"Sub-patch of {names}", colour_of(group), _told_apart(inputs), _told_apart(outputs))
+
+
+def _told_apart(rows: Sequence[PortRow]) -> tuple[PortRow, ...]:
+    """Return the ports of one side; where several have one label, each has the id of its node, too."""
+    uses = Counter(row.text for row in rows)
+    return tuple(replace(row, text=f"{row.text} ({node_id(row.end)})") if uses[row.text] > 1 else row for row in rows)
 
 
 def node_of_group(patch: Patch, group: Group) -> PlacedNode:

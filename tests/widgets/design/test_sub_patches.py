@@ -46,6 +46,12 @@ def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(
     assert set(row.canvas.patch_scene.selected()) == {"through", "through1"}
 
 
+def test_ports_of_a_sub_patch_that_would_have_one_label_tell_whose_they_are(row):
+    row.set_patch(row.patch().disconnect([("through.out", "through1.signal")]))
+    ports = collapse(row, "through", "through1").geometry.ports
+    assert [placed.row.text for placed in ports] == ["Through (through)", "Through (through1)"] * 2
+
+
 @pytest.mark.parametrize("keys", [(Qt.Key.Key_D,), (Qt.Key.Key_C, Qt.Key.Key_V)])
 def test_a_copy_of_all_that_is_in_the_open_sub_patch_is_nodes_beside_them(row, keys):
     collapse(row, "through", "through1")
