@@ -94,7 +94,6 @@ class PreviewPanel(QWidget):
         column.setSpacing(0)
         column.addLayout(head)
         told = self._told = QHBoxLayout()
-        told.setContentsMargins(16, 0, 8, 2)
         told.setSpacing(theme.GRID)
         told.addWidget(self.short_title)
         told.addWidget(self.note, 1)
@@ -155,6 +154,7 @@ class PreviewPanel(QWidget):
         is_narrow = self.width() < NARROW_PX
         self.short_title.setText(name)
         self.short_title.setVisible(is_narrow)
+        self._told.setContentsMargins(16, 4 if is_narrow else 0, 8, 2)
         line = self._told if is_narrow else self._head
         if line.indexOf(self.output) < 0:
             line.insertWidget(1, self.output)
