@@ -28,10 +28,10 @@ class CanvasAction(NamedTuple):
 
 
 ALIGNMENTS = (
-    CanvasAction("align left", "Left edges", ("Ctrl+Shift+Left",)),
-    CanvasAction("align right", "Right edges", ("Ctrl+Shift+Right",)),
-    CanvasAction("align top", "Top edges", ("Ctrl+Shift+Up",)),
-    CanvasAction("align bottom", "Bottom edges", ("Ctrl+Shift+Down",)),
+    CanvasAction("align left", "Left edges in line", ("Ctrl+Shift+Left",)),
+    CanvasAction("align right", "Right edges in line", ("Ctrl+Shift+Right",)),
+    CanvasAction("align top", "Top edges in line", ("Ctrl+Shift+Up",)),
+    CanvasAction("align bottom", "Bottom edges in line", ("Ctrl+Shift+Down",)),
     CanvasAction("align across", "Equal horizontal gaps", ("Ctrl+Shift+H",)),
     CanvasAction("align down", "Equal vertical gaps", ("Ctrl+Shift+V",)),
 )

@@ -170,6 +170,7 @@ class DesignWorkspace(Workspace):
             ("Look into the sub-patch", "Enter, double-click"),
             ("Edit a note or a title", "Double-click"),
             ("Put a preset into the patch", "Shift+Enter, with the focus on the presets"),
+            ("Move what is selected, or else the view", "Arrow keys; with Shift further"),
             ("Move the view", "Space and drag, middle button"),
             ("Copy what is dragged", "Alt as you let it go"),
             ("Cut wires", "Ctrl and drag with the right button"),

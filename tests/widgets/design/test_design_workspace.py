@@ -104,6 +104,8 @@ def test_both_customs_of_redo_are_there_and_the_sheet_names_keys_that_a_keyboard
         assert workspace.patch() == moved
     told = dict(workspace.shortcuts())
     assert (told["Undo"], told["Redo"]) == ("Ctrl+Z", "Ctrl+Shift+Z, Ctrl+Y")
+    assert told["Move what is selected, or else the view"].startswith("Arrow keys")
+    assert told["Left edges in line"] == "Ctrl+Shift+Left"
 
 
 def test_dragging_a_slider_is_one_step_of_undo(workspace):
