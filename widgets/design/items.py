@@ -13,8 +13,9 @@ from underfoot.patch.patch import PlacedNode
 from underfoot.patch.wiring import Wire, port_name
 from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.design.marks import button_at, is_inactive, paint_far_marks, paint_marks
+from underfoot.widgets.design.marks import below_far_marks, button_at, is_inactive, paint_far_marks, paint_marks
 from underfoot.widgets.design.node_geometry import (
+    PAD,
     TITLE,
     WIDEST_TITLE,
     NodeDescription,
@@ -223,7 +224,8 @@ class NodeItem(QGraphicsItem):
         look = NodeLook(colour, self.state, quiet, self.isSelected(), self._hovered)
         paint_body(painter, geometry, look)
         if zoom < MIN_LEGIBLE_SCALE:
-            paint_far_title(painter, geometry, title, look, zoom)
+            name_room = geometry.rect.adjusted(PAD / 2, below_far_marks(self.node, zoom), -PAD / 2, 0.0)
+            paint_far_title(painter, name_room, title, look, zoom)
             for placed in geometry.ports:
                 paint_far_port(painter, placed, faint=self._dimmed in (placed.side, "both"), zoom=zoom)
             paint_far_marks(painter, self.node, geometry, self.is_auditioned, zoom)

@@ -5,7 +5,7 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen
 
 from underfoot.patch.patch import PlacedNode
 from underfoot.widgets import theme
-from underfoot.widgets.design.node_geometry import NodeGeometry
+from underfoot.widgets.design.node_geometry import TITLE, NodeGeometry
 
 MARK_LETTERS = {"muted": ("M", "alarm"), "bypassed": ("B", "force"), "soloed": ("S", "contact")}
 """The letter of each mark, and the name of its colour."""
@@ -42,13 +42,26 @@ def paint_far_marks(
     painter: QPainter, node: PlacedNode, geometry: NodeGeometry, is_auditioned: bool, zoom: float
 ) -> None:
     """Paint the marks when zoomed out: large letters, and a frame around the node that is played alone."""
-    _paint_letters(painter, node, QPointF(GAP_PX, GAP_PX), min(1.0 / zoom, 2.0))
+    _paint_letters(painter, node, QPointF(GAP_PX, GAP_PX), _far_scale(zoom))
     if is_auditioned:
         pen = QPen(QColor(theme.VIBRATION), 2.0)
         pen.setCosmetic(True)
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(geometry.rect, 6.0, 6.0)
+
+
+def below_far_marks(node: PlacedNode, zoom: float) -> float:
+    """Return the height below which a node that is zoomed out has room for its name.
+
+    >>> below_far_marks(PlacedNode("a", "gain"), 0.4), below_far_marks(PlacedNode("a", "gain", muted=True), 0.4)
+    (24.0, 35.0)
+    """
+    return max(TITLE, GAP_PX + CHIP_PX * _far_scale(zoom)) if node.marks else TITLE
+
+
+def _far_scale(zoom: float) -> float:
+    return min(1.0 / zoom, 2.0)
 
 
 def _paint_letters(painter: QPainter, node: PlacedNode, at: QPointF, scale: float) -> None:

@@ -62,11 +62,10 @@ def paint_title(painter: QPainter, geometry: NodeGeometry, title: str, cost: str
         painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), _AT_RIGHT, note)
 
 
-def paint_far_title(painter: QPainter, geometry: NodeGeometry, title: str, look: NodeLook, zoom: float) -> None:
-    """Paint only the name, at the size of a small label, when zoomed out."""
+def paint_far_title(painter: QPainter, room: QRectF, title: str, look: NodeLook, zoom: float) -> None:
+    """Paint only the name, in this room and at the size of a small label, when zoomed out."""
     if zoom < MIN_ZOOM:
         return
-    room = geometry.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
     size_px = far_size(title, round(theme.SMALL_PX / zoom), room.width())
     painter.setFont(theme.font(size_px))
     painter.setPen(QColor(theme.MUTED if look.quiet else theme.TEXT))
