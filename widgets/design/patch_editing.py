@@ -167,7 +167,9 @@ def is_only_heard(patch: Patch, registry: Registry, id: str) -> bool:
 
 
 def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
-    """Return the inputs that an output can be wired to: unwired ones first, then those whose wire would be replaced."""
+    """Return the inputs that an output can be wired to and is not: unwired ones first, then those whose wire would be
+    replaced.
+    """
     id, _, port = source.partition(".")
     output = registry[patch.node(id).type].output_ports[port]
     behind = upstream(patch.wires, [id])
@@ -177,7 +179,7 @@ def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
         for node in patch.nodes
         if node.id not in behind
         for name, target in registry[node.type].input_ports.items()
-        if can_connect(output, target)
+        if can_connect(output, target) and (source, f"{node.id}.{name}") not in patch.wires
     ]
     return sorted(found, key=wired.__contains__)
 
