@@ -129,7 +129,7 @@ class Floor(msgspec.Struct, frozen=True):
     def __post_init__(self) -> None:
         tiles = _listed(self.tiles)
         require(len(tiles) > 0, "tiles", self.tiles, "at least one tile, in a list")
-        require(all(isinstance(tile, Tile) for tile in tiles), "tiles", self.tiles, "Tiles")
+        require(all(isinstance(tile, Tile) for tile in tiles), "tiles", tiles, "Tiles")
         force_setattr(self, "tiles", tiles)
         seen: set[str] = set()
         for place, tile in enumerate(self.tiles):
