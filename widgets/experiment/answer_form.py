@@ -294,8 +294,9 @@ class AnswerForm(QWidget):
             slider.setAccessibleDescription(value.text())  # of the slider itself a reader has thousandths of the way
 
         def moved(place: float) -> None:
-            show_value(question.value(place))
-            self.changed.emit(question.name, question.value(place))
+            found = float(f"{question.value(place):.12g}")  # keys add up to -0.7999999999999972
+            show_value(found)
+            self.changed.emit(question.name, found)
 
         slider.set_position(question.position(question.default))
         if question.name == GAIN_DB:  # it plays at once
