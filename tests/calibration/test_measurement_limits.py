@@ -1,8 +1,12 @@
 """Where a measurement is refused as implausible, and what may just pass."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from underfoot.calibration.procedures.fsr import FsrProcedure
+from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.calibration.science.centroid_fit import centroid
 from underfoot.calibration.science.clicks import click_delays, click_train
 from underfoot.calibration.science.load_checks import require_weight
@@ -14,6 +18,8 @@ from underfoot.calibration.science.response import equalise, flatness_db, usable
 from underfoot.calibration.science.sweep import train
 from underfoot.calibration.science.tones import harmonics, tone_series
 from underfoot.errors import BadMeasurement, BadValue
+from underfoot.floor.layout import default_floor
+from underfoot.floor.simulated_tile import SimulatedTile
 
 REST = np.full(4, 1000.0)
 
@@ -102,6 +108,28 @@ def test_a_sensor_clips_that_stands_still_at_its_largest_reading_whatever_its_bi
     light = trembling.copy()
     light[:, 2] = 500.0  # coarse, and hardly loaded
     require_unclipped(light, np.zeros(4))
+
+
+def test_the_next_tare_waits_for_the_last_known_weight_to_be_taken_off():
+    """It stands over another sensor, and was read as nothing on the tile."""
+    tile = default_floor().tiles[0]
+    procedure, hand = FsrProcedure(tile), SimulatedHand(SimulatedTile(tile))
+    procedure.answer({"reference": "known weights", "weights_n": (25.0, 50.0, 100.0)})
+
+    def press(request):
+        hand.press(request)
+        procedure.feed(replace(hand.read(), force_n=None))
+
+    while procedure.page.key != "sensor2-tare":
+        if procedure.page.questions:
+            procedure.answer({})
+        weight = procedure.page.press
+        press(weight)
+    for _ in range(30):
+        press(weight)
+    assert procedure.progress.hint == "The weight over sensor 1 is still on it; take it off."
+    while procedure.page.key == "sensor2-tare":
+        press(procedure.page.press)
 
 
 def test_a_recording_is_silent_below_the_last_bit_of_sixteen():

@@ -39,6 +39,8 @@ _STAYS_S, _OTHER_UNIT = 3.0, (0.03, 0.25)
 gives."""
 _ZERO = 5e-4
 """Share of full scale by which an unloaded load cell is off its zero, and not only noisy."""
+_STILL_ON, _NOISE_COUNTS = 0.85, 100.0
+"""Share of a weight's change of reading that is left only while it is there, and not by creep (half); and no change."""
 _STEPS = 20
 _COVERED = 0.8
 """Share of equal steps of force that a loading must pass through."""
@@ -257,6 +259,12 @@ class FsrProcedure(PagedProcedure):
             return PageProgress(
                 "The load cell is loaded; take it off.", 0.5, (("force", float(seen.force_n[-1]), "N"),)
             )
+        for k in [step.sensor for step, _, given in self._step_data_of_sensors() if given.get("weight_n", 0.0) > 0.0][
+            -1:
+        ]:
+            change = abs(float(np.median(seen.values[:, k])) - float(self._rest_readings()[k]))
+            if change > max(_STILL_ON * self._weights(k)[-1][0], _NOISE_COUNTS):
+                return PageProgress(f"The weight over sensor {k + 1} is still on it; take it off.", 0.5)
         return None
 
     def _checked(
