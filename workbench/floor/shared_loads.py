@@ -23,6 +23,11 @@ JUMP_M, SIDEWAYS_M, SAME_WAY_COSINE, JUMP_S, STAYS_LOADED_S, HEEL_STRIKE_S = 0.1
 which it rolled (cosine below `SAME_WAY_COSINE`), and the tile stays loaded for `STAYS_LOADED_S`. Not in the first
 `HEEL_STRIKE_S`, in which the centroid moves from the heel to the whole foot."""
 
+SLOW_JUMP_S, SLOW_STANCE_S = 0.25, (0.8, 1.8)
+"""Who walks slowly has both feet down for longer: while a load is of the age `SLOW_STANCE_S`, its centroid may take
+`SLOW_JUMP_S`. A foot of 0.31 m that stays for so long rolls at most 0.08 m meanwhile (`gait.roll`). Later somebody
+stands, and sways."""
+
 APART_M = 0.26
 """Largest distance between the centroids of a foot's parts: from the heel to the middle of the rest, three quarters of
 the longest foot."""
@@ -163,10 +168,9 @@ def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: b
     if track[-1, TIME] - start_s < JUMP_S + STAYS_LOADED_S:
         return None
     time_s = track[:, TIME]
-    begin, end = (
-        np.searchsorted(time_s, time_s[-1] - STAYS_LOADED_S - JUMP_S),
-        np.searchsorted(time_s, time_s[-1] - STAYS_LOADED_S),
-    )
+    end_s = time_s[-1] - STAYS_LOADED_S
+    is_slow = SLOW_STANCE_S[0] <= end_s - start_s <= SLOW_STANCE_S[1]
+    begin, end = np.searchsorted(time_s, [end_s - (SLOW_JUMP_S if is_slow else JUMP_S), end_s])
     towards = track[end, PLACE] - track[begin, PLACE]
     place_m, length_m = track[begin, PLACE], float(np.hypot(*towards))
     if time_s[begin] < start_s + HEEL_STRIKE_S:
