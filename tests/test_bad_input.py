@@ -200,6 +200,11 @@ def test_a_folder_of_patches_is_not_rendered_into_a_sound_file(refused, folder):
     assert "; allowed for 4 patches, which makes 4 files" in refused("render", *["wood", "mine"] * 2, "-o", "taken")
 
 
+def test_a_walk_that_is_misspelt_is_refused_with_the_names_that_there_are(refused):
+    for words in (("monitor", "coridor"), ("serve", "coridor"), ("render", SINE, "--force", "coridor")):
+        assert "a C3D file with force plates, or a preset walk: corridor)" in refused(*words)
+
+
 def test_what_serve_cannot_read_is_what_was_given(refused):
     assert "missing.csv cannot be read: no such file (TARGET is simulator" in refused("serve", "missing.csv")
 

@@ -36,7 +36,7 @@ from underfoot.floor.step_finder import CHUNK, Detections, StepFinder
 from underfoot.floor.tile_response import ResponseTotals
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.force_files import FORMS, read_force_file
+from underfoot.records.force_files import forms_or_walks, read_force_file
 from underfoot.records.recording import is_recording
 
 _WAIT_S = 0.02
@@ -244,7 +244,7 @@ def open_stream(
         return FileStream(*read_force_file(path, given), seconds)
     if not os.path.isfile(path):
         simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
-        allowed = f"{simulators}, {target_forms()}, {FORMS}"
+        allowed = f"{simulators}, {target_forms()}, {forms_or_walks()}"
         raise BadFile(f"{source} cannot be read: {no_file(path)} (SOURCE is {allowed})")
     forces, layout = read_force_file(path, given)
     if pace or record is not None or patch is not None:

@@ -167,14 +167,16 @@ def _target(options: ServeOptions) -> "Target":
     from underfoot.engine.target import Target, live_target, sound_device
     from underfoot.files import no_file
     from underfoot.floor.layout import Floor
-    from underfoot.records.force_files import FORMS, floor_of
+    from underfoot.records.force_files import floor_of, forms_or_walks
 
     sound = sound_device(options.sound)
     live = live_target(options.target, options.floor, options.sensor_rate)
     if live is not None:
         return replace(live, sound=sound, profiles=str(options.profiles or ""))
     if not os.path.isfile(options.target):
-        allowed = f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, {FORMS}"
+        allowed = (
+            f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, {forms_or_walks()}"
+        )
         raise BadFile(f"{options.target} cannot be read: {no_file(options.target)} (TARGET is {allowed})")
     if options.profiles is not None:
         raise BadValue(f"--profiles is for tiles that send readings; {options.target} is in newtons")

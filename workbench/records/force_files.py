@@ -9,10 +9,12 @@ from underfoot.errors import BadFile
 from underfoot.files import no_file
 from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces
 from underfoot.floor.layout import Floor
+from underfoot.patch.preset_files import walks
 from underfoot.quantities import counted
 from underfoot.records.recording import Recording, is_recording
 
-FORMS = "a force CSV, a recording, or a C3D file with force plates"
+_TWO, _THIRD = "a force CSV, a recording", "a C3D file with force plates"
+FORMS = f"{_TWO}, or {_THIRD}"
 MOST_BYTES = 512 << 20
 """Largest size in memory of a recording's forces."""
 
@@ -27,7 +29,7 @@ def read_force_file(
     """
     path = Path(path)
     if not os.path.isfile(path):
-        raise BadFile(f"{path} cannot be read: {no_file(path)} (allowed: {FORMS})")
+        raise BadFile(f"{path} cannot be read: {no_file(path)} (allowed: {forms_or_walks()})")
     if is_recording(path):
         forces, own = _recorded(path, stretch_s)
     elif path.suffix.lower() == ".c3d":
@@ -40,6 +42,15 @@ def read_force_file(
     if floor is not None and len(floor.tiles) != len(own.tiles):
         raise BadFile(f"{path} has {counted(len(own.tiles), 'tile')}; allowed: {len(floor.tiles)}, as the floor has")
     return (forces if stretch_s is None else _cut(path, forces, stretch_s)), floor or own
+
+
+def forms_or_walks() -> str:
+    """Return in words what forces are read from where a name stands for a preset walk, too.
+
+    >>> forms_or_walks()
+    'a force CSV, a recording, a C3D file with force plates, or a preset walk: corridor'
+    """
+    return f"{_TWO}, {_THIRD}, or a preset walk: {', '.join(walks())}"
 
 
 def floor_of(path: str | Path) -> Floor:
