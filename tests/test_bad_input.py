@@ -228,6 +228,7 @@ BAD_OPTIONS = [
     ("render PATCH --seconds inf", "seconds is inf"),
     ("render PATCH --seconds 1e9", "seconds is 1000000000.0"),
     ("render PATCH --seconds long", "'long' is not a valid float"),
+    ("scene frozen-pond --set depth=1", "--set is 'depth=1'; allowed: NAME=VALUE with a name of: threshold_n, "),
     ("render PATCH --block 0", "block is 0; allowed: 1 to 65536 frames"),
     ("render PATCH --block -64", "block is -64"),
     ("render PATCH --block 100000", "block is 100000"),

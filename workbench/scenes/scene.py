@@ -93,7 +93,7 @@ def values_of(kind: type[Scene], texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition("=")
         known = ", ".join(kind.parameters) or "none"
-        require(bool(equals) and name in kind.parameters, "set", text, f"NAME=VALUE with a name of: {known}")
+        require(bool(equals) and name in kind.parameters, "--set", text, f"NAME=VALUE with a name of: {known}")
         parameter = kind.parameters[name]
         try:
             found[name] = parameter.check(_parsed(parameter, value))
