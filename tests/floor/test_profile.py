@@ -281,6 +281,10 @@ def test_what_speaks_against_a_profile_is_said():
     partly = msgspec.structs.replace(profile.centroid, error=3.0, good=False)
     said = Profile(tile="t1", centroid=partly).flags("t1", TODAY)
     assert said == ("Places of t1: errs by 3 mm; 20 allowed, but not all of it is good: read its verdict",)
+    rehearsed = Profile(tile="t1", centroid=msgspec.structs.replace(profile.centroid, simulated=True))
+    said = Profile.loads(rehearsed.dumps()).flags("t1", TODAY)
+    assert said == ("Places of t1: measured on a simulated tile; measure this one",)
+    assert rehearsed.flags("t1", TODAY, simulated=True) == ()
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,18 @@ def test_a_profile_of_another_tile_is_flagged_and_takes_no_part_of_this_one(driv
     assert Profile.load(driver.file("t1")).tile == "t1"
 
 
+def test_hardware_is_told_of_what_was_measured_on_simulated_tiles_of_its_layout(driver):
+    """They share a profile, and only the report told them apart."""
+    driver.begin()
+    driver.go("result")
+    driver.wizard.saving.click()
+    driver.wait(lambda: driver.workspace.profiles.by_tile)
+    flags = driver.workspace.choice.flags
+    assert "simulated" not in flags.text()
+    driver.workspace.set_target(Target(default_floor(), "udp", "127.0.0.1:9000"))
+    driver.wait(lambda: "Vibration of t1: measured on a simulated tile; measure this one." in flags.text())
+
+
 def test_floors_keep_their_profiles_apart(driver):
     before = driver.workspace.profiles.folder
     driver.workspace.set_target(Target(default_floor(2, 3)))

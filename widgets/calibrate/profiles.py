@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from datetime import date
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -14,11 +13,6 @@ from underfoot.files import make_folder
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, load_for_tile
 from underfoot.widgets.session.profile_folder import profile_folder, profiles_elsewhere
-
-
-def flags_of(profiles: dict[str, Profile], today: date) -> tuple[str, ...]:
-    """Return warnings about these profiles, by tile, today: one line each."""
-    return tuple(line for tile, profile in profiles.items() for line in profile.flags(tile, today))
 
 
 class Profiles(QObject):
@@ -58,7 +52,7 @@ class Profiles(QObject):
 
     def save(self, tile: str, result: Result) -> None:
         """Store a result in a tile's profile; the part it replaces goes into the history."""
-        self._submit(self._write, self.folder, tile, result.kind, result.apply, f"The profile of {tile} is saved")
+        self._submit(self._write, self.folder, tile, result.kind, result.applied, f"The profile of {tile} is saved")
 
     def restore(self, tile: str, index: int) -> None:
         """Put `earlier[index]` of a tile's profile into use again."""

@@ -22,7 +22,7 @@ from underfoot.widgets.calibrate.choice import ChoicePanel
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, Snapshot
 from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.plate_page import PlatePage, parameters_of
-from underfoot.widgets.calibrate.profiles import Profiles, flags_of
+from underfoot.widgets.calibrate.profiles import Profiles
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
@@ -157,6 +157,10 @@ class CalibrateWorkspace(ProjectingWorkspace):
         return self._target.floor.tiles[self._target.floor.index(self.choice.map.chosen_tile())]
 
     @property
+    def _is_simulated(self) -> bool:
+        return self._target is not None and not by_hand(self._target)
+
+    @property
     def is_measuring(self) -> bool:
         """Whether a measurement occupies a tile."""
         return self._measurement is not None or self._is_waiting
@@ -165,13 +169,11 @@ class CalibrateWorkspace(ProjectingWorkspace):
         if self._target is None:
             return
         profile = self.profiles.of(self.tile.id)
-        self.choice.show_profile(profile, self._kind.key, profile.flags(self.tile.id, date.today()))
+        self.choice.show_profile(profile, self._kind.key, self._flags(profile, self.tile.id))
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
         busy = "The last measurement is still ending…" if self.is_measuring else ""
-        self.overview.show_availability(
-            why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target)
-        )
+        self.overview.show_availability(why_not(self._target) or busy or self._lacks(profile), self._is_simulated)
         reference = self._settings.references.get(self._kind.key, "")
         asks = by_hand(self._target) or self._kind.asks_always
         self.overview.show_reference(self._kind.reference if asks else None, reference)
@@ -188,7 +190,11 @@ class CalibrateWorkspace(ProjectingWorkspace):
 
     def _show_profiles(self) -> None:
         self._show()
-        self.warnings_changed.emit(flags_of(self.profiles.by_tile, date.today()))
+        found = self.profiles.by_tile.items()
+        self.warnings_changed.emit(tuple(line for tile, profile in found for line in self._flags(profile, tile)))
+
+    def _flags(self, profile: Profile, tile: str) -> tuple[str, ...]:
+        return profile.flags(tile, date.today(), simulated=self._is_simulated)
 
     def _compare(self, index: int) -> None:
         profile = self.profiles.of(self.tile.id)
@@ -295,7 +301,10 @@ class CalibrateWorkspace(ProjectingWorkspace):
     # --- results ---
 
     def _save(self, result: Result) -> None:
-        self.profiles.save(self.tile.id, result)
+        self.profiles.save(self.tile.id, self._told_simulated(result))
+
+    def _told_simulated(self, result: Result) -> Result:
+        return replace(result, is_simulated=self._is_simulated)
 
     def _saved(self, tile: str, kind: str) -> None:
         if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):
@@ -338,12 +347,12 @@ class CalibrateWorkspace(ProjectingWorkspace):
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
             profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
-        result = replace(result, is_simulated=self._target is not None and not by_hand(self._target))
+        result = self._told_simulated(result)
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report
 
-            return f"The report is in {write_report(result, folder, result.apply(profile))}"
+            return f"The report is in {write_report(result, folder, result.applied(profile))}"
 
         self._settings.folder = str(folder)
         self.profiles.do(write)

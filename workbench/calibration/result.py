@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import date
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
@@ -36,7 +38,17 @@ class Result:
     method: str = ""
     """Method of measurement, in a few sentences for the report."""
     is_simulated: bool = False
-    """Whether the tile was simulated, which the report says."""
+    """Whether the tile was simulated, which the report says, and `applied`."""
+
+    def applied(self, profile: "Profile") -> "Profile":
+        """Return what `apply` does, with a part that says if the tile was simulated: where hardware may find it."""
+        new = self.apply(profile)
+        part = new.part(self.kind) if self.is_simulated and new is not profile else None
+        return (
+            new
+            if part is None
+            else profile.with_part(structs.replace(part, simulated=True), date.fromisoformat(part.made))
+        )
 
     @property
     def figures(self) -> dict[str, float]:

@@ -43,7 +43,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
 
     `error` is in `error_unit`, measured on data that was not used to fit; `error_allowed` is what the verdict allows.
     Without a unit the error is not known.
-    `figures` are all that was measured, by name with the unit in it.
+    `figures` are all that was measured, by name with the unit in it. `simulated` if the tile was.
     """
 
     made: str
@@ -55,6 +55,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     good: bool = True
     verdict: str = ""
     figures: dict[str, float] = msgspec.field(default_factory=dict)
+    simulated: bool | msgspec.UnsetType = msgspec.UNSET
 
     def __post_init__(self) -> None:
         _require_date("made", self.made)
@@ -292,8 +293,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         """m/s^2 that a full-scale unit plays at; 20.0 until calibrated."""
         return NOMINAL_ACCELERATION if self.response is None else self.response.acceleration_per_unit
 
-    def flags(self, tile: str, today: date) -> tuple[str, ...]:
-        """Return the reasons against using this profile on `tile` today, one line each.
+    def flags(self, tile: str, today: date, *, simulated: bool = False) -> tuple[str, ...]:
+        """Return the reasons against using this profile on `tile`, which may be `simulated`, today, one line each.
 
         >>> Profile(tile="t1").flags("t2", date(2024, 5, 1))
         ('profile of t1 is used on t2', 'profile of t1 has no calibrated part')
@@ -310,6 +311,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
                 found.append(f"{PARTS[kind]} of {self.tile}: measured {days} days ago; measure again after {OLD_DAYS}")
             elif days < 0:
                 found.append(f"{PARTS[kind]} of {self.tile}: dated {part.made}, after today")
+            if part.simulated and not simulated:
+                found.append(f"{PARTS[kind]} of {self.tile}: measured on a simulated tile; measure this one")
             if not part.good or part.error > part.error_allowed > 0.0:
                 errs = f"errs by {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
                 if part.error <= part.error_allowed:  # as where one sensor of four errs more
