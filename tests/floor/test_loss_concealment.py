@@ -43,8 +43,8 @@ def test_a_single_sample_that_is_missing_is_as_if_its_row_were():
     np.testing.assert_allclose(with_holes, without, atol=1e-9)
 
 
-def followed(time_s, force_n, chunk=100):
-    tracker = ContactTracker(FLOOR, 1000.0)
+def followed(time_s, force_n, chunk=100, rate_hz=1000.0):
+    tracker = ContactTracker(FLOOR, rate_hz)
     concealment = LossConcealment(tracker, chunk)
     contacts = []
     for a in range(0, len(time_s), chunk):
@@ -77,6 +77,14 @@ def test_a_contact_on_a_tile_that_falls_silent_ends():
     force_n[1500:, 0] = np.nan
     _, (contact,) = followed(time_s, force_n)
     assert contact.end_s == pytest.approx(1.540, abs=0.002)
+
+
+def test_at_a_low_rate_a_single_sample_that_is_missing_lifts_no_foot():
+    """At 20 Hz one is missed for longer than 40 ms: each lifted the foot, which began a contact anew."""
+    time_s, force_n = (samples[::50] for samples in pressed())
+    force_n[30:38:2, 0] = np.nan
+    _, (contact,) = followed(time_s, force_n, chunk=10, rate_hz=20.0)
+    assert contact.force_n.min() > 390.0
 
 
 def test_a_tile_that_falls_silent_between_two_pieces_is_lifted_by_those_who_look_for_steps():

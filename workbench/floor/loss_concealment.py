@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.contacts import GAP_S, ContactTracker
+from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tracking import TARE_N
 from underfoot.kernels import kernel
@@ -15,9 +15,9 @@ LAST = np.dtype([("time_s", np.float64), ("force_n", np.float64, (4,))], align=T
 class LossConcealment:
     """Replaces missing samples (NaN) of single tiles before they reach a tracker, which would restart otherwise.
 
-    A tile keeps its last sample for 40 ms, the time in which its force is ramped to 0, and then has the baseline, as if
-    empty. Before its first sample it stays NaN. A tile whose first sample comes after the stream's opening is tared
-    with it, unless it is loaded. `most` is the largest number of samples per call.
+    A tile keeps its last sample for as long as is no gap, 40 ms or two samples and a half, and then has the baseline,
+    as if empty. Before its first sample it stays NaN. A tile whose first sample comes after the stream's opening is
+    tared with it, unless it is loaded. `most` is the largest number of samples per call.
     """
 
     def __init__(self, tracker: ContactTracker, most: int) -> None:
@@ -70,7 +70,7 @@ def conceal(
                 for sensor in range(4):
                     last[k].force_n[sensor] = force_n[i, k, sensor]
             elif last[k].time_s > -np.inf:
-                held = time_s[i] - last[k].time_s <= GAP_S
+                held = time_s[i] - last[k].time_s <= stream[0].gap_s
                 for sensor in range(4):
                     force_n[i, k, sensor] = last[k].force_n[sensor] if held else tiles[k].base_n[sensor]
 
