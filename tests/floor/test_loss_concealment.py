@@ -98,6 +98,15 @@ def test_a_tile_that_falls_silent_between_two_pieces_is_lifted_by_those_who_look
     assert finder.ongoing() == ()
 
 
+def test_a_tile_that_falls_silent_in_the_first_piece_has_the_baseline_of_its_samples():
+    """As of a recording: it was 0 N, where the sensors' rest is not, and a foot of the difference stood there."""
+    time_s, force_n = pressed()
+    force_n[1500:2500, 0] = np.nan
+    finder = StepFinder(FLOOR, 1000.0)
+    (contact,) = [*finder.feed(time_s, force_n).finished, *finder.finish().finished]
+    assert contact.end_s == pytest.approx(1.540, abs=0.002)
+
+
 @pytest.mark.parametrize("rest_n", [-50.0, 10.0])
 def test_a_tile_that_is_first_heard_later_is_tared_with_what_it_reads(rest_n):
     time_s, force_n = pressed(rest_n=rest_n)

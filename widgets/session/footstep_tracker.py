@@ -94,7 +94,7 @@ class FootstepTracker:
         most = max(most, len(self._pending) // SHARE_PER_TICK)
         while self._pending and len(done) < most:
             time_s, force_n = self._pending.popleft()
-            tracked = tracker.feed(time_s, concealment.concealed(time_s, force_n))
+            tracked = concealment.follow(time_s, force_n)
             steps += self._counter.feed(tracked.finished, float(time_s[-1]))
             done.append((time_s, force_n, tracked.rows))
         if not done:

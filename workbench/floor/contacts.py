@@ -188,7 +188,7 @@ class ContactTracker:
         opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
         happened = tracking.end_all(self.memory)
         self._feet.finish(self.memory.events[:happened])
-        return _joined([*opened, self._flush(everything=True)], len(self._tiles))
+        return joined([*opened, self._flush(everything=True)], len(self._tiles))
 
     @property
     def opening(self) -> bool:
@@ -264,7 +264,7 @@ class ContactTracker:
 
     def _follow(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
         slabs = (slice(i, i + SLAB) for i in range(0, len(times), SLAB))
-        return _joined([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
+        return joined([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
 
     def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
         count = len(times)
@@ -377,7 +377,8 @@ def _no_rows(tiles: int, length: int = 0) -> ContactRows:
     return ContactRows(zeros(), np.zeros(length, np.int64), zeros(), zeros(), zeros(), on_tile)
 
 
-def _joined(parts: Sequence[TrackedContacts], tiles: int) -> TrackedContacts:
+def joined(parts: Sequence[TrackedContacts], tiles: int) -> TrackedContacts:
+    """Return the results of pieces that follow each other, of a floor with so many tiles."""
     if len(parts) == 1:
         return parts[0]
     rows = [part.rows for part in parts if len(part.rows)] or [_no_rows(tiles)]

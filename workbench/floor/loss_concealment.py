@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.contacts import ContactTracker, TrackedContacts, joined
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tracking import TARE_N
 from underfoot.kernels import kernel
 
 LAST = np.dtype([("time_s", np.float64), ("force_n", np.float64, (4,))], align=True)
 """Latest received sample of a tile, and its time; minus infinity before the first."""
+_OPENING_PIECE = 8  # samples
 
 
 class LossConcealment:
@@ -21,6 +22,7 @@ class LossConcealment:
     """
 
     def __init__(self, tracker: ContactTracker, most: int) -> None:
+        self._tracker = tracker
         self.tiles, self.stream = tracker.memory.tiles, tracker.memory.stream
         self.last = np.zeros(len(self.tiles), LAST)
         self.last["time_s"] = -np.inf
@@ -31,17 +33,21 @@ class LossConcealment:
         """Replace missing samples among the first `count` of `force_n` (n, tiles, 4). Allocates nothing."""
         conceal(time_s, force_n, count, self.tiles, self.stream, self.last, self.absent)
 
-    def concealed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return any number of samples, the missing ones replaced; those given stay, for display.
+    def follow(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> TrackedContacts:
+        """Let the tracker follow any number of samples, the missing ones replaced; those given stay, for display.
 
-        Pass whole samples, too: a tile that falls silent keeps the last of them.
+        Pass whole samples, too: a tile that falls silent keeps the last of them. It then has the baseline, which only
+        samples that were followed before tell: so the pieces are short until there is one.
         """
         times, whole = np.array(time_s, np.float64), np.array(force_n, np.float64, order="C")
-        most = len(self.absent)
-        for at in range(0, len(times), most):
-            piece = slice(at, at + most)
+        found: list[TrackedContacts] = []
+        at = 0
+        while at < len(times) or not found:
+            piece = slice(at, at + min(len(self.absent), _OPENING_PIECE if self._tracker.opening else len(times)))
             self.fill(times[piece], whole[piece], len(times[piece]))
-        return whole
+            found.append(self._tracker.feed(times[piece], whole[piece]))
+            at = piece.stop
+        return joined(found, len(self.tiles))
 
 
 @kernel
@@ -77,4 +83,4 @@ def conceal(
 
 def load_kernels() -> None:
     """Load or compile the kernel."""
-    LossConcealment(ContactTracker(default_floor(1, 2), 1000.0), 1).concealed(np.zeros(1), np.zeros((1, 2, 4)))
+    LossConcealment(ContactTracker(default_floor(1, 2), 1000.0), 1).follow(np.zeros(1), np.zeros((1, 2, 4)))

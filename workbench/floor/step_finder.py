@@ -45,7 +45,7 @@ class StepFinder:
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Detections:
         """Process the next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
-        followed = self._tracker.feed(time_s, self._concealment.concealed(time_s, force_n))
+        followed = self._concealment.follow(time_s, force_n)
         self._untared |= self._tracker.untared
         if len(time_s):
             self._first_s = min(self._first_s, float(time_s[0]))

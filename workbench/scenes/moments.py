@@ -102,7 +102,7 @@ class Moments:
     def _complete(self) -> Moment:
         times, forces = np.concatenate(self._times), np.concatenate(self._forces)
         self._times, self._forces = [], []
-        finished = self._tracker.feed(times, self._concealment.concealed(times, forces)).finished
+        finished = self._concealment.follow(times, forces).finished
         steps = tuple(self._counter.feed(finished, float(times[-1])))
         self.baseline_n = self._tracker.baseline_n
         contacts = self._named(sorted(self._tracker.ongoing(), key=lambda one: -one.force_n)[:MOST_CONTACTS])

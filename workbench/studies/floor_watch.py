@@ -53,7 +53,7 @@ class FloorWatch:
         times = frames / self._rate_hz
         if self._kept and times[0] < self.now_s:  # the engine was restarted
             self._begin()
-        rows = self._tracker.feed(times, self._concealment.concealed(times, forces)).rows
+        rows = self._concealment.follow(times, forces).rows
         self.now_s = float(times[-1])
         self._kept.append((times, forces))
         while self._kept and self._kept[0][0][-1] < self.now_s - _KEPT_S:
