@@ -30,7 +30,7 @@ RATE = 48_000.0
 class Given:
     """A transport over which comes what a test puts there."""
 
-    name = "given"
+    name, doubt = "given", "is it?"
     senders = None
 
     def __init__(self):
@@ -220,7 +220,7 @@ def test_a_fault_that_begins_late_is_said_within_a_minute_and_so_is_that_of_the_
     after hours.
     """
     parser, said = Parser(), []
-    faults = FrameFaults(parser, default_floor(1, 2), 50.0, "given")
+    faults = FrameFaults(parser, default_floor(1, 2), 50.0, "given", "")
     for k in range(100):  # of ten seconds; there are two hours before the last twenty
         i = np.arange(500 * k, 500 * (k + 1))
         for tile in range(2):
@@ -239,7 +239,7 @@ def test_a_fault_that_begins_late_is_said_within_a_minute_and_so_is_that_of_the_
 def test_a_board_that_sends_each_frame_from_another_port_is_said():
     """As code that makes a socket for each datagram: all but a frame a second was left out, and nothing was said."""
     parser = Parser()
-    faults = FrameFaults(parser, default_floor(1, 1), 1000.0, "given")
+    faults = FrameFaults(parser, default_floor(1, 1), 1000.0, "given", "")
     rows = [[0, i, 1000 * i, *[1000] * 4] for i in range(3000)]
     parser.feed(encode(rows), [(FRAME_BYTES * (i + 1), i) for i in range(3000)], 0.5)
     (line,) = faults.take_notices(3.0)

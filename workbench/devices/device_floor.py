@@ -70,7 +70,7 @@ class DeviceFloor:
         self._overflowed = 0
         self._silence = SilentTiles(floor.ids, self._since_s)
         self.reader = TransportReader(transport, self.receive, form)
-        self._faults = FrameFaults(self.reader.parser, floor, rate_hz, transport.name)
+        self._faults = FrameFaults(self.reader.parser, floor, rate_hz, transport.name, transport.doubt)
         self.reader.notices.extend(self._conversion.notices)
         self.receive(np.zeros(0, SAMPLE), self._since_s)  # loads the kernels in advance; there is no sample yet
         self._hand_over = hand_over.specialised(self._rows_parts, self._buffers_parts, 0, 0, 0, 0.0)

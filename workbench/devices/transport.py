@@ -68,6 +68,8 @@ class Transport(ABC):
     """Hint in the dialog on what to enter."""
     sender: ClassVar[type[Sender]]
     """The emulator's end."""
+    doubt: ClassVar[str] = "does something else send there, or a hub read its own line wrongly?"
+    """What to look for where bytes come, but are no frames."""
     name: str
     """The target, as the user wrote it."""
     senders: Sequence[tuple[int, int]] | None = None

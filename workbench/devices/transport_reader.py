@@ -145,7 +145,8 @@ class TransportReader:
         if not is_rubbish:
             self.trouble = f"{self.transport.name}: nothing comes"
         elif _NO_FRAME not in self.trouble:
-            self.trouble = f"{self.transport.name}: {unread} bytes came, {_NO_FRAME}: {why_unread(first)}"
+            why = why_unread(first, self.transport.doubt)
+            self.trouble = f"{self.transport.name}: {unread} bytes came, {_NO_FRAME}: {why}"
         if is_said:
             self.notices.append(self.trouble + (f"; {LAST}" if recurrence.is_last else ""))
         return is_said

@@ -39,4 +39,4 @@ def rechecked(frame, order="<"):
     ],
 )
 def test_what_is_wrong_in_bytes_is_named(data, words):
-    assert words in why_unread(data)
+    assert words in why_unread(data, "is the baud rate right?")

@@ -2,6 +2,7 @@
 
 import socket
 
+import numpy as np
 import pytest
 from free_ports import free_port
 
@@ -117,6 +118,22 @@ def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():
             assert not parser.is_contested(1)
         finally:
             port.close()
+
+
+def test_of_bytes_that_are_no_frames_no_baud_rate_is_asked(until, monkeypatch):
+    """There is none over a network."""
+    monkeypatch.setattr(transport_reader, "SILENT_S", 0.0)
+    port = free_port()
+    reader = TransportReader(UdpTransport("127.0.0.1", port), lambda samples, when: None)
+    reader.start()
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            data = np.random.default_rng(1).bytes(1400)
+            until(lambda: other.sendto(data, ("127.0.0.1", port)) and "no frame" in reader.trouble, "it is said")
+        assert reader.trouble.endswith(f"alone (COBS); {UdpTransport.doubt}")
+        assert "baud" not in reader.trouble
+    finally:
+        reader.close()
 
 
 def test_a_transport_whose_close_fails_is_read_again(until, monkeypatch):

@@ -43,10 +43,13 @@ class _Named(NamedTuple):
 
 
 class FrameFaults:
-    """Faults of the tiles of `floor`, which should send `rate_hz` samples a second, in what `parser` read of `line`."""
+    """Faults of the tiles of `floor`, which should send `rate_hz` samples a second, in what `parser` read of `line`.
 
-    def __init__(self, parser: Parser, floor: Floor, rate_hz: float, line: str) -> None:
-        self._parser, self._floor, self._rate_hz, self._line = parser, floor, rate_hz, line
+    `doubt` is the transport's, of frames that are corrupted.
+    """
+
+    def __init__(self, parser: Parser, floor: Floor, rate_hz: float, line: str, doubt: str) -> None:
+        self._parser, self._floor, self._rate_hz, self._line, self._doubt = parser, floor, rate_hz, line, doubt
         self._frames, self._restarts, self._all = _Lately(LATELY_S), _Lately(RESTARTS_S), _Lately(LATELY_S)
         self._newest, self._newest_of_all = _Lately(_NEWEST_S), _Lately(_NEWEST_S)
         self._named = dict[tuple[str, int], _Named]()
@@ -82,7 +85,7 @@ class FrameFaults:
         (accepted, corrupted), newest = self._all.since(both, now_s), self._newest_of_all.since(both, now_s)
         if accepted + corrupted >= FRAMES and corrupted > _MUCH * (accepted + corrupted):
             share, said = _shares(corrupted, accepted, newest[1], newest[0])
-            words = f"{self._line}: {said:.0%} of the frames are corrupted; is the baud rate right?"
+            words = f"{self._line}: {said:.0%} of the frames are corrupted; {self._doubt}"
             yield 0, _Fault("corrupted", words, share, said)
         totals = self._parser.tile_counts(len(self._floor.tiles))
         restarts = self._restarts.since(totals[:, -1], now_s)

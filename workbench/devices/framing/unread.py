@@ -8,10 +8,10 @@ from underfoot.quantities import counted
 _SHOWN = 60  # characters of a line
 
 
-def why_unread(data: bytes) -> str:
-    """Return why there is no valid frame or line in `data`.
+def why_unread(data: bytes, doubt: str) -> str:
+    """Return why there is no valid frame or line in `data`; `doubt` is the transport's, of bytes that are anything.
 
-    >>> why_unread(3 * b"0;41;41000;312;298;305;290\\n")
+    >>> why_unread(3 * b"0;41;41000;312;298;305;290\\n", "is the baud rate right?")
     "lines as '0;41;41000;312;298;305;290'; allowed: tile,sequence,microseconds,r1,r2,r3,r4 in whole numbers, 0 or more"
     """
     text = data.replace(b"\0", b"\n")  # a zero ends each datagram
@@ -21,10 +21,10 @@ def why_unread(data: bytes) -> str:
         return f"lines as {shown!r}; allowed: {','.join(COLUMNS)} in whole numbers, 0 or more"
     pieces = data.split(b"\0")[1:-1]
     if not pieces:
-        return "no zero byte, which ends a frame; is the baud rate right?"
+        return f"no zero byte, which ends a frame; {doubt}"
     length, often = Counter(map(len, pieces)).most_common(1)[0]
     if 2 * often <= len(pieces):
-        return "zero bytes are anywhere in them, not at the ends of frames alone (COBS); is the baud rate right?"
+        return f"zero bytes are anywhere in them, not at the ends of frames alone (COBS); {doubt}"
     if length != STUFFED_BYTES:
         return f"{counted(length, 'byte')} before each zero byte; allowed: {STUFFED_BYTES}, a stuffed frame"
     raw = _unstuffed(next(piece for piece in pieces if len(piece) == length))

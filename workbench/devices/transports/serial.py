@@ -109,6 +109,7 @@ class SerialTransport(Transport):
         "A port, or PORT@BAUD for another rate than 1,000,000 baud. `underfoot emulate --pty` names one to try."
     )
     sender = PtySender
+    doubt = "is the baud rate right?"
 
     def __init__(self, path: str, baud: int = _BAUD) -> None:
         require(bool(path), "port", path, "a port's name, as /dev/ttyACM0 or COM3")
