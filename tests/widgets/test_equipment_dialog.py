@@ -3,14 +3,17 @@
 import os
 import signal
 import tty
+from types import SimpleNamespace
 
 import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox
+from serial.tools import list_ports
 
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import PlateCalibration
+from underfoot.devices.transports import serial
 from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import default_floor
 from underfoot.studies.equipment import EquipmentChoice
@@ -93,6 +96,17 @@ def test_what_is_wrong_is_one_line_and_nothing_is_used(hand, tmp_path):
     assert dialog.note.text().startswith(f"{tmp_path / 'none.json'} cannot be read")
     assert "\n" not in dialog.note.text()
     assert hand.used == []
+
+
+def test_ports_are_offered_by_the_names_that_boards_keep(hand, tmp_path, monkeypatch):
+    """As in the dialog of tiles: a plate or a trigger that was plugged in again had another number."""
+    monkeypatch.setattr(list_ports, "comports", lambda: [SimpleNamespace(device=str(tmp_path / "ttyACM0"))])
+    monkeypatch.setattr(serial, "LASTING_NAMES", tmp_path)
+    (tmp_path / "usb-board-if00").symlink_to("ttyACM0")
+    dialog = hand.opened(EquipmentChoice(trigger="/dev/ttyACM1"))
+    assert dialog.plate.findText(str(tmp_path / "usb-board-if00")) > 0
+    assert dialog.trigger.itemText(0) == str(tmp_path / "usb-board-if00")
+    assert dialog.trigger.currentText() == "/dev/ttyACM1"
 
 
 def test_a_simulated_plate_needs_no_calibration(hand):

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.devices.plate import SIMULATED, split_plate
 from underfoot.devices.sound import Card
+from underfoot.devices.transports.serial import SerialTransport
 from underfoot.engine.card_search import CardSearch
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.experiments.protocol import Sounds
@@ -246,11 +247,9 @@ def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice
 
 
 def _ports(*others: str) -> QComboBox:
-    from serial.tools.list_ports import comports
-
     box = QComboBox()
     box.setEditable(True)
-    box.addItems([*others, *sorted(port.device for port in comports())])
+    box.addItems([*others, *SerialTransport.suggestions()])
     box.setCurrentText("")
     line = box.lineEdit()
     if line is not None:

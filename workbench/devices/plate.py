@@ -5,6 +5,7 @@ distance, so that the sound does not reveal the distance; the reply is `MOVING`,
 stops it where it is; the reply is `AT position`. `ERR words` reports an error.
 """
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -15,7 +16,7 @@ import msgspec
 import numpy as np
 
 from underfoot.devices.emulation.plate import SimulatedServo
-from underfoot.devices.transports.serial import opening
+from underfoot.devices.transports.serial import LASTING_NAMES, opening
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import read_file, write_file
@@ -31,6 +32,11 @@ _BAUD = 115_200
 SIMULATED = "simulated"
 """The port of a plate that is simulated."""
 FORMAT, VERSION = "underfoot-plate", 1
+_PORT_AND_FILE = re.compile(
+    # A name that a board keeps may contain its network address, and ends in an interface or a port.
+    rf"(?P<port>{re.escape(str(LASTING_NAMES))}/.+?-(if[0-9a-f]{{2}}|port\d+)|[^:]*)(:(?P<file>.*))?",
+    re.DOTALL,
+)
 
 
 class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -187,11 +193,14 @@ def split_plate(text: str) -> tuple[str, str]:
 
     >>> split_plate("/dev/ttyACM0:plate.json"), split_plate("COM3:C:/plate.json"), split_plate("simulated")
     (('/dev/ttyACM0', 'plate.json'), ('COM3', 'C:/plate.json'), ('simulated', ''))
+    >>> split_plate("/dev/serial/by-id/usb-Espressif_34:85:18:AA-if00:plate.json")[1]
+    'plate.json'
     """
-    port, _, path = text.partition(":")
+    match = _PORT_AND_FILE.fullmatch(text)
+    port, path = match.group("port", "file") if match is not None else ("", "")
     if not port or not (path or port == SIMULATED):
         raise BadValue(f"plate is {text!r}; allowed: PORT:FILE, as /dev/ttyACM0:plate.json, or {SIMULATED}")
-    return port, path
+    return port, path or ""
 
 
 def _number(text: str) -> float:

@@ -139,7 +139,7 @@ class SerialTransport(Transport):
         from serial.tools.list_ports import comports
 
         lasting = {os.path.realpath(link): str(link) for link in _files_in(LASTING_NAMES)}
-        return [lasting.get(os.path.realpath(port.device), port.device) for port in comports()]
+        return sorted(lasting.get(os.path.realpath(port.device), port.device) for port in comports())
 
     @property
     def device(self) -> str:
