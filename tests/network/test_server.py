@@ -1,5 +1,6 @@
 """The server over real sockets: what it sends and how often, and that nothing malformed is accepted."""
 
+import itertools
 import json
 import os
 import random
@@ -70,12 +71,12 @@ def test_contacts_go_out_sixty_times_a_second_until_they_end(serve, end, until):
         return frames
 
     def shown(k):
-        server.show(k / 60.0, [contact(x_m=0.1 + 0.001 * k)])
+        server.show(k / 60.0, 0.0, [contact(x_m=0.1 + 0.001 * k)])
         return len(hear()) > k
 
     for k in range(30):
         until(partial(shown, k), "its frame comes")
-    server.show(1.0, [])
+    server.show(1.0, 0.0, [])
     until(lambda: hear()[-1][1][1] == ["alive"], "the contact has ended")
     for frame in frames:
         decoder.decode(frame)
@@ -86,7 +87,7 @@ def test_contacts_go_out_sixty_times_a_second_until_they_end(serve, end, until):
 
 def test_contacts_that_nobody_tells_of_any_more_end(serve, end, until):
     server = serve(send=end.text)
-    server.show(0.5, [contact()])
+    server.show(0.5, 0.0, [contact()])
     until(
         lambda: end.received("/underfoot/contact") and end.received("/underfoot/contact")[0][3] == 700.0, "it is sent"
     )
@@ -95,13 +96,13 @@ def test_contacts_that_nobody_tells_of_any_more_end(serve, end, until):
 
 def test_the_last_word_is_that_nobody_is_there_and_ids_go_on(serve, end, until):
     first = serve(tuio=end.text)
-    first.show(0.5, [contact()])
+    first.show(0.5, 0.0, [contact()])
     until(lambda: ["alive", 1] in end.received("/tuio/2Dcur"), "the contact is sent")
     first.close()
     assert end.received("/tuio/2Dcur")[-2:-1] == [["alive"]]
     last = end.received("/tuio/2Dcur")[-1][1]
     second = serve(before=first, tuio=end.text)
-    second.show(0.1, [contact()])
+    second.show(0.1, 0.0, [contact()])
     until(lambda: ["alive", 2] in end.received("/tuio/2Dcur"), "the next id")
     assert last + 1 in [arguments[1] for arguments in end.received("/tuio/2Dcur") if arguments[0] == "fseq"]
     assert second.counts.sent > 0
@@ -109,7 +110,7 @@ def test_the_last_word_is_that_nobody_is_there_and_ids_go_on(serve, end, until):
 
 def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
     server = serve(send=end.text)
-    server.show(0.5, [contact(load=4, id=9)])
+    server.show(0.5, 0.0, [contact(load=4, id=9)])
     until(lambda: end.received("/underfoot/contact"), "the contact is sent")
     server.send_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
     (step,) = until(lambda: end.received("/underfoot/step"), "the step is sent")
@@ -134,6 +135,11 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
         inlets[name].open_stream(timeout=120.0)
     assert inlets["force"].channel_count == 4
 
+    began_s = pylsl.local_clock() - 2.0
+
+    def ago(time_s):
+        return pylsl.local_clock() - began_s - time_s
+
     def heard(name, tell):
         """The first sample of a stream, of which it is told until it comes."""
 
@@ -143,24 +149,29 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
 
         return until(look, name)
 
-    person = heard("contacts", lambda: server.show(0.6, [contact(load=4, id=9)]))
+    person = heard("contacts", lambda: server.show(0.6, ago(0.6), [contact(load=4, id=9)]))
     assert person == [1.0, 0.1, 0.1, 700.0, 3.0]
     step = Step(2, "t3", "right", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9, person=3)
-    told = heard("steps", lambda: server.send_step(step, 0.7))
+    told = heard("steps", lambda: server.send_step(step, ago(0.25)))
     assert told == [2.0, 1.0, 3.0, 1.0, 2.0, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
-    assert heard("marks", lambda: server.send_mark("begin", 0, 0.0)) == ["begin"]
+    assert heard("marks", lambda: server.send_mark("begin", 0, ago(0.0))) == ["begin"]
     loads = np.arange(8.0).reshape(2, 4)
-    assert heard("force", lambda: server.send_force(loads, 2.0, 0.01)) in loads.tolist()
-    stamps_s = []
+    assert heard("force", lambda: server.send_force(2.0, ago(2.0), loads)) in loads.tolist()
+    stamps_s, late_s = {"force": [], "contacts": []}, itertools.cycle((0.0, 0.01, 0.02))
 
     def told_again():
         """What is sent late, as on a busy machine, keeps its stamp."""
-        server.send_force(loads, 2.0, 0.01)
-        stamps_s.extend(at_s for load, at_s in zip(*inlets["force"].pull_chunk(0.02), strict=True) if load[0] == 4.0)
-        return len(stamps_s) > 2
+        ago_s = ago(2.0) - next(late_s)
+        server.show(2.0, ago_s, [contact(load=5, x_m=0.2)])
+        server.send_force(2.0, ago_s, loads)
+        for name, place, value in (("force", 0, 4.0), ("contacts", 1, 0.2)):
+            samples = zip(*inlets[name].pull_chunk(0.02), strict=True)
+            stamps_s[name] += [at_s for sample, at_s in samples if sample[place] == value]
+        return min(map(len, stamps_s.values())) > 6
 
     until(told_again, "it comes again")
-    assert stamps_s == pytest.approx(stamps_s[:1] * len(stamps_s), abs=1e-6)
+    for found_s in stamps_s.values():
+        assert found_s == pytest.approx([began_s + 2.0] * len(found_s), abs=1e-3)
     assert server.problem == ""
     for inlet in inlets.values():
         inlet.close_stream()

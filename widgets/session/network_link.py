@@ -133,8 +133,9 @@ class NetworkLink(QObject):
         session = self._controller.session
         if self._server is not None and session is not None:
             last_s = float(update.time_s[-1])
-            self._server.show(last_s, update.contacts)
-            self._server.send_force(update.force_n.sum(axis=2), last_s, self._controller.played_s - last_s)
+            ago_s = self._controller.played_s - last_s
+            self._server.show(last_s, ago_s, update.contacts)
+            self._server.send_force(last_s, ago_s, update.force_n.sum(axis=2))
 
     def _send_steps(self, steps: list[Step]) -> None:
         if self._server is not None:

@@ -147,8 +147,9 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
         if len(frames):
             found = finder.feed(frames / rate, forces)
             last_s = float(frames[-1]) / rate
-            server.show(last_s, finder.ongoing())
-            server.send_force((forces - finder.baseline_n).sum(axis=2), last_s, health.frame / rate - last_s)
+            ago_s = health.frame / rate - last_s
+            server.show(last_s, ago_s, finder.ongoing())
+            server.send_force(last_s, ago_s, (forces - finder.baseline_n).sum(axis=2))
             for step in found.steps:
                 server.send_step(step, health.frame / rate - step.start_s)
         if health.running and time.monotonic() - told_s > _HEALTH_S:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -76,6 +77,15 @@ class Received:
         return int(getattr(self.cue, "number", NO_NUMBER))
 
 
+class _Shown(NamedTuple):
+    """The contacts of the sample at the session's `time_s`, since `since_s` by `time.monotonic`; `stamp_s` is LSL's."""
+
+    since_s: float
+    time_s: float
+    stamp_s: float | None
+    contacts: Sequence[OngoingContact]
+
+
 class NetworkServer:
     """Carries out a `NetworkPlan`. `DeviceError` if a port is not available; `problem` says if LSL is not."""
 
@@ -94,7 +104,7 @@ class NetworkServer:
         self._live: LiveContacts = LiveContacts(floor, before._live.last_id if before else 0)
         self._sequence: int = before._sequence if before else 0
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
-        self._shown: tuple[float, float, Sequence[OngoingContact]] = (-math.inf, 0.0, ())
+        self._shown = _Shown(-math.inf, 0.0, None, ())
         self._jobs: deque[Callable[[], object]] = deque(maxlen=_WAITING)
         self._cues: deque[Received] = deque(maxlen=_WAITING)
         self._was_empty, self._sent_s = False, -math.inf
@@ -133,11 +143,12 @@ class NetworkServer:
 
     # --- output ---
 
-    def show(self, time_s: float, contacts: Sequence[OngoingContact]) -> None:
-        """Set the contacts of the sample at `time_s`, in seconds of the session; they hold for `SILENT_S`."""
-        self._shown = (time.monotonic(), time_s, contacts)
+    def show(self, time_s: float, ago_s: float, contacts: Sequence[OngoingContact]) -> None:
+        """Set the contacts of the sample at the session's `time_s`, `ago_s` ago; they hold for `SILENT_S`."""
+        stamp_s = None if self._lsl is None else self._clock.at(time_s, ago_s, self._lsl.now())
+        self._shown = _Shown(time.monotonic(), time_s, stamp_s, contacts)
 
-    def send_force(self, load_n: NDArray[np.float64], time_s: float, ago_s: float) -> None:
+    def send_force(self, time_s: float, ago_s: float, load_n: NDArray[np.float64]) -> None:
         """Send loads (n, tiles) by LSL; the last one is of the session's `time_s`, `ago_s` ago."""
         if self._lsl is not None:
             self._do(partial(self._lsl.force, load_n, self._clock.at(time_s, ago_s, self._lsl.now())))
@@ -239,8 +250,8 @@ class NetworkServer:
 
     def _send_frame(self, now_s: float) -> None:
         """Send the present contacts; if there are none, only every `IDLE_S`."""
-        at_s, time_s, ongoing = self._shown
-        contacts = self._live.update(time_s, ongoing if now_s - at_s < SILENT_S else ())
+        shown = self._shown
+        contacts = self._live.update(shown.time_s, shown.contacts if now_s - shown.since_s < SILENT_S else ())
         if not contacts and self._was_empty and now_s - self._sent_s < IDLE_S:
             return
         self._was_empty, self._sent_s = not contacts, now_s
@@ -252,9 +263,9 @@ class NetworkServer:
             frame = pointer_frame(contacts, self._sequence, NAME, time.time(), self._live.size_m)
             self._send(frame, plan.tuio2)
         if plan.send is not None:
-            self._send(contact_messages(contacts, time_s), plan.send)
-        if self._lsl is not None:
-            self._lsl.contacts(contacts, self._lsl.now())
+            self._send(contact_messages(contacts, shown.time_s), plan.send)
+        if self._lsl is not None and shown.stamp_s is not None:
+            self._lsl.contacts(contacts, shown.stamp_s)
 
     def _send(self, datagram: bytes, to: Address) -> None:
         why = self._send_by(self._out, datagram, (to.host, to.port))
