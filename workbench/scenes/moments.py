@@ -2,7 +2,8 @@
 
 Contacts are taken at the moment's last sample. Their assignment to feet is provisional, because the final one takes
 later samples. A contact keeps its id while it lasts, also across tile edges. Where no sample comes for `SILENT_S`, one
-moment more has nobody on the floor. The same samples give the same moments.
+moment more has nobody on the floor. The same samples give the same moments, but for those that come after that one, as
+over TCP: time does not run back, so there are no moments of them.
 """
 
 import math
@@ -62,6 +63,8 @@ class Moments:
         self._known: dict[int, OngoingContact] = {}
         self._ids = 0
         self._before_s = -math.inf  # last sample of the moment before
+        self._told_s = -math.inf  # the last moment
+        self._steps: list[Step] = []  # that belong to the next moment
         self._number = -1  # of the incomplete moment, counted from the beginning of the session
         self._times: list[NDArray[np.float64]] = []
         self._forces: list[NDArray[np.float64]] = []
@@ -80,8 +83,7 @@ class Moments:
                 continue
             if numbers[first] != self._number:
                 yield from self.pass_time(float(times[first]))
-                if self._times:
-                    yield self._complete()
+                yield from self._complete()
                 if numbers[first] < self._number:
                     self._begin()
                 self._number = int(numbers[first])
@@ -93,23 +95,32 @@ class Moments:
         lifted_s = (float(self._times[-1][-1]) if self._times else self._before_s) + SILENT_S
         if not now_s > lifted_s:
             return
-        if self._times:
-            yield self._complete()
+        yield from self._complete()
         if self._known:
             gone, self._known = tuple(self._known.values()), {}
-            yield Moment(math.floor(lifted_s / MOMENT_S) * MOMENT_S, up=gone)
+            self._told_s = math.floor(lifted_s / MOMENT_S) * MOMENT_S
+            yield Moment(self._told_s, up=gone)
 
-    def _complete(self) -> Moment:
+    def _complete(self) -> Iterator[Moment]:
+        """Yield the moment of the samples so far, if there are any, and it is not too late for it."""
+        if not self._times:
+            return
         times, forces = np.concatenate(self._times), np.concatenate(self._forces)
         self._times, self._forces = [], []
         finished = self._concealment.follow(times, forces).finished
-        steps = tuple(self._counter.feed(finished, float(times[-1])))
+        self._steps += self._counter.feed(finished, float(times[-1]))
         self.baseline_n = self._tracker.baseline_n
+        time_s = (self._number + 1) * MOMENT_S
+        if time_s <= self._told_s:
+            self._before_s = float(times[-1])
+            return
+        self._told_s = time_s
         contacts = self._named(sorted(self._tracker.ongoing(), key=lambda one: -one.force_n)[:MOST_CONTACTS])
         self._before_s = float(times[-1])
         before, self._known = self._known, {contact.id: contact for contact in contacts}
-        return Moment(
-            (self._number + 1) * MOMENT_S,
+        steps, self._steps = tuple(self._steps), []
+        yield Moment(
+            time_s,
             contacts,
             tuple(contact for contact in contacts if contact.id not in before),
             tuple(contact for id, contact in before.items() if id not in self._known),
