@@ -6,6 +6,7 @@ from pathlib import Path
 
 from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
 from underfoot.devices.transports import TRANSPORTS
+from underfoot.devices.transports.serial import LASTING_NAMES
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.floor.layout import Floor, default_floor, grid_of
@@ -76,11 +77,13 @@ def target_text(target: Target) -> str:
     'Simulated floor  2 × 3'
     >>> target_text(Target(default_floor(2, 3), simulation="presets/plywood-tile.json"))
     'Plywood tile  2 × 3'
+    >>> target_text(Target(default_floor(), "serial", "/dev/serial/by-id/usb-Teensyduino_12345670-if00"))
+    'Serial port  usb-Teensyduino_12345670-if00'
     """
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
     if target.kind in TRANSPORTS:
-        return f"{TRANSPORTS[target.kind].label}  {target.source}"
+        return f"{TRANSPORTS[target.kind].label}  {target.source.removeprefix(f'{LASTING_NAMES}/')}"
     what = display_name(Path(target.simulation)) if target.simulation else "Simulated floor"
     grid = grid_of(target.floor)
     where = f"{grid[0]} × {grid[1]}" if grid else target.floor.title or counted(len(target.floor.tiles), "tile")
