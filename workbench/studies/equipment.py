@@ -34,10 +34,10 @@ class Equipment:
         unheard = self.masking.problem if self.masking is not None else ""
         return "; ".join(filter(None, (unheard, *(marker.problem for marker in self.markers))))
 
-    def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Send new force samples in N, [sample, tile], to all recorders."""
+    def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
+        """Send new force samples in N, [sample, tile], to all recorders; the last one is of `time_s`, `ago_s` ago."""
         for marker in self.markers:
-            marker.forces(force_n)
+            marker.forces(time_s, ago_s, force_n)
 
     def close(self) -> None:
         """Release plate, sound and markers."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from underfoot.devices.transports.serial import opening, port_reason
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Floor
+from underfoot.network.session_clock import SessionClock
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -46,8 +47,8 @@ class Markers(Protocol):
         """Receive a marker for an event `ago_s` seconds ago; `text` names the trial."""
         ...
 
-    def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Receive new force samples in N, [sample, tile]."""
+    def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
+        """Receive new force samples in N, [sample, tile]; the last one is of the session's `time_s`, `ago_s` ago."""
         ...
 
     def close(self) -> None:
@@ -62,7 +63,7 @@ class LslMarkers:
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """Open the streams; raise `BadValue` if the package pylsl is not installed."""
-        self._lsl = lsl_library()
+        self._lsl, self._clock = lsl_library(), SessionClock()
         markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", source_id("markers"))
         force = self._lsl.StreamInfo(
             "Underfoot force", "Force", len(floor.tiles), force_hz, "float32", source_id("force")
@@ -78,10 +79,11 @@ class LslMarkers:
         """Push a marker, such as `begin main.12`, with the time of its event."""
         self._markers.push_sample([f"{what} {text}".strip()], self._lsl.local_clock() - ago_s)
 
-    def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Push force samples in N, [sample, tile]."""
+    def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
+        """Push force samples in N, [sample, tile], with the time of the last."""
         if len(force_n):
-            self._force.push_chunk(np.ascontiguousarray(force_n, np.float32).tolist())
+            at_s = self._clock.at(time_s, ago_s, self._lsl.local_clock())
+            self._force.push_chunk(np.ascontiguousarray(force_n, np.float32).tolist(), at_s)
 
     def close(self) -> None:
         """End both streams."""
@@ -124,7 +126,7 @@ class SerialTrigger:
         with opening(f"the trigger {self._name} cannot be opened"):
             return self._serial.Serial(self._name, BAUD, write_timeout=0.1, exclusive=True)
 
-    def forces(self, force_n: NDArray[np.float64]) -> None:
+    def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
         """Do nothing, because a trigger has only bytes for markers."""
 
     def close(self) -> None:

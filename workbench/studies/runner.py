@@ -159,7 +159,8 @@ class Runner:
         several = list(reports)
         self.presenter.take(several)
         self.presenter.read(PRESENTED_S if self.phase is Phase.PRESENTING else WAITED_S)
-        self._equipment.forces(self.watch.read())
+        force_n = self.watch.read()
+        self._equipment.forces(self.watch.now_s, self._apparatus.played_s - self.watch.now_s, force_n)
         for report in several:
             if isinstance(report, ProcessDied) and report.process == "engine":
                 self._lost(f"the engine was lost: {report.reason}")
