@@ -290,7 +290,8 @@ def test_a_long_datagram_is_refused_unread(serve, end, until):
 
 
 def test_a_port_that_is_taken_is_said(serve, end):
-    with pytest.raises(DeviceError, match=f"127.0.0.1:{end.port}.*choose another port"):
+    taken = f"127.0.0.1:{end.port}: another program listens there, perhaps a second Underfoot; choose another port"
+    with pytest.raises(DeviceError, match=taken):
         serve(listen=end.text)
 
 

@@ -21,6 +21,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.devices.transport import reason
 from underfoot.engine.reports import Health
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.contacts import SILENT_S, OngoingContact
@@ -424,5 +425,5 @@ def _bound(address: Address) -> socket.socket:
         made.bind((address.host, address.port))
     except OSError as error:
         made.close()
-        raise DeviceError(f"cues cannot be taken at {address}: {error.strerror}; choose another port") from None
+        raise DeviceError(f"cues cannot be taken at {address}: {reason(error)}; choose another port") from None
     return made
