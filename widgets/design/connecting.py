@@ -41,9 +41,11 @@ class WireDrag:
 
     def move(self, place: QPointF) -> None:
         """Follow the mouse; over a possible port, check whether the connection is allowed."""
-        over = self._scene.node_at(place, 8.0)
+        # Nearest to where it began it has no target: a click there connects nothing, whatever is beside it.
+        is_begun = self._scene.port_at(place) != (self.item, self.placed)
+        over = self._scene.node_at(place, 8.0) if is_begun else None
         self._open(over)
-        found = self._candidate(place, over)
+        found = self._candidate(place, over) if is_begun else None
         start = self.item.port_place(self.placed.side, self.placed.name)
         end = place
         self.target = self.reason = ""

@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.patch.groups import Note
+from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.items import WireItem
 from underfoot.widgets.design.workspace import DesignWorkspace
@@ -101,6 +102,17 @@ def test_the_field_of_a_name_goes_with_its_node_when_the_view_moves(workspace):
         assert canvas.inline.pos() == canvas.mapFromScene(canvas.patch_scene.nodes["hum"].pos())
     canvas.pan(0, -4000)
     assert canvas.rect().contains(canvas.inline.geometry())  # what is being written is seen
+
+
+def test_a_click_between_two_ports_that_are_close_to_each_other_connects_nothing(workspace):
+    canvas = workspace.canvas
+    workspace.set_patch(Patch().add("hum", REGISTRY).add("through", REGISTRY, (152.0, 0.0)))
+    for zoom, by in ((1.0, 6), (1.0, 8), (0.25, 1), (0.1, 0)):
+        canvas.zoom_to(zoom)
+        QTest.mouseClick(canvas.viewport(), LEFT, NONE, port(workspace, "hum", "out", "out") + QPoint(by, 0))
+        assert workspace.patch().wires == ()
+    drag(workspace, port(workspace, "hum", "out", "out"), port(workspace, "through", "in", "signal") + QPoint(1, 0))
+    assert workspace.patch().wires == (("hum.out", "through.signal"),)
 
 
 # --- several wires ---
