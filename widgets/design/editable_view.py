@@ -29,6 +29,7 @@ from underfoot.widgets.design.placing import (
     backwards,
     behind,
     framed_places,
+    outermost,
     pushed,
     shift_to_free_place,
 )
@@ -159,33 +160,47 @@ class EditableView(PatchView):
         """Return the patch with a node where nothing else is: in the wire, whose end and all that follows move right if
         they must, or else beside.
         """
-        scene, ends = self.patch_scene, self.patch_scene.group_view.ends(wire)
-        there = scene.boxes_by_id(without=[id])
+        scene, (source, target), around = self.patch_scene, self.patch_scene.group_view.ends(wire), self._group_of(wire)
+        there, frames = scene.boxes_by_id(without=[id]), self._frames(without=id)
         ((x, y, width, height),) = scene.boxes_in(patch, [id], with_frames=False)
-        dx, dy = self._shift_clear([(x, y, width, height)], self._group_of(wire), [id])
-        if (dx or dy) and all(end in there for end in ends):
-            (left, _, wide, _), (right, *_) = (there[end] for end in ends)
-            begin = max(x, left + wide + GAP_BESIDE)
-            by = math.ceil((begin + width + GAP_BESIDE - right) / theme.GRID) * theme.GRID
-            if by > 0.0 and left + wide <= right:
-                moved = {one: (there[one][0] + by, *there[one][1:]) for one in self._following(there, ends[1], by)}
-                patch = patch.move({one: box[:2] for one, box in moved.items()})
-                dx, dy = shift_to_free_place([(begin, y, width, height)], [*{**there, **moved}.values()])
+        dx, dy = self._shift_clear([(x, y, width, height)], around, [id])
+        taken = {**there, **{one: box for one, (box, _) in frames.items()}}
+        if (dx or dy) and source in there and target in there:
+            border = outermost(frames, target, source)
+            (left, _, wide, _), (right, *_) = taken[outermost(frames, source, target)], taken[border]
+            begin = max(min(x, right - GAP_BESIDE - width), left + wide + GAP_BESIDE)
+            by = math.ceil(max(begin + width + GAP_BESIDE - right, 0.0) / theme.GRID) * theme.GRID
+            if left + wide <= right:
+                moving = self._following(there, frames, (target, border), by) if by else set[str]()
+                patch = patch.move({one: (there[one][0] + by, there[one][1]) for one in moving})
+                moving |= {one for one, (_, inside) in frames.items() if inside <= moving}
+                boxes = {one: (box[0] + by * (one in moving), *box[1:]) for one, box in taken.items()}
+                boxes = {one: box for one, box in boxes.items() if one not in chain(patch.groups, around)}
+                dx, dy = shift_to_free_place([(begin, y, width, height)], [*boxes.values()])
                 x = begin
         return patch.move({id: (x + dx, y + dy)})
 
-    def _following(self, boxes: Mapping[str, Box], id: str, by: float) -> set[str]:
-        """Return which of these boxes move `by` to the right with one: those that it feeds, further right, what is then
-        in the way, and the notes in frames that move.
-        """
+    def _frames(self, without: str) -> dict[str, tuple[Box, set[str]]]:
+        """Return the place of each frame and what is drawn in it but one item, the outer ones first."""
         scene, shown = self.patch_scene, self.patch_scene.group_view.shown_as
-        frames = {
-            one: (box_of(frame.frame_rect()), {shown[member] for member in frame.shown_group.members} & boxes.keys())
-            for one, frame in scene.group_frames.items()
+        return {
+            group.id: (
+                box_of(scene.group_frames[group.id].frame_rect()),
+                {shown[member] for member in group.members} - {without},
+            )
+            for group in scene.group_view.opened
         }
+
+    def _following(
+        self, boxes: Mapping[str, Box], frames: Mapping[str, tuple[Box, set[str]]], ends: tuple[str, str], by: float
+    ) -> set[str]:
+        """Return which of these boxes move `by` to the right with a node, and with the frame at which its wire ends:
+        those that it feeds, further right, what is then in the way, and the notes in frames that move.
+        """
+        scene, (id, border) = self.patch_scene, ends
         fed = downstream((scene.group_view.ends(wire) for wire in self.document.patch.wires), [id])
         first = [one for one in fed & boxes.keys() if boxes[one][0] >= boxes[id][0]]
-        moving = pushed(boxes, frames, first, by)
+        moving = pushed(boxes, frames, [*first, border], by)
         return moving.union(*scene.frames_of(moving).values()) & boxes.keys()
 
     def replace(self, type: str) -> None:

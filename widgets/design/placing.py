@@ -91,6 +91,16 @@ def backwards(box: Box, side: str) -> list[Box]:
     return [(begin[side], -FAR, FAR, 2 * FAR)] if side else []
 
 
+def outermost(frames: Mapping[str, tuple[Box, Collection[str]]], id: str, other: str) -> str:
+    """Return the first of these frames that is around one item and not around the other; that item if none is.
+
+    >>> frames = {"outer": ((0.0, 0.0, 400.0, 200.0), "ab"), "inner": ((0.0, 40.0, 200.0, 100.0), "a")}
+    >>> outermost(frames, "a", "b"), outermost(frames, "b", "a")
+    ('inner', 'b')
+    """
+    return next((frame for frame, (_, inside) in frames.items() if id in inside and other not in inside), id)
+
+
 def pushed(
     boxes: Mapping[str, Box], frames: Mapping[str, tuple[Box, Collection[str]]], first: Iterable[str], by: float
 ) -> set[str]:

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.node_list import MIME, NodeList
 from underfoot.widgets.design.rewiring import types_of_unit, types_that_fit
 
@@ -73,10 +74,34 @@ def test_a_wire_into_which_a_node_goes_makes_room_for_it(chain, by):
     id = chain.canvas.selected_ids()[0]
     assert {("hum.out", f"{id}.signal"), (f"{id}.out", "through.signal")} <= {*chain.patch().wires}
     places = [chain.patch().node(one).at[0] for one in ("hum", id, "through", "shaker", "beat")]
-    assert places == [0.0, 160.0, 320.0, 720.0, 904.0]
+    assert places == [0.0, 160.0, 336.0, 736.0, 920.0]
     assert not [pair for pair in combinations(boxes(chain), 2) if pair[0].intersects(pair[1])]
     chain.undo_action.trigger()
     assert chain.patch() == before
+
+
+@pytest.mark.parametrize(("framed", "places"), [("hum", (0, 336, 496)), ("shaker", (0, 160, 456))])
+def test_a_node_in_a_wire_that_leaves_a_frame_lies_beside_the_frame(workspace, framed, places):
+    """It lay over it, where the frame is wider than the end of the wire in it, and was not in its group."""
+    patch = Patch().add("hum", REGISTRY).add("shaker", REGISTRY, (360.0 if framed == "hum" else 280.0, 0.0))
+    workspace.set_patch(patch.connect(*WIRE, REGISTRY).add("beat", REGISTRY, (160.0, 160.0)))
+    workspace.canvas.patch_scene.select([framed, "beat"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_G, CONTROL)
+    write(workspace, "Wide")
+    QTest.mouseDClick(workspace.canvas.viewport(), LEFT, NONE, in_the_middle(workspace, WIRE))
+    choose(workspace, "thr")
+    frame, nodes = workspace.canvas.patch_scene.group_frames["group"], workspace.canvas.patch_scene.nodes
+    assert tuple(nodes[id].pos().x() for id in ("hum", "through", "shaker")) == places
+    assert not frame.frame_rect().intersects(item_rect(nodes["through"]))
+
+
+def test_a_node_that_is_dropped_at_the_end_of_a_long_wire_moves_nothing_else(line):
+    before = line.patch()
+    shaker = line.canvas.patch_scene.nodes["shaker"].port_place("in", "acceleration")
+    QTest.mouseDClick(line.canvas.viewport(), LEFT, NONE, line.canvas.mapFromScene(shaker - QPointF(16.0, 0.0)))
+    choose(line, "thr")
+    assert [node.at for node in line.patch().nodes[:3]] == [node.at for node in before.nodes]
+    assert line.patch().node("through1").at[0] == 560.0 - 24.0 - 136.0
 
 
 def test_a_node_that_does_not_fit_lights_nothing_up(line):
