@@ -381,11 +381,13 @@ class PatchScene(QGraphicsScene):
         in a sub-patch have one, and so has a frame of which they are all, if frames count.
         """
         view = group_view_of(patch, self.inside)
-        shown = {view.shown_as[id] for id in ids}
-        drawn = [(node.id, node.at, self._description(node)) for node in patch.nodes if node.id in shown]
-        blocks = [group for group in view.collapsed if group.id in shown]
-        drawn += [(group.id, group.at, description_of_group(patch, self.registry, group)) for group in blocks]
-        rects = {id: node_geometry(description).rect.translated(*at) for id, at, description in drawn}
+        shown, wired, rects = {view.shown_as[id] for id in ids}, drivers(patch), dict[str, QRectF]()
+        for node in (node for node in patch.nodes if node.id in shown):
+            driven = driven_parameters(self.registry, node.type, wired.get(node.id, ()))
+            rects[node.id] = node_geometry(self._description(node), driven).rect.translated(*node.at)
+        for group in (group for group in view.collapsed if group.id in shown):
+            description = description_of_group(patch, self.registry, group)
+            rects[group.id] = node_geometry(description).rect.translated(*group.at)
         rects |= {note.id: QRectF(*note.at, *note_size(note)) for note in patch.notes if note.id in shown}
         for group in reversed(view.opened if with_frames else ()):  # the inner ones first
             inside = {view.shown_as[id] for id in group.members}

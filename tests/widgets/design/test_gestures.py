@@ -1,5 +1,7 @@
 """What the mouse does on the canvas besides moving nodes, and what keys do while it holds something."""
 
+from itertools import combinations
+
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
 from groups_by_hand import CONTROL, menu_texts
@@ -198,6 +200,16 @@ def test_a_duplicate_with_input_wires_is_fed_from_outside_as_its_original_is(cha
     assert set(chain.patch().wires) == {*before.wires, *wires}
     chain.undo_action.trigger()
     assert chain.patch() == before
+
+
+def test_a_duplicate_with_a_wire_at_a_parameter_is_placed_by_its_height_with_that_port(row):
+    """It was taken for as high as a node without wires, and lay over what is below it."""
+    row.document.edit(row.patch().connect("hum.out", "shaker.level", REGISTRY), "Connect")
+    for _ in range(2):
+        row.canvas.patch_scene.select(["shaker"])
+        QTest.keyClick(row.canvas, Qt.Key.Key_D, CONTROL | SHIFT)
+    places = [item_rect(item) for id, item in row.canvas.patch_scene.nodes.items() if id.startswith("shaker")]
+    assert not [pair for pair in combinations(places, 2) if pair[0].adjusted(-15, -15, 15, 15).intersects(pair[1])]
 
 
 def test_a_frame_that_is_let_go_with_alt_is_copied_with_its_group(chain):
