@@ -13,7 +13,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.group_view import colour_of
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, MOVES, NodeItem, WireItem, place_for
 from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, PlacedPort
-from underfoot.widgets.design.node_painting import MIN_ZOOM
+from underfoot.widgets.design.node_painting import MIN_ZOOM, paint_far_note
 
 FRAME_PAD = 2.0 * theme.GRID
 EDGE_REACH = 6.0
@@ -168,11 +168,13 @@ class NoteItem(QGraphicsItem):
         painter.setPen(QPen(QColor(theme.TEXT if self.isSelected() else theme.LINE), 1.0))
         painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.GROUND, 0.1)))
         painter.drawRoundedRect(self._rect, 4.0, 4.0)
-        painter.setFont(theme.font())
         painter.setPen(QColor(theme.TEXT if self.note.text else theme.MUTED))
-        room = self._rect.adjusted(PAD, PAD, -PAD, -PAD)
-        wrap = Qt.TextFlag.TextWordWrap
-        painter.drawText(room, int(wrap), self.note.text or "Note")
+        text, zoom = self.note.text or "Note", option.levelOfDetailFromTransform(painter.worldTransform())
+        if zoom < MIN_LEGIBLE_SCALE:
+            paint_far_note(painter, self._rect.adjusted(PAD, 0.0, -PAD, 0.0), text, zoom)
+            return
+        painter.setFont(theme.font())
+        painter.drawText(self._rect.adjusted(PAD, PAD, -PAD, -PAD), int(Qt.TextFlag.TextWordWrap), text)
 
     def edge_at(self, scene_place: QPointF) -> bool:
         """Return whether a position of the scene is on the right edge, by which the mouse sets the width."""

@@ -11,9 +11,12 @@ from underfoot.widgets.design.node_geometry import COST_ROOM, PAD, TITLE, WIDEST
 
 MIN_ZOOM = 0.3
 """Below this zoom not even a node's name has room."""
+SMALLEST_FAR = 0.8
+"""How small text is that needs more room than there is when zoomed out, as a share of a small label's size."""
 PORT_RADIUS = 5.0
 _AT_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _AT_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_FIRST_LINES = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip
 _CENTRED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
@@ -83,9 +86,9 @@ def paint_far_port(painter: QPainter, placed: PlacedPort, *, faint: bool, zoom: 
 
 @lru_cache(maxsize=512)
 def far_size(title: str, size_px: int, width: float) -> int:
-    """Return the size at which a name's words have room, as "Band-pass" mostly has: down to four fifths of this one."""
+    """Return the size at which a name's words have room, as "Band-pass" mostly has, or the smallest."""
     widest = max((QFontMetricsF(theme.font(size_px)).horizontalAdvance(word) for word in title.split()), default=0.0)
-    return max(int(size_px * min(width / widest, 1.0)), round(0.8 * size_px)) if widest else size_px
+    return max(int(size_px * min(width / widest, 1.0)), round(SMALLEST_FAR * size_px)) if widest else size_px
 
 
 @lru_cache(maxsize=512)
@@ -93,6 +96,29 @@ def far_text(title: str, size_px: int, width: float) -> str:
     """Return a name in which words that are wider than their line are cut short: Qt would cut them at both ends."""
     metrics = QFontMetricsF(theme.font(size_px))
     return " ".join(metrics.elidedText(word, Qt.TextElideMode.ElideRight, width) for word in title.split())
+
+
+def paint_far_note(painter: QPainter, room: QRectF, text: str, zoom: float) -> None:
+    """Paint as much of a note as there is room for, as small as the smallest names, when zoomed out."""
+    if zoom < MIN_ZOOM:
+        return
+    size_px = round(SMALLEST_FAR * theme.SMALL_PX / zoom)
+    painter.setFont(theme.font(size_px))
+    painter.drawText(room, _FIRST_LINES, far_note(text, size_px, room.width(), room.height()))
+
+
+@lru_cache(maxsize=512)
+def far_note(text: str, size_px: int, width: float, height: float) -> str:
+    """Return the lines of a text that have room, the last one cut short if there is more; at least one."""
+    metrics = QFontMetricsF(theme.font(size_px))
+    left, lines = text.split(), list[str]()
+    while left:
+        line = left.pop(0)
+        is_last = metrics.lineSpacing() * (len(lines) + 2) > height
+        while left and (is_last or metrics.horizontalAdvance(f"{line} {left[0]}") <= width):
+            line = f"{line} {left.pop(0)}"
+        lines.append(metrics.elidedText(line, Qt.TextElideMode.ElideRight, width))
+    return "\n".join(lines)
 
 
 def paint_port(painter: QPainter, geometry: NodeGeometry, placed: PlacedPort, *, faint: bool, filled: bool) -> None:

@@ -5,11 +5,13 @@ from itertools import combinations
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, sample, send
 from groups_by_hand import click_in_menu, in_view, menu_texts, write
+from msgspec.structs import replace
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from underfoot.patch.groups import Note
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import FRAME_PAD, item_rect
 from underfoot.widgets.design.node_geometry import TITLE
@@ -296,14 +298,17 @@ def test_the_title_of_a_frame_is_read_beside_a_node_that_lies_on_it(chain):
     assert len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())}) > 1
 
 
-def test_the_title_of_a_frame_can_be_read_from_far(chain):
-    frame = chain.canvas.patch_scene.group_frames["group"]
-    chain.document.edit(chain.patch().disconnect([("hum.out", "through.signal")]), "Disconnect")
+def test_the_title_of_a_frame_and_a_note_can_be_read_from_far(chain):
+    frame, note = chain.canvas.patch_scene.group_frames["group"], Note("note", "Heel, left", (200.0, 200.0))
+    patch = chain.patch().disconnect([("hum.out", "through.signal")])
+    chain.document.edit(replace(patch, notes=(note,)), "Disconnect, and add a note")
     chain.canvas.zoom_to(0.35)
-    strip = QRectF(frame.frame_rect().topLeft(), QSizeF(200.0, TITLE + FRAME_PAD)).adjusted(8.0, 4.0, 0.0, -4.0)
-    image = chain.canvas.viewport().grab(in_view(chain, strip).boundingRect()).toImage()
-    rows = [{image.pixel(x, y) for x in range(image.width())} for y in range(image.height())]
-    assert sum(len(colours) > 1 for colours in rows) >= 8  # pixels: the letters' height
+    title = QRectF(frame.frame_rect().topLeft(), QSizeF(200.0, TITLE + FRAME_PAD))
+    for strip in (title, item_rect(chain.canvas.patch_scene.notes["note"])):
+        place = in_view(chain, strip.adjusted(8.0, 4.0, 0.0, -4.0)).boundingRect()
+        image = chain.canvas.viewport().grab(place).toImage()
+        rows = [{image.pixel(x, y) for x in range(4, image.width() - 4)} for y in range(image.height())]
+        assert sum(len(colours) > 1 for colours in rows) >= 8  # pixels: the letters' height
 
 
 def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):

@@ -12,7 +12,7 @@ from windows import quiet_window
 from underfoot.engine.reports import Fault
 from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import TITLE
-from underfoot.widgets.design.node_painting import far_size, far_text
+from underfoot.widgets.design.node_painting import far_note, far_size, far_text
 
 NAME = "Heel & toe <b>hard</b>"
 IN_MENUS = "Heel && toe <b>hard</b>"
@@ -97,6 +97,8 @@ def test_a_long_name_is_cut_short_and_the_mouse_shows_all_of_it(workspace):
     assert canvas.patch_scene.group_nodes["group"].geometry.width <= 32 * theme.GRID
     assert re.fullmatch("The E.+…", far_text("The Everlasting", 30, 128.0))  # from far
     assert 24 <= far_size("Band-pass", 30, 128.0) < 30
+    assert re.fullmatch("Two feet.*\n.+…", far_note("Two feet on one tile:\nthe left one is softer", 24, 224.0, 64.0))
+    assert far_note("Short", 24, 224.0, 16.0) == "Short"
 
 
 def test_a_wire_tells_its_ends_by_name_and_the_range_of_its_signal(workspace):
