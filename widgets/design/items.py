@@ -409,9 +409,13 @@ def _wire_pen(colour: str, width: float, *, lit: bool = False) -> QPen:
 
 
 def _straight_lines(path: QPainterPath) -> list[QLineF]:
-    """Return straight segments that are visually identical to a path of `curve`."""
+    """Return straight segments that are visually identical to a path of `curve`: one if the path is straight, as dots
+    would be seen along it where several meet.
+    """
     corners = [(path.elementAt(i).x, path.elementAt(i).y) for i in range(path.elementCount())]
     (left, top), *_, (right, bottom) = corners
+    if top == bottom and left <= right:
+        return [QLineF(left, top, right, bottom)]
     count = 8 + min(int(abs(right - left) + abs(bottom - top)) // 24, 16)
     points = (_weights(count) @ corners).tolist()
     return [QLineF(*begin, *end) for begin, end in pairwise(points)]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from design_samples import LEFT, middle, send
+from design_samples import LEFT, middle, port, send
 from PySide6.QtCore import QEvent, QPoint
 
 from underfoot import scenes
@@ -45,6 +45,15 @@ def test_a_wire_leaves_the_picture_while_its_node_is_dragged_and_comes_back(work
     send(view, QEvent.Type.MouseButtonRelease, place + QPoint(40, 24), LEFT)
     qtbot.waitUntil(lambda: wire.is_in_picture)
     assert seen(workspace, qapp) == all_anew(workspace, qapp)
+
+
+def test_a_level_wire_looks_the_same_all_along(row, qapp):
+    """Dots were seen along it, where the segments of a curve met."""
+    begin, end = port(row, "hum", "out", "out"), port(row, "through", "in", "signal")
+    image = seen(row, qapp)
+    across = [[image.pixel(x, begin.y() + y) for y in range(-4, 5)] for x in range(begin.x() + 10, end.x() - 10)]
+    assert len(across) > 20
+    assert all(column == across[0] for column in across)
 
 
 def test_no_wire_of_a_preset_or_a_scene_runs_behind_a_node(qapp):
