@@ -17,17 +17,15 @@ from shiboken6 import isValid
 from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
-from underfoot.widgets.design.actions import VIEW_ACTIONS, Selection, connect_menu, context_menu, make_actions
+from underfoot.widgets.design.actions import VIEW_ACTIONS, Selection, context_menu, make_actions
+from underfoot.widgets.design.asking_view import AskingView
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
 from underfoot.widgets.design.frame_drag import FrameDrag
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
-from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
-from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_geometry import PAD, TITLE
-from underfoot.widgets.design.node_search import NodeSearch
 from underfoot.widgets.design.note_width import NoteWidth
 from underfoot.widgets.design.patch_editing import with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
@@ -37,9 +35,6 @@ from underfoot.widgets.design.undo import Document
 from underfoot.widgets.design.wire_cut import WireCut
 from underfoot.widgets.escape import is_escape_override
 
-BESIDE_PX = 48
-"""Distance of a new node from the node that feeds it, in pixels of the scene, if the menu of connections adds it."""
-
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 _EXTENDING = Qt.KeyboardModifier.ShiftModifier | _CONTROL
 _COPYING = Qt.KeyboardModifier.AltModifier
@@ -47,7 +42,7 @@ _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
 
-class Canvas(NodeDropView):
+class Canvas(AskingView):
     """Shows the document's patch, and edits it."""
 
     play_requested = Signal()
@@ -67,19 +62,10 @@ class Canvas(NodeDropView):
         self._space_state = ""
         self._stepping = Stepping(self)
         self.edge_scrolling = EdgeScrolling(self, self._is_held)
-        self.search = NodeSearch(self.patch_scene, self)
-        self.item_search = ItemSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
         handlers = {name: partial(self._act, name, do) for name, do in self._handlers().items()}
         self.actions_by_name = make_actions(self, handlers)
         self.addActions(list(self.actions_by_name.values()))
-        self.search.add_requested.connect(self.add)
-        self.search.replace_requested.connect(self.replace)
-        self.search.disconnect_requested.connect(self.cut_wire)
-        self.item_search.chosen.connect(self.show_item)
-        for search in (self.search, self.item_search):
-            search.closed.connect(self.setFocus)
-            document.changed.connect(search.give_up)  # its wire or node may be gone
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
@@ -126,42 +112,7 @@ class Canvas(NodeDropView):
             self._cancel_drag()
         do()
 
-    # --- lists and menus ---
-
-    def open_search(self, place: QPoint | None = None) -> None:
-        """Open the list for a node to add at a position of the view, or at the mouse; on a wire it is inserted."""
-        at = place or self._mouse_position()
-        self.search.ask_for_addition(at, self.mapToScene(at))
-
-    def open_replacements(self) -> None:
-        """Open the list of types by which the selected node can be replaced."""
-        ids = self.patch_scene.selected()
-        if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
-            self.show_message("Select one node to replace")
-            return
-        item = self.patch_scene.nodes[ids[0]]
-        self.search.ask_for_replacement(self.mapFromScene(item.pos()), item.node.type)
-
-    def open_connect_menu(self) -> None:
-        """Open a menu, beside the selected node or sub-patch, of the inputs that its outputs can be wired to, and of
-        the wires that can be taken away.
-        """
-        chosen = [item for item in self.patch_scene.nodes_and_group_nodes() if item.isSelected()]
-        if len(chosen) != 1:
-            self.show_message("Select one node to connect its output")
-            return
-        corner = self.mapFromScene(chosen[0].sceneBoundingRect().topRight())
-        outputs = [(port.row.text, chosen[0].end(port)) for port in chosen[0].geometry.ports if port.side == "out"]
-
-        places = {source: chosen[0].wire_place("out", source) + QPointF(BESIDE_PX, 0.0) for _, source in outputs}
-
-        def add(source: str) -> None:
-            self.search.ask_for_end(self.mapFromScene(places[source]), places[source], (source, "out"))
-
-        patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
-        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wire)
-        menu.popup(self.viewport().mapToGlobal(corner))
-        menu.setActiveAction(menu.actions()[0])
+    # --- menu ---
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         if event.reason() == QContextMenuEvent.Reason.Mouse and self._cuts:
@@ -203,11 +154,6 @@ class Canvas(NodeDropView):
         if is_node:
             self.driver_menus.add_menu(menu, scene.nodes[chosen[0]], place)
         menu.popup(self.viewport().mapToGlobal(at))
-
-    def _mouse_position(self) -> QPoint:
-        """Return the mouse's position in the view, or the view's centre if the mouse is outside."""
-        mouse = self.viewport().mapFromGlobal(self.cursor().pos())
-        return mouse if self.viewport().rect().contains(mouse) else self.viewport().rect().center()
 
     # --- mouse ---
 

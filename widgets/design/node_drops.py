@@ -12,7 +12,7 @@ DROP_REACH = 10.0
 
 
 class NodeDropView(GroupingView):
-    """Takes nodes that are dropped on it; the base class of the canvas."""
+    """Takes nodes that are dropped on it."""
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if event.mimeData().hasFormat(MIME):

@@ -1,0 +1,69 @@
+"""Lists and menus of the canvas in which nodes, their inputs and wires are chosen."""
+
+from PySide6.QtCore import QPoint, QPointF
+from PySide6.QtWidgets import QWidget
+
+from underfoot.patch.node import Registry
+from underfoot.widgets.design.actions import connect_menu
+from underfoot.widgets.design.item_search import ItemSearch
+from underfoot.widgets.design.node_drops import NodeDropView
+from underfoot.widgets.design.node_search import NodeSearch
+from underfoot.widgets.design.undo import Document
+
+BESIDE_PX = 48
+"""Distance of a new node from the node that feeds it, in pixels of the scene, if the menu of connections adds it."""
+
+
+class AskingView(NodeDropView):
+    """Asks what to add, to put in another's place, to connect, and to find; the base class of the canvas."""
+
+    def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
+        super().__init__(document, registry, parent)
+        self.search = NodeSearch(self.patch_scene, self)
+        self.item_search = ItemSearch(self.patch_scene, self)
+        self.search.add_requested.connect(self.add)
+        self.search.replace_requested.connect(self.replace)
+        self.search.disconnect_requested.connect(self.cut_wire)
+        self.item_search.chosen.connect(self.show_item)
+        for search in (self.search, self.item_search):
+            search.closed.connect(self.setFocus)
+            document.changed.connect(search.give_up)  # its wire or node may be gone
+
+    def open_search(self, place: QPoint | None = None) -> None:
+        """Open the list for a node to add at a position of the view, or at the mouse; on a wire it is inserted."""
+        at = place or self._mouse_position()
+        self.search.ask_for_addition(at, self.mapToScene(at))
+
+    def open_replacements(self) -> None:
+        """Open the list of types by which the selected node can be replaced."""
+        ids = self.patch_scene.selected()
+        if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
+            self.show_message("Select one node to replace")
+            return
+        item = self.patch_scene.nodes[ids[0]]
+        self.search.ask_for_replacement(self.mapFromScene(item.pos()), item.node.type)
+
+    def open_connect_menu(self) -> None:
+        """Open a menu, beside the selected node or sub-patch, of the inputs that its outputs can be wired to, and of
+        the wires that can be taken away.
+        """
+        chosen = [item for item in self.patch_scene.nodes_and_group_nodes() if item.isSelected()]
+        if len(chosen) != 1:
+            self.show_message("Select one node to connect its output")
+            return
+        corner = self.mapFromScene(chosen[0].sceneBoundingRect().topRight())
+        outputs = [(port.row.text, chosen[0].end(port)) for port in chosen[0].geometry.ports if port.side == "out"]
+        places = {source: chosen[0].wire_place("out", source) + QPointF(BESIDE_PX, 0.0) for _, source in outputs}
+
+        def add(source: str) -> None:
+            self.search.ask_for_end(self.mapFromScene(places[source]), places[source], (source, "out"))
+
+        patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
+        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wire)
+        menu.popup(self.viewport().mapToGlobal(corner))
+        menu.setActiveAction(menu.actions()[0])
+
+    def _mouse_position(self) -> QPoint:
+        """Return the mouse's position in the view, or the view's centre if the mouse is outside."""
+        mouse = self.viewport().mapFromGlobal(self.cursor().pos())
+        return mouse if self.viewport().rect().contains(mouse) else self.viewport().rect().center()
