@@ -262,7 +262,7 @@ class Canvas(AskingView):
         elif event.button() != Qt.MouseButton.LeftButton:
             return
         elif self._dragged_wire is not None:
-            self._drop_wire(at)
+            self._drop_wire(event)
         else:
             wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(at))
             super().mouseReleaseEvent(event)
@@ -294,16 +294,24 @@ class Canvas(AskingView):
         else:
             self.document.edit(patch, what)
 
-    def _drop_wire(self, at: QPoint) -> None:
-        """End the drag of a wire on a port, on the empty canvas, or elsewhere."""
+    def _drop_wire(self, event: QMouseEvent) -> None:
+        """End the drag of a wire on a port, on the empty canvas, or elsewhere; a wire that was clicked beside a port is
+        selected.
+        """
         drag, self._dragged_wire = self._dragged_wire, None
         assert drag is not None
+        at, scene = event.position().toPoint(), self.patch_scene
         result, place = drag.result(self.document.patch), self.mapToScene(at)
         if result is None and drag.is_loose(place):
             self.search.ask_for_end(at, place, (drag.end_name, drag.placed.side), drag)
             return
         drag.end()
-        if result is not None:
+        if place == self._pressed_at and (clicked := scene.wire_at(place)) is not None:
+            extends = bool(event.modifiers() & _EXTENDING)
+            if not extends:
+                scene.select(())
+            scene.choose(clicked, extends=extends)
+        elif result is not None:
             gone = drag.displaced(self.document.patch)
             self.document.edit(*result)
             if gone:

@@ -127,8 +127,11 @@ def on_wire(workspace, wire):
     return workspace.canvas.mapFromScene(workspace.canvas.patch_scene.wires[wire].boundingRect().center())
 
 
-def test_wires_are_selected_together_and_deleted_at_once(row):
+@pytest.mark.parametrize("zoom", [1.0, 0.2])  # from far all of a wire is within reach of its ports
+def test_wires_are_selected_together_and_deleted_at_once(row, zoom):
     canvas = row.canvas
+    canvas.zoom_to(zoom)
+    canvas.patch_scene.select(["hum"])
     QTest.mouseClick(canvas.viewport(), LEFT, NONE, on_wire(row, FIRST))
     QTest.mouseClick(canvas.viewport(), LEFT, SHIFT, on_wire(row, SECOND))
     assert canvas.patch_scene.chosen_wires() == [FIRST, SECOND]
