@@ -50,6 +50,8 @@ class GroupNodeItem(NodeItem):
         painter.setPen(QPen(QColor(theme.mixed(self.description.colour, theme.RAISED, 0.5)), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(inner, 4.0, 4.0)
+        if option.levelOfDetailFromTransform(painter.worldTransform()) < MIN_LEGIBLE_SCALE:
+            return  # its name is there
         # Three small boxes indicate the nodes inside.
         plot = self.geometry.plot
         for i in range(3):

@@ -5,7 +5,8 @@ from itertools import combinations
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port
 from groups_by_hand import collapse, in_view, menu_texts, write
-from PySide6.QtCore import QPoint, QPointF, Qt
+from msgspec import structs
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -50,6 +51,16 @@ def test_ports_of_a_sub_patch_that_would_have_one_label_tell_whose_they_are(row)
     row.set_patch(row.patch().disconnect([("through.out", "through1.signal")]))
     ports = collapse(row, "through", "through1").geometry.ports
     assert [placed.row.text for placed in ports] == ["Through (through)", "Through (through1)"] * 2
+
+
+@pytest.mark.parametrize(("zoom", "drawn"), [(0.5, True), (0.4, False)])
+def test_from_far_the_boxes_of_a_sub_patch_do_not_lie_over_its_name(row, zoom, drawn):
+    row.set_patch(structs.replace(row.patch(), wires=()))
+    block = collapse(row, "through", "through1", "shaker")  # three inputs: there is room below the name
+    row.canvas.zoom_to(zoom)
+    boxes = QRectF(-27.0, -7.0, 54.0, 14.0).translated(block.geometry.plot.center())
+    image = row.canvas.viewport().grab(in_view(row, block.mapRectToScene(boxes)).boundingRect()).toImage()
+    assert (len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())}) > 1) == drawn
 
 
 @pytest.mark.parametrize("keys", [(Qt.Key.Key_D,), (Qt.Key.Key_C, Qt.Key.Key_V)])
