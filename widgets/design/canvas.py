@@ -417,7 +417,10 @@ class Canvas(AskingView):
             # As if the button came up: else Qt moves the next node from where this one was.
             at, none = QPointF(self.viewport().mapFromGlobal(self.cursor().pos())), Qt.MouseButton.NoButton
             up = QMouseEvent(QEvent.Type.MouseButtonRelease, at, at, Qt.MouseButton.LeftButton, none, _NO_KEYS)
+            chosen = self.patch_scene.selected()
             super().mouseReleaseEvent(up)
+            if self.patch_scene.selected() != chosen:  # it was no click, which would select one of several
+                self.patch_scene.select(chosen)
         self.patch_scene.highlight()
         self.viewport().unsetCursor()
         self._put_back()

@@ -64,6 +64,16 @@ def test_a_node_that_is_held_while_a_key_deletes_it_is_let_go(workspace):
     assert [node.at for node in workspace.patch().nodes] == [(0, 0), (240, 0), (480.0, 240.0)]
 
 
+def test_a_key_while_one_of_several_is_held_and_not_moved_acts_on_all_of_them(workspace):
+    """It acted on that one alone: what is held is let go as if it had been clicked."""
+    canvas, place = workspace.canvas, middle(workspace, "hum")
+    canvas.patch_scene.select(["hum", "shaker"])
+    canvas.cursor().setPos(canvas.viewport().mapToGlobal(place))
+    send(canvas.viewport(), QEvent.Type.MouseButtonPress, place, LEFT)
+    QTest.keyClick(canvas, Qt.Key.Key_Delete)
+    assert [node.id for node in workspace.patch().nodes] == ["push", "step"]
+
+
 def test_a_press_begins_anew_where_the_release_of_the_one_before_went_elsewhere(workspace):
     """A rubber band that nobody saw selected the node under the mouse alone, and the others stayed behind."""
     canvas = workspace.canvas
