@@ -5,12 +5,12 @@ import math
 from msgspec import Struct
 from msgspec.structs import replace
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QScreen, QTransform
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QColor, QKeyEvent, QPainter, QTransform
 
 from underfoot import quantities
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.full_screen import FullScreenWindow
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
@@ -23,7 +23,6 @@ _DIRECTIONS = {
     Qt.Key.Key_Down: (0, -1),
 }
 _TURNS = {Qt.Key.Key_Comma: 1, Qt.Key.Key_Period: -1}
-_DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 
 class Placement(Struct, frozen=True):
@@ -44,35 +43,24 @@ class Placement(Struct, frozen=True):
         return replace(self, scale=scale, turn_deg=round(turn_deg, 3))
 
 
-class TrueScaleWindow(QWidget):
+class TrueScaleWindow(FullScreenWindow):
     """A window at true scale. Plus and minus scale, arrows move, comma and period rotate; Ctrl makes steps finer; 0
     resets, Escape closes.
     """
 
     adjusted = Signal(object)
     """The new `Placement`."""
-    closed = Signal()
 
     def __init__(self, placement: Placement) -> None:
-        super().__init__(None, Qt.WindowType.Window)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.BlankCursor)
         self.placement = placement.limited()
 
-    def show_on(self, screen: QScreen) -> None:
-        """Fill this screen."""
-        self.setScreen(screen)
-        self.setGeometry(screen.geometry())
-        self.showFullScreen()
-        self.activateWindow()
-
     @property
     def px_per_m(self) -> float:
         """Pixels per metre of the floor, from the screen's reported size and the scale."""
-        screen = self.screen()
-        per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width() if screen.physicalSize().width() else 0
-        return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.placement.scale
+        return self.screen_px_per_m * self.placement.scale
 
     def to_pixels(self) -> QTransform:
         """Return the transform from metres about the centre, y upwards, to pixels of the view."""
@@ -129,10 +117,6 @@ class TrueScaleWindow(QWidget):
                 self._adjust(replace(now, turn_deg=now.turn_deg + turn_deg))
             case _:
                 super().keyPressEvent(event)
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        super().closeEvent(event)
-        self.closed.emit()
 
     def _adjust(self, placement: Placement) -> None:
         self.placement = placement.limited()

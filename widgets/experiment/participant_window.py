@@ -1,16 +1,7 @@
 """The participant's window, in large type, on the second screen or the projector."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import (
-    QCloseEvent,
-    QColor,
-    QKeyEvent,
-    QPainter,
-    QPaintEvent,
-    QResizeEvent,
-    QScreen,
-    QWheelEvent,
-)
+from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.quantities import counted
@@ -19,6 +10,7 @@ from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
 from underfoot.widgets import theme
+from underfoot.widgets.controls.full_screen import FullScreenWindow
 from underfoot.widgets.controls.scrolled import Scrolled
 from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
@@ -27,10 +19,9 @@ TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
 WIDTH_PX = 960
 SPACE_STEPS = "Space steps on the simulated floor."
 _MARGIN_M = 0.05
-_DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 
-class ParticipantWindow(QWidget):
+class ParticipantWindow(FullScreenWindow):
     """Shows a runner's page. Space or Return begins and continues, numbers and arrows answer, Escape stops.
 
     For a stimulus that can be repeated, Space plays it and Return submits the answer. Buttons do the same without a
@@ -42,14 +33,12 @@ class ParticipantWindow(QWidget):
     continue_requested = Signal()
     """Begin a presentation, or continue."""
     stop_requested = Signal()
-    closed = Signal()
 
     def __init__(self, stand: StandingPlace) -> None:
         """Create the window; `stand` is the participant's position in target selection."""
-        super().__init__(None, Qt.WindowType.Window)
+        super().__init__()
         self.setWindowTitle("Study – Underfoot")
         self.setAccessibleName("Study, for the participant")
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.shown = ("", "")
         """Page, with its interval, and phase that are on the screen."""
@@ -91,13 +80,6 @@ class ParticipantWindow(QWidget):
         self.form.changed.connect(self.slider_moved)
         self.form.refused.connect(self._show_refused)
 
-    def show_on(self, screen: QScreen) -> None:
-        """Show the window in full screen on this screen."""
-        self.setScreen(screen)
-        self.setGeometry(screen.geometry())
-        self.showFullScreen()
-        self.activateWindow()
-
     def show_runner(self, runner: Runner) -> None:
         """Show the state of a runner."""
         page, phase = runner.page, runner.phase
@@ -130,10 +112,7 @@ class ParticipantWindow(QWidget):
     @property
     def px_per_m(self) -> float:
         """Pixels per metre, from the screen's reported size; smaller if not all buttons would fit."""
-        screen = self.screen()
-        width = screen.physicalSize().width()
-        true = 1e3 * screen.geometry().width() / width if width > 0 else _DEFAULT_PX_PER_M
-        return min(true, self.height() / (self._stand.reach_m + FOOT_M[1] + 2.0 * _MARGIN_M))
+        return min(self.screen_px_per_m, self.height() / (self._stand.reach_m + FOOT_M[1] + 2.0 * _MARGIN_M))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         match event.key():
@@ -175,10 +154,6 @@ class ParticipantWindow(QWidget):
             self.form.submit()
         else:
             self.continue_requested.emit()
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        super().closeEvent(event)
-        self.closed.emit()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)

@@ -1,0 +1,35 @@
+"""A window of its own that fills a screen: a projector's, or the participant's."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QCloseEvent, QScreen
+from PySide6.QtWidgets import QWidget
+
+_DEFAULT_PX_PER_M = 96.0 / 0.0254
+"""Of a screen that does not report its size."""
+
+
+class FullScreenWindow(QWidget):
+    """A window without a parent, which is deleted once it is closed."""
+
+    closed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__(None, Qt.WindowType.Window)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+
+    def show_on(self, screen: QScreen) -> None:
+        """Fill this screen."""
+        self.setScreen(screen)
+        self.setGeometry(screen.geometry())
+        self.showFullScreen()
+        self.activateWindow()
+
+    @property
+    def screen_px_per_m(self) -> float:
+        """Pixels per metre, from the size that the screen reports."""
+        width_mm = self.screen().physicalSize().width()
+        return 1e3 * self.screen().geometry().width() / width_mm if width_mm > 0 else _DEFAULT_PX_PER_M
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        super().closeEvent(event)
+        self.closed.emit()
