@@ -37,8 +37,8 @@ SHORTCUTS = (
 
 _MAP_TICKS = 2
 _READOUT_TICKS = 6
-"""Ticks between two drawings of the floor, which does not scroll, and between two updates of numbers, to be
-readable."""
+"""Ticks between two drawings of the floor, which does not scroll, and between two updates of numbers, to be readable,
+and of what is scrolled back, where only a late footstep or mark may come."""
 
 
 class MonitorWorkspace(Workspace):
@@ -175,7 +175,8 @@ class MonitorWorkspace(Workspace):
         if self.time.is_paused:
             return
         self.vibration.history.catch_up()
-        self._draw_plots()
+        if math.isnan(self.time.ago_s) or self._ticks % _READOUT_TICKS == 0:
+            self._draw_plots()
         if self._latest is not None:
             self.map.set_loads(self._latest.load_n, self._latest.untared)
             self.map.set_contacts(self._latest.contacts, self.time.now_s)

@@ -59,6 +59,11 @@ def test_what_was_measured_minutes_ago_is_scrolled_to_while_the_session_goes_on(
     monitor.draw()
     assert shown(monitor) == pytest.approx(force_at(60.0), abs=0.1)
     assert monitor.time_bar.maximum() == 1240
+    drawn = [monitor.force.plot.drawing]
+    for _ in range(6):
+        monitor.draw()
+        drawn.append(monitor.force.plot.drawing)
+    assert len(set(map(id, drawn))) == 2  # what stands still is not drawn at every tick
     at = QPointF(300.0, 60.0)
     event = QWheelEvent(
         at, monitor.force.plot.mapToGlobal(at), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
