@@ -21,9 +21,11 @@ LIST_PX = 28 * theme.GRID
 
 
 class ItemList(QWidget):
-    """Names in order, one of them selected; the owner of the items performs the requested edits."""
+    """Names in order, one of them selected; the owner of the items performs the requested edits, which are possible."""
 
     chosen = Signal(int)
+    changed = Signal()
+    """The items were edited."""
     add_requested = Signal()
     copy_requested = Signal(int)
     remove_requested = Signal(int)
@@ -83,8 +85,12 @@ class ItemList(QWidget):
         self.add.clicked.connect(self.add_requested)
         self.copy.clicked.connect(lambda: self.copy_requested.emit(self.list.currentRow()))
         self.remove.clicked.connect(lambda: self.remove_requested.emit(self.list.currentRow()))
-        self.up.clicked.connect(lambda: self.move_requested.emit(self.list.currentRow(), -1))
-        self.down.clicked.connect(lambda: self.move_requested.emit(self.list.currentRow(), 1))
+        self.up.clicked.connect(lambda: self._ask_to_move(-1))
+        self.down.clicked.connect(lambda: self._ask_to_move(1))
+
+    def show_item(self, chosen: int) -> None:
+        """Show the names of all items, and the form of one: each owner's."""
+        raise AssertionError(f"{type(self).__name__} has no items")
 
     def show_names(self, names: Sequence[str], chosen: int) -> None:
         """Show these names and select one, without a signal."""
@@ -123,3 +129,12 @@ class ItemList(QWidget):
             old.hide()
             old.deleteLater()
         self.detail.setWidget(form)
+
+    def _show_edited(self, chosen: int) -> None:
+        self.show_item(chosen)
+        self.changed.emit()
+
+    def _ask_to_move(self, by: int) -> None:
+        index = self.list.currentRow()
+        if 0 <= index + by < self.list.count():
+            self.move_requested.emit(index, by)

@@ -32,8 +32,6 @@ _SPECIAL = ("questions", "method", "foot", "stimulus")
 class StagePage(ItemList):
     """Edits `raw["stages"]` of a draft."""
 
-    changed = Signal()
-
     def __init__(self, draft: Draft) -> None:
         super().__init__("stage", "Stages")
         self.draft = draft
@@ -88,29 +86,23 @@ class StagePage(ItemList):
         self._insert(self.list.currentRow() + 1, {"id": "", "kind": "read", "title": "", "text": ""})
 
     def _copy(self, index: int) -> None:
-        if 0 <= index < len(self._stages):
-            self._insert(index + 1, {**copy.deepcopy(self._stages[index]), "next": ""})
+        self._insert(index + 1, {**copy.deepcopy(self._stages[index]), "next": ""})
 
     def _insert(self, index: int, stage: dict[str, Any]) -> None:
         taken = {stage.get("id") for stage in self._stages}
         stem = stage["id"] or "stage"
         stage["id"] = next(f"{stem}-{k}" for k in range(1, 10_000) if f"{stem}-{k}" not in taken)
         self._stages.insert(index, stage)
-        self.show_item(index)
-        self.changed.emit()
+        self._show_edited(index)
 
     def _remove(self, index: int) -> None:
-        if 0 <= index < len(self._stages):
-            del self._stages[index]
-            self.show_item(index)
-            self.changed.emit()
+        del self._stages[index]
+        self._show_edited(index)
 
     def _move(self, index: int, by: int) -> None:
         stages = self._stages
-        if 0 <= index < len(stages) and 0 <= index + by < len(stages):
-            stages[index], stages[index + by] = stages[index + by], stages[index]
-            self.show_item(index + by)
-            self.changed.emit()
+        stages[index], stages[index + by] = stages[index + by], stages[index]
+        self._show_edited(index + by)
 
 
 class StageForm(QWidget):

@@ -51,7 +51,6 @@ def ask_nothing(path: Path, then: Callable[[], object]) -> None:
 class StimulusPage(ItemList):
     """Edits `raw["stimuli"]` of a draft; `own` is the folder of the user's presets."""
 
-    changed = Signal()
     notified = Signal(str)
 
     def __init__(self, draft: Draft, own: Path, ask: AskToRun = ask_nothing) -> None:
@@ -106,8 +105,7 @@ class StimulusPage(ItemList):
     def _add(self, stimulus: dict[str, Any]) -> None:
         names = [chr(ord("A") + k) for k in range(26)] + [f"S{k}" for k in range(1, 1000)]
         self._stimuli[next(name for name in names if name not in self._stimuli)] = stimulus
-        self.show_item(len(self._stimuli) - 1)
-        self.changed.emit()
+        self._show_edited(len(self._stimuli) - 1)
 
     # --- a table of conditions ---
 
@@ -138,22 +136,17 @@ class StimulusPage(ItemList):
 
     def _import_conditions(self, conditions: Mapping[str, Any]) -> None:
         self.draft.take_conditions(conditions)
-        self.show_item(0)
-        self.changed.emit()
+        self._show_edited(0)
 
     def _remove(self, index: int) -> None:
-        if 0 <= index < len(self._stimuli):
-            del self._stimuli[self._name(index)]
-            self.show_item(index)
-            self.changed.emit()
+        del self._stimuli[self._name(index)]
+        self._show_edited(index)
 
     def _move(self, index: int, by: int) -> None:
-        names = list(self._stimuli)
-        if 0 <= index < len(names) and 0 <= index + by < len(names):
-            names[index], names[index + by] = names[index + by], names[index]
-            self.draft.raw["stimuli"] = {name: self._stimuli[name] for name in names}
-            self.show_item(index + by)
-            self.changed.emit()
+        items = list(self._stimuli.items())
+        items[index], items[index + by] = items[index + by], items[index]
+        self.draft.raw["stimuli"] = dict(items)
+        self._show_edited(index + by)
 
     def _rename(self, index: int, new: str) -> None:
         old = self._name(index)
