@@ -1,7 +1,5 @@
 """The page before a calibration: its purpose, the profile's present and earlier state, and the start buttons."""
 
-from itertools import pairwise
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
@@ -19,6 +17,7 @@ from underfoot.widgets.calibrate.tile_picture import TilePicture
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.controls.scrolled import scroll_in
+from underfoot.widgets.controls.tab_order import set_tab_order
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 
@@ -100,9 +99,7 @@ class Overview(QWidget):
             self.editor.setMaximumWidth(FORM_PX)
             self.editor.value_changed.connect(self.reference_given)
             self.reference.addWidget(self.editor)
-            stops = [*self.editor.findChildren(Field), self.begin, self.begin_automatic, self.table]
-            for one, next_one in pairwise(stops):  # a field that is made later would be the last
-                self.setTabOrder(one, next_one)
+            set_tab_order([*self.editor.findChildren(Field), self.begin, self.begin_automatic, self.table])
         if self.editor is not None:
             self.editor.set_value(value)
         self.reference_help.setText("" if parameter is None else parameter.doc)

@@ -18,6 +18,7 @@ from underfoot.widgets.calibrate.tile_picture import TilePicture, press_text
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.controls.scrolled import Scrolled
+from underfoot.widgets.controls.tab_order import tab_stops
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
@@ -115,14 +116,8 @@ class PageView(QWidget):
         return error
 
     def tab_stops(self) -> list[QWidget]:
-        """Return the widgets of the tab order: a field before its slider."""
-        window = self.window()  # a choice's list is a separate window
-        return [
-            widget
-            for editor in self.editors
-            for widget in dict.fromkeys([*editor.findChildren(Field), *editor.findChildren(QWidget)])
-            if widget.focusPolicy() & Qt.FocusPolicy.TabFocus and not widget.isHidden() and widget.window() is window
-        ]
+        """Return the controls that Tab reaches."""
+        return tab_stops(self.editors)
 
     def focus_first(self) -> bool:
         """Give the first field the focus; return False if there is none."""

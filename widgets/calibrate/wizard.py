@@ -1,7 +1,6 @@
 """The wizard, which presents any procedure page by page, beside the measurements so far."""
 
 from collections.abc import Callable
-from itertools import pairwise
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
@@ -26,6 +25,7 @@ from underfoot.widgets.calibrate.page_view import PageView, plays_sound
 from underfoot.widgets.calibrate.result_view import ResultView
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scroll_in
+from underfoot.widgets.controls.tab_order import set_tab_order
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 BUSY_S = 0.4
@@ -248,11 +248,10 @@ class Wizard(QWidget):
         return focus is None or focus is self or self.isAncestorOf(focus) or not focus.isEnabled()
 
     def _order_stops(self) -> None:
-        """Set the tab order: page, drawings, buttons. New fields would otherwise be last."""
+        """Set the tab order: page, drawings, buttons."""
         buttons = self._buttons.findChildren(QPushButton)
         drawings = [self.drawings] if self.drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
-        for one, next_one in pairwise([*self.page.tab_stops(), *drawings, *buttons]):
-            QWidget.setTabOrder(one, next_one)
+        set_tab_order([*self.page.tab_stops(), *drawings, *buttons])
 
     def _focus_page(self) -> None:
         snapshot = self.snapshot

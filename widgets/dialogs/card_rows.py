@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import pairwise
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
@@ -11,6 +10,7 @@ from underfoot.devices.outputs import MOST_CARDS, Output, outputs_of, text_of
 from underfoot.devices.sound import MAX_CHANNELS
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.tab_order import set_tab_order
 
 Device = tuple[str, int, float]
 """Name, output channels, default rate in Hz."""
@@ -133,8 +133,7 @@ class CardRows(QWidget):
         self.rows.append(row)
         parts = [part for one in self.rows for part in (one.device_box, one.channels, one.remove_button)]
         if len(self.rows) > 1:  # the first is made before the buttons
-            for part, following in pairwise((*parts, self.add_button, self.search_again)):
-                QWidget.setTabOrder(part, following)
+            set_tab_order((*parts, self.add_button, self.search_again))
         taken = {row.device_box.currentData() for row in self.rows[:-1]}
         free = next((name for name, _, _ in self._devices if name not in taken), None)
         if len(self.rows) > 1 and free is not None:
