@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
 from PySide6.QtWidgets import QApplication
@@ -16,6 +17,7 @@ from underfoot.scenes.pictures import Canvas
 from underfoot.scenes.shapes import Disc, Lines, box
 from underfoot.widgets import theme
 from underfoot.widgets.scenes.painting import paint_shapes
+from underfoot.widgets.scenes.panels import ScenePanel
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -283,6 +285,23 @@ def test_the_window_paints_what_films_have():
     window = rows[:, : 3 * image.width()].reshape(film.shape).astype(int)
     assert np.abs(window - film).mean() < 1.0
     assert (np.abs(window - film).max(axis=2) > 64).mean() < 0.01  # but for edges
+
+
+def test_tab_goes_down_the_panel_of_a_scene(qtbot):
+    """What happened came before the parameters above it, which are made anew for each scene."""
+    panel = ScenePanel()
+    panel.resize(panel.width(), 800)
+    qtbot.addWidget(panel)
+    show(qtbot, panel)
+    kind = discover()["footprints"]
+    panel.show_kind(kind, {name: parameter.check(parameter.default) for name, parameter in kind.parameters.items()})
+    panel.start.setFocus()
+    passed = []
+    while panel.focusWidget() is not panel.log:
+        passed.append(panel.focusWidget().mapTo(panel, QPoint()).y())
+        qtbot.keyClick(panel.focusWidget(), Qt.Key.Key_Tab)
+    assert passed == sorted(passed)
+    assert len(passed) > len(kind.parameters) + 1
 
 
 def test_every_scene_is_listed_with_its_picture(scenes):

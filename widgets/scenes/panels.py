@@ -25,6 +25,7 @@ from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.controls.tab_order import set_tab_order, tab_stops
 
 LIST_PX, SIDE_PX, PICTURE_PX = 24 * theme.GRID, 38 * theme.GRID, 18 * theme.GRID
 MAX_LOG_LINES = 200
@@ -131,6 +132,7 @@ class ScenePanel(QWidget):
             column.addWidget(editor)
         column.addStretch()
         self.parameters.setWidget(page)
+        set_tab_order([self.walker, *tab_stops(self.editors.values()), self.log])
 
     def show_playing(self, playing: bool, why_not: str) -> None:
         """Show whether a scene plays or, if none can, the reason."""
