@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -127,6 +127,7 @@ class RecordingList(QWidget):
         self._folder, self._added = folder, added
         self.summaries = Summaries(self)
         self._known: dict[Path, Summary] = {}
+        self._rows: dict[Path, _Row] = {}
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search by name, date or floor")
         self.search.setAccessibleName("Search recordings")
@@ -153,20 +154,19 @@ class RecordingList(QWidget):
         """Update the list from the folders."""
         paths = self._paths()
         chosen = self.chosen_path()
-        self.list.blockSignals(True)
-        self.list.clear()
-        for path, written_s in paths.items():
-            item = _Row(path, written_s)
-            item.setData(_PATH, path)
-            item.setSizeHint(QSize(0, 60))
-            item.setToolTip(str(path))
-            self.list.addItem(item)
-            if path in self._known:
-                self._show(self._known[path])
-            else:
-                item.setIcon(_icon(np.zeros(0, np.float32)))
-        self._sort()
-        self.list.blockSignals(False)
+        with QSignalBlocker(self.list):
+            self.list.clear()
+            self._rows = {path: _Row(path, written_s) for path, written_s in paths.items()}
+            for path, item in self._rows.items():
+                item.setData(_PATH, path)
+                item.setSizeHint(QSize(0, 60))
+                item.setToolTip(str(path))
+                self.list.addItem(item)
+                if path in self._known:
+                    self._show(self._known[path])
+                else:
+                    item.setIcon(_icon(np.zeros(0, np.float32)))
+            self._sort()
         if chosen is not None:
             self.mark(chosen)
         self._filter()
@@ -181,12 +181,11 @@ class RecordingList(QWidget):
 
     def mark(self, path: Path) -> None:
         """Mark the open recording."""
-        for item in self._items():
-            if item.data(_PATH) == path.absolute():
-                self.list.blockSignals(True)
+        item = self._rows.get(path.absolute())
+        if item is not None:
+            with QSignalBlocker(self.list):
                 self.list.setCurrentItem(item)
-                self.list.blockSignals(False)
-                self.delete.setEnabled(True)
+            self.delete.setEnabled(True)
 
     def chosen_path(self) -> Path | None:
         """Return the selected recording; None if there is none."""
@@ -305,22 +304,23 @@ class RecordingList(QWidget):
         self._known[summary.path] = summary
         self._show(summary)
         self._sort()
-        self._filter()
+        if self.search.text():
+            self._filter()
 
     def _show(self, summary: Summary) -> None:
-        for item in self._items():
-            if item.data(_PATH) == summary.path:
-                item.begun_s = summary.begun.timestamp()
-                item.setText(f"{summary.path.stem}\n{summary_text(summary)}")
-                item.setIcon(_icon(summary.force_n))
-                typed = floor_text(summary.floor).replace(" × ", "x")  # no keyboard has the sign
-                item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title} {typed}")
+        item = self._rows.get(summary.path)
+        if item is not None:
+            item.begun_s = summary.begun.timestamp()
+            item.setText(f"{summary.path.stem}\n{summary_text(summary)}")
+            item.setIcon(_icon(summary.force_n))
+            typed = floor_text(summary.floor).replace(" × ", "x")  # no keyboard has the sign
+            item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title} {typed}")
 
     def _show_failure(self, path: Path, why: str) -> None:
-        for item in self._items():
-            if item.data(_PATH) == path:
-                item.setText(f"{path.stem}\ncannot be read")
-                item.setToolTip(why)
+        item = self._rows.get(path)
+        if item is not None:
+            item.setText(f"{path.stem}\ncannot be read")
+            item.setToolTip(why)
 
     def _filter(self) -> None:
         words = self.search.text().casefold().split()
