@@ -3,7 +3,7 @@
 import time
 from collections.abc import Collection, Sequence
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QIcon, QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -169,9 +169,8 @@ class MainBar(QWidget):
 
     def set_level(self, db: float) -> None:
         """Show the output level, without emitting `level_chosen`."""
-        blocked = self.level.blockSignals(True)
-        self.level.setValue(round(10 * db))
-        self.level.blockSignals(blocked)
+        with QSignalBlocker(self.level):
+            self.level.setValue(round(10 * db))
         self._show_level(round(10 * db))
 
     def set_health(self, health: Health, tiles: int) -> None:

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtGui import QUndoStack
 
 from underfoot.experiments.draft_edits import DraftEdit, edit_between
@@ -64,13 +64,12 @@ class DraftHistory(QObject):
             return
         if not leads_here:
             return
-        blocked = self.blockSignals(True)
-        for (before, after), edit in zip(steps, edits, strict=True):
-            self._now = after
-            self.stack.push(_Step(self, before, after, edit, can_grow=False))
-        self.stack.setIndex(at)
+        with QSignalBlocker(self):
+            for (before, after), edit in zip(steps, edits, strict=True):
+                self._now = after
+                self.stack.push(_Step(self, before, after, edit, can_grow=False))
+            self.stack.setIndex(at)
         self._now = now
-        self.blockSignals(blocked)
 
     def show_state(self, text: str, edit: DraftEdit) -> None:
         """Restore a state, unless it is the present one, as it is when a step is recorded."""

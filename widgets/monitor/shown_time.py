@@ -2,7 +2,7 @@
 
 import math
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QScrollBar
 
 from underfoot.widgets.monitor.force_history import HISTORY_S
@@ -89,8 +89,7 @@ class TimeBar(QScrollBar):
     def show_time(self, time: ShownTime) -> None:
         """Set the range to the kept times, and the value to the shown one."""
         first_s = time.first_s + time.duration_s if math.isfinite(time.first_s) else time.now_s
-        self.blockSignals(True)
-        self.setRange(min(round(10.0 * first_s), round(10.0 * time.now_s)), round(10.0 * time.now_s))
-        self.setPageStep(round(10.0 * time.duration_s))
-        self.setValue(round(10.0 * time.end_s))
-        self.blockSignals(False)
+        with QSignalBlocker(self):
+            self.setRange(min(round(10.0 * first_s), round(10.0 * time.now_s)), round(10.0 * time.now_s))
+            self.setPageStep(round(10.0 * time.duration_s))
+            self.setValue(round(10.0 * time.end_s))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
@@ -86,13 +86,12 @@ class RecordedSteps(QWidget):
         }
         for name, box in self.filters.items():
             wanted = box.currentText().removeprefix(f"{name} ")
-            box.blockSignals(True)
-            box.clear()
-            box.addItem({"person": "people"}.get(name, f"{name}s"), ALL)
-            for value in values[name]:
-                box.addItem(f"{name} {value}" if name != "side" else value, value)
-            box.setCurrentIndex(max(box.findData(wanted), 0))
-            box.blockSignals(False)
+            with QSignalBlocker(box):
+                box.clear()
+                box.addItem({"person": "people"}.get(name, f"{name}s"), ALL)
+                for value in values[name]:
+                    box.addItem(f"{name} {value}" if name != "side" else value, value)
+                box.setCurrentIndex(max(box.findData(wanted), 0))
         self._filter()
         if choice < 0:
             self.table.verticalScrollBar().setValue(place)

@@ -5,7 +5,7 @@ from bisect import bisect_left
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QKeyEvent,
@@ -370,11 +370,10 @@ class Timeline(QWidget):
     def _show_view(self) -> None:
         view, whole_s = self.axis.view, max(self.axis.length_s, MIN_VIEW_S)
         seen = round(_SCROLL_STEPS * (view.end_s - view.begin_s) / whole_s)
-        self.bar.blockSignals(True)
-        self.bar.setRange(0, max(_SCROLL_STEPS - seen, 0))
-        self.bar.setPageStep(max(seen, 1))
-        self.bar.setValue(round(_SCROLL_STEPS * view.begin_s / whole_s))
-        self.bar.blockSignals(False)
+        with QSignalBlocker(self.bar):
+            self.bar.setRange(0, max(_SCROLL_STEPS - seen, 0))
+            self.bar.setPageStep(max(seen, 1))
+            self.bar.setValue(round(_SCROLL_STEPS * view.begin_s / whole_s))
         self.bar.setVisible(seen < _SCROLL_STEPS)
 
     def _scroll(self, value: int) -> None:
