@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QEvent, QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
@@ -41,6 +41,8 @@ class StepPanel(QWidget):
         self.table = StepTable()
         self.count = theme.label("", "muted")
         self._cadence = theme.label("", "muted")
+        for label in (self.count, self._cadence):
+            label.installEventFilter(self)
         self._folder = Path.home()
         self.folder: Path | None = None
         """Where footsteps that nobody saved are kept when another session begins."""
@@ -104,6 +106,13 @@ class StepPanel(QWidget):
         self._is_saved = True
         self.notified.emit(f"{counted(self.table.steps.rowCount(), 'footstep')} saved as {path}.")
 
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Tell the gait of each person under the mouse, which is computed when it is asked for, not at each step."""
+        if event.type() == QEvent.Type.ToolTip and isinstance(watched, QWidget):
+            gaits = gait_of(self.table.steps.steps[-GAIT_STEPS:])
+            watched.setToolTip("\n".join(one.line() for one in gaits))
+        return super().eventFilter(watched, event)
+
     def _ask_for_file(self) -> None:
         dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -116,8 +125,5 @@ class StepPanel(QWidget):
         self.count.setText(f"{len(steps)}" if steps else "none yet")
         cadences = [step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)]
         self._cadence.setText(f"{np.mean(cadences):.0f} steps a minute" if cadences else "")
-        gaits = "\n".join(one.line() for one in gait_of(steps[-GAIT_STEPS:]))
-        for label in (self.count, self._cadence):
-            label.setToolTip(gaits)
         self.export_button.setEnabled(bool(steps))
         self.clear_button.setEnabled(bool(steps))

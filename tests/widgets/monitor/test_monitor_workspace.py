@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from made_steps import SPIKE, STEP
 from measured import DATA, walk
+from msgspec.structs import replace
 from on_screen import place_on, show
-from PySide6.QtCore import QPointF, Qt
-from PySide6.QtWidgets import QAbstractButton, QLabel
+from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtGui import QHelpEvent
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel
 
 from underfoot.drawing.shapes import Text
 from underfoot.engine.commands import PressTile, Tare, Walk
@@ -195,6 +197,17 @@ def test_the_span_of_time_is_chosen(monitor, qtbot):
     assert monitor.force.plot.ranges[:2] == monitor.vibration.spectrogram.ranges[:2] == (-10.0, 0.0)
     assert ten.isChecked()
     assert not monitor.force.span_buttons[5.0].isChecked()
+
+
+def test_the_gait_of_each_person_is_told_under_the_mouse(monitor):
+    """Computed at each step, also while Monitor was hidden, it took milliseconds of a tick."""
+    monitor.add_steps([replace(STEP, step=number, side=("left", "right")[number % 2]) for number in range(4)])
+    assert monitor.steps.count.toolTip() == ""
+    at = monitor.steps.count.rect().center()
+    QApplication.sendEvent(
+        monitor.steps.count, QHelpEvent(QEvent.Type.ToolTip, at, monitor.steps.count.mapToGlobal(at))
+    )
+    assert monitor.steps.count.toolTip() == "person 2: 4 steps, stance 612 ms, stance 0 % asymmetric"
 
 
 def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp_path):
