@@ -25,6 +25,7 @@ from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.quantities import fixed, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.floor_trails import Trails
 from underfoot.widgets.pictures import blank_picture
 
@@ -208,16 +209,10 @@ class FloorMap(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Choose the next tile in the direction of an arrow key."""
-        directions = {
-            Qt.Key.Key_Left: (-1.0, 0.0),
-            Qt.Key.Key_Right: (1.0, 0.0),
-            Qt.Key.Key_Up: (0.0, 1.0),
-            Qt.Key.Key_Down: (0.0, -1.0),
-        }
-        if self._floor is None or event.key() not in directions:
+        if self._floor is None or event.key() not in ARROWS:
             super().keyPressEvent(event)
             return
-        towards = np.array(directions[Qt.Key(event.key())])
+        towards = np.array(ARROWS[Qt.Key(event.key())], float)
         here = np.array(self._floor.tiles[self._floor.index(self._chosen_tile)].centre_m)
         best, nearest = "", math.inf
         for tile in self._floor.tiles:

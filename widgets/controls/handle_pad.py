@@ -7,15 +7,10 @@ from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter,
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.arrow_keys import ARROWS
 
 NEAR_PX = 9.0
 """Distance from a handle within which the mouse hits it, in pixels."""
-_ARROWS = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, 1),
-    Qt.Key.Key_Down: (0, -1),
-}
 
 
 class HandlePad(QWidget):
@@ -164,9 +159,9 @@ class HandlePad(QWidget):
         if key in (Qt.Key.Key_N, Qt.Key.Key_P) and count:
             first, by = (0, 1) if key == Qt.Key.Key_N else (count - 1, -1)
             self.chosen = (self.chosen + by) % count if is_chosen else first
-        elif key in _ARROWS and is_chosen:
+        elif key in ARROWS and is_chosen:
             self.begin_edit(f"nudge {self.chosen}")
-            across, up = _ARROWS[key]
+            across, up = ARROWS[key]
             self.nudge(self.chosen, step * across, step * up)
         elif key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown) and is_chosen:
             self.begin_edit(f"turn {self.chosen}")

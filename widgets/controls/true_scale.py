@@ -10,18 +10,13 @@ from PySide6.QtGui import QColor, QKeyEvent, QPainter, QTransform
 from underfoot import quantities
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.controls.full_screen import FullScreenWindow
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
 TURN_DEG, FINE_DEG = 1.0, 0.1
 MIN_SCALE, MAX_SCALE = 0.05, 20.0
-_DIRECTIONS = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, 1),
-    Qt.Key.Key_Down: (0, -1),
-}
 _TURNS = {Qt.Key.Key_Comma: 1, Qt.Key.Key_Period: -1}
 
 
@@ -108,9 +103,9 @@ class TrueScaleWindow(FullScreenWindow):
                 self._adjust(replace(now, scale=now.scale / step))
             case Qt.Key.Key_0:
                 self._adjust(Placement())
-            case Qt.Key.Key_Left | Qt.Key.Key_Right | Qt.Key.Key_Up | Qt.Key.Key_Down:
+            case key if key in ARROWS:
                 move = FINE_M if fine else MOVE_M
-                right, up = _DIRECTIONS[Qt.Key(event.key())]
+                right, up = ARROWS[Qt.Key(key)]
                 self._adjust(replace(now, at_m=(now.at_m[0] + right * move, now.at_m[1] + up * move)))
             case Qt.Key.Key_Comma | Qt.Key.Key_Period:
                 turn_deg = _TURNS[Qt.Key(event.key())] * (FINE_DEG if fine else TURN_DEG)
