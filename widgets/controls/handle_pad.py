@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.arrow_keys import ARROWS
+from underfoot.widgets.pictures import paint_focus, paint_ground
 
 NEAR_PX = 9.0
 """Distance from a handle within which the mouse hits it, in pixels."""
@@ -201,9 +202,7 @@ class HandlePad(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         area = self.area()
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.RAISED))
-        painter.drawRoundedRect(area, 3.0, 3.0)
+        paint_ground(painter, area)
         self.paint_picture(painter, area)
         for i, place in enumerate(self.handles()):
             is_chosen = i == self.chosen
@@ -216,6 +215,4 @@ class HandlePad(QWidget):
         text = painter.fontMetrics().elidedText(self.caption(), Qt.TextElideMode.ElideRight, self.width())
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
         if self.hasFocus():
-            painter.setPen(QPen(QColor(theme.VIBRATION), 1.0))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRoundedRect(area, 3.0, 3.0)
+            paint_focus(painter, area)

@@ -11,6 +11,7 @@ from underfoot.parameters import Parameter, Rows
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.pictures import paint_focus, paint_ground
 
 Note = tuple[float, float, float]
 """Step, length in steps, amplitude 0 to 1."""
@@ -218,9 +219,7 @@ class RhythmBar(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         bar = self.area()
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.RAISED))
-        painter.drawRoundedRect(bar, 3.0, 3.0)
+        paint_ground(painter, bar)
         wide = bar.width() / STEPS
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         for step in range(1, STEPS):
@@ -234,9 +233,7 @@ class RhythmBar(QWidget):
             painter.setBrush(QColor(theme.mixed(theme.EVENTS, theme.RAISED, 0.75)))
             painter.drawRoundedRect(self._note_rect(note), 2.0, 2.0)
         if self.hasFocus():
-            painter.setPen(QPen(QColor(theme.VIBRATION), 1.0))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRoundedRect(bar, 3.0, 3.0)
+            paint_focus(painter, bar)
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.MUTED))
         for step in range(0, STEPS, 6):
