@@ -21,7 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QScrollBar, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
-from underfoot.widgets.pictures import blank_picture
+from underfoot.widgets.pictures import blank_picture, paint_focus
 from underfoot.widgets.recordings.tracks import GUTTER_PX, RULER_PX, RecordingContent, TimelineView, TrackPainter
 
 MIN_VIEW_S = 0.01
@@ -317,8 +317,13 @@ class Axis(QWidget):
             painter.fillRect(self.rect(), QColor(theme.GROUND))
             painter.setPen(QColor(theme.MUTED))
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.note)
-            return
-        tracks = self.painter()
+        else:
+            self._paint_tracks(painter, self.painter())
+        if self.hasFocus():
+            painter.setClipping(False)
+            paint_focus(painter, QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
+
+    def _paint_tracks(self, painter: QPainter, tracks: TrackPainter) -> None:
         if self._picture is None:
             self._picture = self._painted(tracks)
         painter.drawPixmap(0, 0, self._picture)

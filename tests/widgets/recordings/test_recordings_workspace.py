@@ -140,6 +140,15 @@ def test_the_time_axis_tells_a_screen_reader_what_keys_did(opened, qtbot):
     assert axis.accessibleDescription() == opened.readout.text.full_text
 
 
+def test_the_time_axis_shows_that_it_has_the_focus(opened):
+    axis = opened.axis
+    edges = []
+    for focused in (axis, opened.recordings.search):
+        focused.setFocus()
+        edges.append(axis.grab().toImage().pixelColor(axis.width() // 2, axis.height() - 1).name())
+    assert [edge == theme.VIBRATION for edge in edges] == [True, False]
+
+
 def test_the_list_of_keys_has_those_of_the_ends_and_of_a_mark_that_is_removed(workspace):
     told = dict(workspace.shortcuts())
     assert told["Cursor to the beginning, to the end"] == "Home, End"
