@@ -63,7 +63,7 @@ WORKSPACES = {
 }
 WIDGET_LEVELS = (
     {"theme", "escape", "background", "garbage_collection", "pictures", "polled_process"},
-    {"plots", "controls", "floor_trails"},
+    {"plots", "controls", "floor_trails", "pressed_floor"},
     {"floor_map", "level_slider", "menu", "status_line", "main_bar", "dialogs"},
     {"session"},
     {"workspace", "view_menu", "window_state", "recolour", "session_display"},

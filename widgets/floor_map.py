@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
-    QHideEvent,
     QKeyEvent,
     QMouseEvent,
     QPainter,
@@ -19,7 +18,7 @@ from PySide6.QtGui import (
     QResizeEvent,
     QTransform,
 )
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy
 
 from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import Floor
@@ -28,12 +27,10 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.floor_trails import Trails
 from underfoot.widgets.pictures import blank_picture
+from underfoot.widgets.pressed_floor import PressedFloor
 
 FULL_SCALE_N = 1000.0
 """Load at which a tile has the full colour."""
-
-DEFAULT_PRESS_N = 400.0
-"""Default force of a press with the mouse."""
 
 _MARGIN = 2 * theme.GRID
 
@@ -53,15 +50,13 @@ STEP_MS = 1000
 """Time for which the step of a preview is marked."""
 
 
-class FloorMap(QWidget):
+class FloorMap(PressedFloor):
     """Shows loads and contacts; emits the chosen tile, and where the mouse presses in the tile's frame."""
 
     tile_chosen = Signal(str)
     """A tile's id."""
     tile_clicked = Signal()
     """The tile chosen by the user, with mouse or keys."""
-    pressed = Signal(str, float, float, float)
-    """Tile, x and y in metres, force in newtons; 0 ends the press."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -69,11 +64,7 @@ class FloorMap(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)
-        self._press_n = DEFAULT_PRESS_N
-        self.can_press = False
-        self._floor: Floor | None = None
         self._chosen_tile = ""
-        self._pressed_tile = ""
         self._background: QPixmap | None = None
         self._figures: list[QRectF] = []
         """Where the loads of tiles are written in the present picture."""
@@ -162,18 +153,13 @@ class FloorMap(QWidget):
         return QSize(192, 160)
 
     def to_screen(self) -> QTransform:
-        """Convert a point in the floor's frame, whose y axis points away from the viewer, to the widget's pixels."""
         assert self._floor is not None
         area = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN - 2 * theme.GRID)
         return fitted(self._floor, area)
 
     def tile_at(self, place: QPointF) -> str:
         """Return the id of the tile at a point of the widget, or ""."""
-        if self._floor is None:
-            return ""
-        back, _ = self.to_screen().inverted()
-        at = back.map(place)
-        tile = self._floor.tile_at((at.x(), at.y()))
+        tile, _ = self._place_at(place)
         return tile.id if tile is not None else ""
 
     # --- mouse and keys ---
@@ -184,24 +170,13 @@ class FloorMap(QWidget):
             self.setFocus(Qt.FocusReason.MouseFocusReason)
             self.tile_clicked.emit()
             self.choose_tile(tile)
-            if self.can_press:
-                self._press(tile, event.position())
+            self._press(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         tile = self.tile_at(event.position())
         self.setCursor(Qt.CursorShape.PointingHandCursor if tile else Qt.CursorShape.ArrowCursor)
         if self._pressed_tile:
-            if tile != self._pressed_tile:
-                self._end_press()
-            if tile:
-                self._press(tile, event.position())
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        self._end_press()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        self._end_press()
-        super().hideEvent(event)
+            self._press(event.position())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._background = None
@@ -224,19 +199,6 @@ class FloorMap(QWidget):
         if best:
             self.tile_clicked.emit()
             self.choose_tile(best)
-
-    def _press(self, tile: str, place: QPointF) -> None:
-        assert self._floor is not None
-        back, _ = self.to_screen().inverted()
-        at = back.map(place)
-        x, y = self._floor.tiles[self._floor.index(tile)].to_tile((at.x(), at.y()))
-        self._pressed_tile = tile
-        self.pressed.emit(tile, float(x), float(y), self._press_n)
-
-    def _end_press(self) -> None:
-        if self._pressed_tile:
-            tile, self._pressed_tile = self._pressed_tile, ""
-            self.pressed.emit(tile, 0.0, 0.0, 0.0)
 
     def _describe(self) -> None:
         """Say what is selected, in the tooltip and to screen readers."""

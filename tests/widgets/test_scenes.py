@@ -48,7 +48,7 @@ def start(scenes, qtbot, name):
 
 
 def pixel(scenes, x_m, y_m):
-    return scenes.view.to_pixels().map(QPointF(x_m, y_m)).toPoint()
+    return scenes.view.to_screen().map(QPointF(x_m, y_m)).toPoint()
 
 
 def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, qtbot):

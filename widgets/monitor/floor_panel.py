@@ -7,7 +7,8 @@ from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import tool_button, with_header
-from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
+from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.pressed_floor import DEFAULT_PRESS_N
 
 PRESSES_N = (50.0, 100.0, 200.0, 400.0, 800.0, 1500.0)
 

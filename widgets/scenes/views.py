@@ -5,14 +5,15 @@ from collections import deque
 from collections.abc import Callable
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal, SignalInstance
-from PySide6.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
+from PySide6.QtWidgets import QSizePolicy
 
 from underfoot.floor.layout import Floor
 from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
 from underfoot.widgets.controls.true_scale import Placement, TrueScaleWindow
-from underfoot.widgets.floor_map import DEFAULT_PRESS_N, fitted
+from underfoot.widgets.floor_map import fitted
+from underfoot.widgets.pressed_floor import PressedFloor
 from underfoot.widgets.scenes.painting import paint_shapes
 
 KEPT = 500
@@ -55,11 +56,9 @@ class PaintTimes:
         return float(sum(end > now - 1.0 for end in self._ends_s))
 
 
-class SceneView(QWidget):
+class SceneView(PressedFloor):
     """The floor fitted to the pane, with the scene that plays. On a simulated floor the mouse acts as a foot."""
 
-    pressed = Signal(str, float, float, float)
-    """Tile, x and y in metres of its frame, force in newtons; 0 ends the press."""
     failed = Signal(object)
     """The exception that the scene's picture raised."""
 
@@ -69,10 +68,7 @@ class SceneView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.times = PaintTimes()
-        self.can_press = False
-        self._floor: Floor | None = None
         self._scene: Scene | None = None
-        self._pressed_tile = ""
 
     def show_floor(self, floor: Floor | None) -> None:
         """Show this floor, without a scene."""
@@ -84,8 +80,7 @@ class SceneView(QWidget):
         self._scene = scene
         self.update()
 
-    def to_pixels(self) -> QTransform:
-        """Return the transform from the floor's frame to the pane's pixels."""
+    def to_screen(self) -> QTransform:
         assert self._floor is not None
         area = QRectF(self.rect()).adjusted(*[2.0 * theme.GRID] * 2, *[-2.0 * theme.GRID] * 2)
         return fitted(self._floor, area)
@@ -99,7 +94,7 @@ class SceneView(QWidget):
         painter.fillRect(self.rect(), QColor("black"))
         if self._floor is None:
             return
-        to_pixels = self.to_pixels()
+        to_pixels = self.to_screen()
         painter.setPen(QPen(QColor(theme.colours(ON_BLACK)["line"]), 1.0))
         for tile in self._floor.tiles:
             painter.drawPolygon(to_pixels.map(QPolygonF([QPointF(x, y) for x, y in tile.corners_m().tolist()])))
@@ -117,31 +112,6 @@ class SceneView(QWidget):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if self._pressed_tile:
             self._press(event.position())
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        self._release()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        self._release()
-        super().hideEvent(event)
-
-    def _press(self, place: QPointF) -> None:
-        if not self.can_press or self._floor is None:
-            return
-        back, _ = self.to_pixels().inverted()
-        at = back.map(place)
-        tile = self._floor.tile_at((at.x(), at.y()))
-        if self._pressed_tile and (tile is None or tile.id != self._pressed_tile):
-            self._release()
-        if tile is not None:
-            self._pressed_tile = tile.id
-            x, y = tile.to_tile((at.x(), at.y())).tolist()
-            self.pressed.emit(tile.id, x, y, DEFAULT_PRESS_N)
-
-    def _release(self) -> None:
-        if self._pressed_tile:
-            tile, self._pressed_tile = self._pressed_tile, ""
-            self.pressed.emit(tile, 0.0, 0.0, 0.0)
 
 
 class SceneProjection(TrueScaleWindow):
