@@ -2,7 +2,7 @@
 
 import pytest
 from made_studies import TD, made_protocol, protocol_text
-from people import open_session, taking_part
+from people import taking_part
 
 from underfoot.experiments.protocol import Protocol
 from underfoot.nodes import REGISTRY
@@ -19,12 +19,6 @@ def test_what_events_start_begins_with_the_presentation():
     patch, ends = unheard(Patch.load(preset_files.patches()["tacton-it1"], REGISTRY), REGISTRY)
     assert [node.id for node in patch.nodes] == ["tile", "hand", "step"]
     assert set(ends) == {"hand.out", "step.onset"}
-
-
-@pytest.fixture(scope="module")
-def session(until):
-    with open_session(until) as opened:
-        yield opened
 
 
 def commanded(runner):

@@ -2,7 +2,7 @@
 
 import pytest
 from made_studies import TD, made_protocol
-from people import open_session, taking_part
+from people import taking_part
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.foot import FootAnswer
@@ -94,12 +94,6 @@ def test_the_tiles_of_a_slider_are_spread_over_it_and_numbers_need_a_tile_each()
 def test_a_protocol_that_a_foot_cannot_answer_is_refused(kind, foot, says):
     with pytest.raises(BadFile, match=r"stages\[0\].*" + says):
         made_protocol(kind, foot=foot)
-
-
-@pytest.fixture(scope="module")
-def session(until):
-    with open_session(until) as opened:
-        yield opened
 
 
 @pytest.mark.parametrize("rule", ["dwell", "release"])

@@ -38,13 +38,6 @@ from underfoot.studies.markers import LslMarkers, SerialTrigger
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE
 
-
-@pytest.fixture(scope="module")
-def session(until):
-    with open_session(until) as opened:
-        yield opened
-
-
 RATED = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 11.6, "level_m_s2": 2.0}
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from design_samples import send
-from on_screen import show
+from on_screen import show, type_into
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtWidgets import QToolTip
 
@@ -24,18 +24,11 @@ def editor(qtbot):
     return made
 
 
-def typed(qtbot, editor, text):
-    editor.field.setFocus()
-    editor.field.selectAll()
-    qtbot.keyClicks(editor.field, text)
-    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
-
-
 def test_a_gain_is_shown_and_typed_in_decibels_and_given_as_a_factor(qtbot, editor):
     assert editor.field.text() == "0 dB"
     for text, factor in (("-6.0206", 0.5), ("+20 dB", 10.0), ("x2", 2.0), ("3x", 3.0), ("-inf", 0.0)):
         with qtbot.waitSignal(editor.value_changed) as changed:
-            typed(qtbot, editor, text)
+            type_into(qtbot, editor, text)
         assert changed.args[0] == pytest.approx(factor, rel=1e-4), text
 
 
@@ -80,10 +73,10 @@ def test_a_mix_s_level_is_a_size_in_decibels_and_a_button_for_its_sign(qtbot):
     assert (given[-1], editor.field.text()) == (-1.0, "0 dB ø")
     qtbot.mouseClick(editor.slider, Qt.MouseButton.LeftButton, pos=QPoint(editor.slider.width() // 2, 5))
     assert -1.0 < given[-1] < 0.0, "a drag changes the size and keeps the sign"
-    typed(qtbot, editor, "x2")
+    type_into(qtbot, editor, "x2")
     assert given[-1] == 2.0
     assert not editor.inverted.isChecked()
-    typed(qtbot, editor, "-6.0206 dB ø")
+    type_into(qtbot, editor, "-6.0206 dB ø")
     assert given[-1] == pytest.approx(-0.5, rel=1e-4)
     assert editor.inverted.isChecked()
 
@@ -96,7 +89,7 @@ def test_an_arrow_key_moves_a_gain_off_0_db_and_shift_finely(qtbot, editor):
     qtbot.keyClick(editor.slider, Qt.Key.Key_Right)
     assert 1.0 < given[-1] < 10.0 ** (2.0 / 20.0)
     assert editor.slider.accessibleDescription() == editor.field.text() != "0 dB"
-    typed(qtbot, editor, "0 dB")
+    type_into(qtbot, editor, "0 dB")
     assert editor.slider.accessibleDescription() == "0 dB", "a screen reader says the value with its unit"
     editor.slider.setFocus()
     qtbot.keyClick(editor.slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
@@ -126,7 +119,7 @@ def test_what_is_no_gain_is_refused():
     ],
 )
 def test_whoever_types_a_gain_that_is_not_allowed_sees_why_in_decibels(qtbot, editor, text, reason):
-    typed(qtbot, editor, text)
+    type_into(qtbot, editor, text)
     assert (QToolTip.isVisible(), QToolTip.text()) == (True, reason)
     assert editor.value() == 1.0
     qtbot.keyClick(editor.field, Qt.Key.Key_Escape)
@@ -190,7 +183,7 @@ def test_arrows_up_and_down_in_the_field_move_the_number_as_on_its_slider(qtbot,
     editor.value_changed.connect(given.append)
     began = []
     editor.edit_began.connect(lambda: began.append(editor.value()))
-    typed(qtbot, editor, "-6")
+    type_into(qtbot, editor, "-6")
     qtbot.keyClick(editor.field, Qt.Key.Key_Up)
     higher = editor.field.text()
     assert len(began) == 2

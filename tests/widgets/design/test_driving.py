@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from design_samples import drag, middle, port, send
-from on_screen import show
+from on_screen import show, type_into
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -197,13 +197,6 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
         drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
     assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
     assert "gave way" in workspace.canvas.message
-
-
-def type_into(qtbot, editor, text):
-    editor.field.setFocus()
-    editor.field.selectAll()
-    qtbot.keyClicks(editor.field, text)
-    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
 
 
 @pytest.mark.parametrize(
