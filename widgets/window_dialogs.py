@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from underfoot.engine.card_search import CardSearch
 from underfoot.engine.commands import Pulse
@@ -71,13 +70,13 @@ class WindowDialogs:
         """Show version, folders and licences."""
         from underfoot.widgets.dialogs.about import AboutDialog
 
-        _open(AboutDialog(self._context.folder, self._window))
+        AboutDialog(self._context.folder, self._window).open()
 
     def open_shortcuts(self, groups: Sequence[tuple[str, Keys]]) -> None:
         """Show keys in groups, each under its heading."""
         from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 
-        _open(ShortcutsDialog(groups, self._window))
+        ShortcutsDialog(groups, self._window).open()
 
     def open_file_error(self, place: FilePlace) -> None:
         """Show the place of an error in a file, instead of the place shown before."""
@@ -94,8 +93,3 @@ class WindowDialogs:
         open_patch, target = self._context.open_patch, self._context.controller.target
         patch, folder = without_missing(open_patch.patch, self._context.registry).dumps(), str(open_patch.folder or "")
         return CostRequest(patch, target.floor, feet, target.block, target.profiles, folder, is_simulated(target))
-
-
-def _open(dialog: QDialog) -> None:
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.open()

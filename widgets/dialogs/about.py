@@ -22,6 +22,7 @@ class AboutDialog(QDialog):
 
     def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("About Underfoot")
         self._text = "\n".join((f"Underfoot {__version__}", *_system(), *_folders(folder)))
         layout = QVBoxLayout(self)

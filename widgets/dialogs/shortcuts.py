@@ -20,6 +20,7 @@ class ShortcutsDialog(QDialog):
 
     def __init__(self, groups: Sequence[tuple[str, Keys]], parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Keyboard shortcuts")
         inside = QWidget()
         grid = QGridLayout(inside)
