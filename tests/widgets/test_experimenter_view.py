@@ -55,6 +55,12 @@ def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until,
         person.until_phase(Phase.READY)
         person.until(lambda: shown() == "Nobody stands on the floor: 0 N.", "it is said")
         assert not view.news.isHidden()
+        told = []
+        for _ in range(6):
+            view.live.clear()
+            view.show_runner(runner)
+            told.append(view.live.text() != "")
+        assert sum(told) == 1  # figures are readable: not every tick changes them
         tile.force_n = 600.0
         person.until(lambda: "Nobody" not in shown(), "somebody stands there")
         tile.force_n = 0.0

@@ -22,6 +22,8 @@ WHY_FIRST = "Type first why the trial is repeated, and press again."
 END_PAUSE, CLOSE = "End the pause", "Back to the studies"
 _LIVE_S = 0.1
 """Display time of measured values, in seconds."""
+_READOUT_TICKS = 6
+"""Ticks between two updates of measured values, to be readable."""
 _WORDS = {
     "consent": "the participant is asked to agree",
     "questions": "questions are answered",
@@ -92,6 +94,7 @@ class ExperimenterView(QWidget):
         self.map, self.drawings = FloorMap(), DrawingColumn()
         self.map.setFocusProxy(self)  # after a step with the mouse, arrows and Return must answer
         self._began_s, self._shown_at, self._began_share = 0.0, 0.0, 0.0
+        self._ticks = 0
         self._form_key = self._refusal = ""
         self._lay_out()
         self._connect()
@@ -103,7 +106,7 @@ class ExperimenterView(QWidget):
         self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
         self.map.can_press = presses
         self._began_s = self._shown_at = time.monotonic()
-        self._began_share, self._form_key = -1.0, ""
+        self._began_share, self._form_key, self._ticks = -1.0, "", 0
 
     def show_runner(self, runner: Runner) -> None:
         """Show the state of a runner."""
@@ -122,7 +125,9 @@ class ExperimenterView(QWidget):
         says_itself = is_over or (phase is Phase.STOPPED and bool(runner.hint))
         now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if says_itself else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
-        self.live.setText(_level_text(runner))
+        if self._ticks % _READOUT_TICKS == 0:
+            self.live.setText(_level_text(runner))
+        self._ticks += 1
         news = self._refusal or empty_floor_text(runner) or (runner.messages[-1] if runner.messages else "")
         self.news.setText(news)
         self.news.setVisible(bool(news))
