@@ -13,6 +13,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from free_ports import free_port
+from made_recordings import ABOUT
 from wired import EVERY_TRANSPORT, ends
 
 from underfoot.devices.conversion import nominal_readings
@@ -23,6 +24,7 @@ from underfoot.devices.replay import Replay
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 RATE = 48_000.0
 
@@ -61,6 +63,20 @@ def test_a_force_file_is_sent_once_and_exactly(underfoot, walk):
     force_n = read_forces(walk, default_floor(1, 2)).force_n
     np.testing.assert_array_equal(got["readings"].reshape(-1, 2, 4), nominal_readings(force_n))
     assert parser.counts.accepted == 3200
+
+
+def test_a_recording_is_sent_without_what_a_tile_lost(underfoot, folder):
+    writer = Writer(folder / "a.underfoot", ABOUT)
+    rows = np.column_stack([48.0 * np.arange(40), 48.0 * np.arange(40), np.full((40, 8), 100.0)])
+    rows[10:20, 6:] = np.nan
+    writer.put("force", 0, rows)
+    writer.close()
+    with heard() as (port, frames, _):
+        said = underfoot("emulate", "--udp", port, "--force", "a.underfoot")
+        got = frames()
+    assert said.status == 0, said.error
+    assert len(got) == 2 * 30
+    assert (got["readings"] == 3000).all()
 
 
 def test_one_tile_of_a_walker_as_lines_of_text_at_another_rate_with_faults(underfoot, folder):

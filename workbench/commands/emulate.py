@@ -97,7 +97,8 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option(
     "--force",
     type=FORCES,
-    help="Force CSV or preset walk, played once, or repeatedly for --seconds; by default a simulated walker.",
+    help="Force CSV, recording, C3D file or preset walk, played once, or repeatedly for --seconds; by default a "
+    "simulated walker.",
 )
 @click.option("--rate", type=float, help="Samples per second of every tile; by default 1000, or the file's rate.")
 @click.option("--sensors", type=FILE, help='Simulated sensors instead of ideal ones: a parameter file, or "default".')
@@ -193,18 +194,22 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
     from underfoot.devices.replay import Replay
     from underfoot.devices.resampled import Resampled
     from underfoot.devices.simulated_floor import SimulatedFloor
-    from underfoot.floor.forces import load_floor_beside, read_forces
+    from underfoot.floor.forces import ForceSeries
     from underfoot.floor.layout import Floor, default_floor
+    from underfoot.records.force_files import read_force_file
 
     source: ForceSource
     length_s = None
-    force, floor = options.force, options.floor
-    if force is None:
-        source = SimulatedFloor(Floor.load(floor) if floor else default_floor(), RATE_HZ, options.seed)
+    floor = Floor.load(options.floor) if options.floor else None
+    if options.force is None:
+        source = SimulatedFloor(floor or default_floor(), RATE_HZ, options.seed)
     else:
-        layout = Floor.load(floor) if floor else load_floor_beside(force)
-        forces = read_forces(force, layout)
-        source = Replay(forces, layout, RATE_HZ, repeats=options.seconds is not None)
+        read, floor = read_force_file(options.force, floor)
+        kept = read.is_whole
+        if not kept.any():
+            raise BadFile(f"{options.force} has no sample of all tiles at once, so that nothing can be sent")
+        forces = ForceSeries(read.time_s[kept], read.force_n[kept], read.rate_hz)
+        source = Replay(forces, floor, RATE_HZ, repeats=options.seconds is not None)
         length_s = forces.seconds
     if options.rate is not None and options.rate != source.rate_hz:
         source = Resampled(source, options.rate, RATE_HZ)

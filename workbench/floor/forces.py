@@ -45,6 +45,11 @@ class ForceSeries(Struct, frozen=True):
         """Duration, including one period after the last sample."""
         return float(self.time_s[-1] - self.time_s[0]) + 1.0 / self.rate_hz
 
+    @property
+    def is_whole(self) -> NDArray[np.bool_]:
+        """Which samples (n,) all tiles have: what a tile of a recording lost is NaN."""
+        return np.asarray(np.isfinite(self.force_n).all(axis=(1, 2)))
+
     def gaps(self) -> NDArray[np.intp]:
         """Return the indices of the last samples before gaps: shape (gaps,).
 

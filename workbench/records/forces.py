@@ -108,8 +108,7 @@ class Forces(ForceSeries, frozen=True):
 
         Samples that one tile of several lost (NaN) are left out, as `read_forces` takes none.
         """
-        is_whole = np.isfinite(self.force_n).all(axis=(1, 2))
-        force_table(path, {name: column[is_whole] for name, column in self._columns().items()})
+        force_table(path, {name: column[self.is_whole] for name, column in self._columns().items()})
         self.floor.save(floor_beside(path))
 
     def _columns(self) -> dict[str, Any]:
