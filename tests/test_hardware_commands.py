@@ -65,6 +65,14 @@ def test_a_force_file_is_sent_once_and_exactly(underfoot, walk):
     assert parser.counts.accepted == 3200
 
 
+def test_who_waits_for_the_name_hears_at_once(folder):
+    with heard() as (port, frames, _):
+        command = [sys.executable, "-m", "underfoot", "emulate", "--udp", str(port), "--seconds", "0.2"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout.readline() == f":{port}\n"
+            assert len(frames()) >= 4
+
+
 def test_a_recording_is_sent_without_what_a_tile_lost(underfoot, folder):
     writer = Writer(folder / "a.underfoot", ABOUT)
     rows = np.column_stack([48.0 * np.arange(40), 48.0 * np.arange(40), np.full((40, 8), 100.0)])

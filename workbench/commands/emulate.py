@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES
 from underfoot.commands.options import require_seconds, takes_options
@@ -149,16 +150,22 @@ def emulate(options: EmulateOptions) -> None:
 
 
 def _run(emulator: "Emulator", tiles: str) -> None:
-    """Send until it is over, or until a signal; then say what was sent."""
+    """Send until it is over, or until a signal; then say what was sent.
+
+    The name is printed once samples are sent: whoever waits for it would else hear nothing while kernels are compiled.
+    """
     from underfoot.devices.emulation.faults import KINDS
 
     with ExitStack() as stack:
         stack.callback(emulator.close)
         stop = threading.Event()
         stack.enter_context(ended_by_signals(stop.set))
+        with report_compiling():
+            emulator.start()
+            while not (emulator.is_sending or emulator.is_finished or stop.wait(0.01)):
+                pass
         print(emulator.sender.name, flush=True)
         tell(tiles)
-        emulator.start()
         while not (stop.wait(0.05) or emulator.is_finished):
             pass
         stop.wait(0.2)  # whoever reads may be a moment behind

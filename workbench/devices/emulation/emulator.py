@@ -39,10 +39,10 @@ class Emulator:
     """Sends the readings of the tiles of `source`, in a thread of its own from `start` to `close`.
 
     `readings` converts newtons (n, tiles, 4) to counts. The tiles' numbers are their rows, from 0; `only` selects one
-    of them. Each sample is sent at its own time, together with those already late. After `seconds` it ends by itself;
-    `is_finished` is then true. If its sender fails, it ends, too; `failure` says why. `undelivered` counts samples that
-    were not sent whole. `acceleration` are readings (n, tiles) of accelerometers, four for each sample of force,
-    repeated from the first on.
+    of them. Each sample is sent at its own time, together with those already late; `is_sending` is true from the first
+    on, before which kernels are loaded or compiled. After `seconds` it ends by itself; `is_finished` is then true. If
+    its sender fails, it ends, too; `failure` says why. `undelivered` counts samples that were not sent whole.
+    `acceleration` are readings (n, tiles) of accelerometers, four for each sample of force, repeated from the first on.
     """
 
     def __init__(
@@ -61,6 +61,7 @@ class Emulator:
         self._acceleration = acceleration
         require(seconds is None or seconds > 0.0, "seconds", seconds, "above 0")
         self.sender, self.injector, self.undelivered, self.failure = sender, injector or FaultInjector(), 0, ""
+        self.is_sending = False
         self._source, self._readings = source, readings
         self._seconds = math.inf if seconds is None else seconds
         clock = clock or TileClock()
@@ -125,6 +126,7 @@ class Emulator:
 
     def _send_all(self) -> None:
         self._send_until(1.0 / _RATE, -math.inf)  # loads the source's kernels before timing matters
+        self.is_sending = True
         began, end = time.monotonic(), 0.0
         while end < self._seconds and self._wait_until(began + end - 0.5 * _AHEAD_S):
             cut = self._cuts[0][0] if self._cuts else math.inf
