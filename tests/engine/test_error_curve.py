@@ -66,6 +66,9 @@ def test_the_command_prints_the_curve_of_a_node_as_its_patch_has_it_built(tmp_pa
     assert len(said.stdout.splitlines()) == 9
     data = json.loads(CliRunner().invoke(cli, ["cost", str(path), "--curve", "impact", "--json"]).stdout)
     assert (data["here"]["asked"], len(data["points"])) == (0.01, 7)
+    Patch().add("impact").add("gain").save(path)
+    said = CliRunner().invoke(cli, ["cost", str(path), "--curve", "gain"])
+    assert str(said.exception) == "--curve is gain, which is exact: to 1e-12; allowed: impact"
 
 
 def test_a_node_that_is_exact_says_so_instead():

@@ -11,6 +11,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE
 from underfoot.commands.options import takes_options
+from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.bench.block_stages import BlockStages
@@ -84,7 +85,12 @@ def _print_error_curve(patch: "Patch", node: str, as_json: bool) -> None:
     from underfoot.nodes import REGISTRY
     from underfoot.patch.effective import effective_patch
 
-    placed = effective_patch(patch, REGISTRY).node(node)
+    built = effective_patch(patch, REGISTRY)
+    placed = built.node(node)
+    measured = [one.id for one in built.nodes if REGISTRY[one.type].requested_error is not None]
+    if node not in measured:
+        allowed = f"allowed: {', '.join(measured)}" if measured else "no node of the patch has a requested error"
+        raise BadValue(f"--curve is {node}, which is {REGISTRY[placed.type].accuracy}; {allowed}")
     with interrupted_by_signals(), report_compiling():
         for curve in error_curve(REGISTRY[placed.type], placed.parameters):
             if as_json:
