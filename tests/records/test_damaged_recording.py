@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from made_recordings import ABOUT
 
 from underfoot.__main__ import cli
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, BadValue
 from underfoot.records.recording import Recording
 from underfoot.records.recording_format import APPLICATION_ID
 from underfoot.records.recording_writer import Writer
@@ -47,6 +47,8 @@ def test_one_that_was_killed_before_its_first_block_is_empty_and_monitor_says_so
     with Recording(path) as recording:
         assert recording.force_samples().shape == (0, 10)
         assert recording.vibration()[1].shape == (0, 2)
+        with pytest.raises(BadValue, match="table is 'forces'; allowed: force, "):
+            recording.gaps("forces")
     said = CliRunner().invoke(cli, ["monitor", str(path)])
     assert isinstance(said.exception, BadFile)
     assert "holds no force samples" in str(said.exception)

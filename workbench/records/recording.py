@@ -262,7 +262,10 @@ class Recording:
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
         """Return the gaps between the blocks of a table."""
-        found, end = [], None
+        found: list[Gap] = []
+        end = None
+        if self._lacks(table):
+            return found
         with self.readable(table):
             for first, count in self._base.execute(f"select first, count from {table} order by first"):
                 if end is not None and first > end:
@@ -275,7 +278,8 @@ class Recording:
         self._base.close()
 
     def _lacks(self, table: str) -> bool:
-        """Return whether the file's version has no such table."""
+        """Return whether the file's version has no such table; `BadValue` for a name that no version has."""
+        require(table in TYPES, "table", table, ", ".join(TYPES))
         return table in ("commanded", "measured") and self.version < 2
 
     def _columns(self, table: str) -> int:
