@@ -261,6 +261,15 @@ def test_a_table_of_another_format_is_not_csv_by_that_name(name, folder, refused
     assert not list(folder.iterdir())
 
 
+def test_what_holds_arrays_is_equal_to_itself_alone():
+    forces = uf.walk(0.5)
+    for make in (lambda: uf.walk(0.5), forces.contacts, forces.plot, lambda: uf.render(uf.open_patch("wood"), forces)):
+        one = make()
+        assert one == one
+        assert one != make()
+        assert one in {one}
+
+
 @pytest.mark.parametrize("make", [
     lambda: uf.open_patch("gravel"),
     lambda: uf.default_floor(),

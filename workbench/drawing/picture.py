@@ -9,7 +9,7 @@ from underfoot.errors import BadFile
 from underfoot.files import write_file
 
 
-class Picture(Struct, frozen=True):
+class Picture(Struct, frozen=True, eq=False):
     """Result of `plot`: a notebook displays it, `save` writes it.
 
     >>> from underfoot.drawing import series

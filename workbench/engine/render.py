@@ -31,7 +31,7 @@ NO_FILES: Files = MappingProxyType({})
 _COLOURS = ("vibration", "force", "events", "contact", "corner 1", "corner 2")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Rendered:
     """Result of a rendering: float32 [frame, channel], at most 1; ids of nodes that ran, slept, or were left out.
 

@@ -29,7 +29,7 @@ LEAST_HZ, MOST_HZ = 20.0, 100_000.0
 """Range of sample rates."""
 
 
-class ForceSeries(Struct, frozen=True):
+class ForceSeries(Struct, frozen=True, eq=False):
     """Corner forces of a whole floor: `time_s` (n,) ascending, `force_n` (n, tiles, 4) with the floor's tiles in
     order.
 

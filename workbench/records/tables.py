@@ -58,6 +58,8 @@ class Table(Mapping[str, NDArray[Any]]):
     95.5
     """
 
+    __eq__, __hash__ = object.__eq__, object.__hash__  # arrays have no one truth value that a mapping could compare
+
     def __init__(self, what: str, columns: Mapping[str, NDArray[Any]]) -> None:
         self._what, self._columns = what, dict(columns)
 
