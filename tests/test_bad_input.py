@@ -281,6 +281,7 @@ def test_every_command_says_alike_where_no_file_or_folder_can_be_made(refused, f
         ("render", SINE, "-o", "new/"),  # wrote a file of this name
         ("export", "a.underfoot", "-o", "new/"),
         ("monitor", "corridor", "--steps", "new/"),
+        ("calibrate", "forces", "--target", "simulator", "--profile", "new/"),
     ):
         assert "new/ names a folder; allowed: the name of a file" in refused(*words)
     person = ("experiment", "detection-threshold", "--participant", "p1", "--session", "no/a.session")

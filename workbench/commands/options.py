@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import click
 
-from underfoot.commands.files import FILE, FileOrPreset
+from underfoot.commands.files import FILE, OUTPUT, FileOrPreset
 from underfoot.errors import BadValue
 from underfoot.options import Option, options_of
 
@@ -32,6 +32,8 @@ def click_parameters(owner: type) -> list[click.Parameter]:
 def _type_of(one: Option) -> click.Path | type:
     if one.presets:
         return FileOrPreset(one.presets)
+    if one.is_written:
+        return OUTPUT
     return FILE if one.type is Path else one.type
 
 

@@ -29,7 +29,7 @@ class TileOptions:
     serial: str = option("The tile's serial number, stored in its profile.", "")
     operator: str = option("Operator's name for the report; by default the account name.", "")
     seed: int = option("Seed of the simulated tile and hand.", 1)
-    profile: Path | None = option("Profile JSON to read and write; its other parts are kept.", None)
+    profile: Path | None = option("Profile JSON to read and write; its other parts are kept.", None, is_written=True)
     report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
     as_json: bool = option("Print all figures as JSON.", False, "--json")
 
