@@ -22,7 +22,7 @@ from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries, floor_beside
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.simulated_people import drawn_people
+from underfoot.floor.simulated_people import MOST_PEOPLE, PATHS, drawn_people
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.patch.preset_files import walks
 from underfoot.quantities import counted
@@ -195,6 +195,8 @@ def walk(
     seconds = number("seconds", seconds, TINY, WALK_S, f"above 0, up to {WALK_S:g} s")
     require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
     seed = integer("seed", seed, -(2**63), 2**63 - 1, "-2^63 to 2^63 - 1")
+    people = integer("people", people, 1, MOST_PEOPLE, f"1 to {MOST_PEOPLE}")
+    require(isinstance(path, str), "path", path, ", ".join(PATHS))
     who = drawn_people(people, path or "random", seed) if people != 1 or path else ()
     source = SimulatedFloor(floor or default_floor(), RATE_HZ, seed, people=who)
     count = max(round(seconds * SENSOR_HZ), 1)
