@@ -290,6 +290,32 @@ def test_a_gait_is_of_four_steps_or_more_of_somebody_who_is_known():
     assert math.isnan(one_legged.stance_asymmetry_percent)
 
 
+def test_steps_on_the_spot_make_no_length_asymmetric():
+    """Lengths near 0 differ by any factor: of 20 and 1 mm the symmetry index is 181 %."""
+    measured = (600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0)
+
+    def stepped(left_mm, right_mm):
+        return [
+            Step(
+                k,
+                "t1",
+                ("left", "right")[k % 2],
+                0.6 * k,
+                *measured,
+                person=1,
+                step_length_mm=(left_mm, right_mm)[k % 2],
+            )
+            for k in range(10)
+        ]
+
+    (turned,), (shuffled,) = gait_of(stepped(20.0, 1.0)), gait_of(stepped(60.0, 100.0))
+    assert math.isnan(turned.length_asymmetry_percent)
+    assert turned.step_length_mm == pytest.approx(10.5)
+    assert shuffled.length_asymmetry_percent == pytest.approx(50.0)
+    (both,) = gait_of([*stepped(20.0, 1.0), *stepped(600.0, 660.0)])
+    assert both.length_asymmetry_percent == pytest.approx(200.0 * 60.0 / 1260.0)
+
+
 def test_many_who_walked_one_after_another_are_told_in_one_line():
     """A day in an installation: every 10 s somebody else crosses the floor with four steps."""
     totals = GaitTotals()

@@ -13,6 +13,10 @@ from underfoot.quantities import counted
 LEAST_STEPS = 4
 """Fewest steps of a person for a summary: two of each foot."""
 
+LEAST_STRIDE_M = 0.15
+"""Two steps that lead less far are on the spot, where lengths near 0 differ by any factor: simulated
+people who step or turn there make at most 0.09 m."""
+
 MOST_TOLD = 8
 """Most persons whose gait is told one by one; more are told together."""
 
@@ -26,7 +30,8 @@ class PersonGait:
     """Means over a person's steps; NaN if not known.
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
-    their mean; 0 where they are alike.
+    their mean; 0 where they are alike. That of the length leaves out steps on the spot, which with the step before lead
+    less than `LEAST_STRIDE_M`, as it divides by the length.
     """
 
     person: int
@@ -113,18 +118,23 @@ class _Sums:
     def __init__(self) -> None:
         self.steps = 0
         self.last_s = -math.inf
-        self._sum = np.zeros((len(_SIDES), 6))
-        self._known = np.zeros((len(_SIDES), 6))
+        self._last_length_mm = math.nan
+        # The seventh figure is the length of steps that lead on.
+        self._sum = np.zeros((len(_SIDES), 7))
+        self._known = np.zeros((len(_SIDES), 7))
 
     def add(self, step: Step) -> None:
         """Take a step."""
         lengths = (step.cadence_per_min, step.step_length_mm, step.step_width_mm)
-        figures = np.array([*lengths, step.contact_ms, step.swing_ms, step.double_support_ms])
+        leads_on = self._last_length_mm + step.step_length_mm >= 1e3 * LEAST_STRIDE_M
+        onwards_mm = step.step_length_mm if leads_on else math.nan
+        figures = np.array([*lengths, step.contact_ms, step.swing_ms, step.double_support_ms, onwards_mm])
         side, known = _SIDES.index(step.side), np.isfinite(figures)
         self._sum[side, known] += figures[known]
         self._known[side] += known
         self.steps += 1
         self.last_s = max(self.last_s, step.start_s)
+        self._last_length_mm = step.step_length_mm
 
     def merge(self, other: "_Sums") -> None:
         """Take the steps of `other`."""
@@ -134,13 +144,13 @@ class _Sums:
 
     def mean_gait(self) -> PersonGait:
         """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
-        means = _ratio(self._sum.sum(axis=0), self._known.sum(axis=0)).tolist()
+        means = _ratio(self._sum.sum(axis=0), self._known.sum(axis=0))[:6].tolist()
         return PersonGait(0, self.steps, *means)
 
     def gait(self, person: int) -> PersonGait:
         """Return the means and asymmetries, as those of `person`."""
         left, right, _ = _ratio(self._sum, self._known)
-        length, stance = (200.0 * _ratio(np.abs(left - right), left + right))[[1, 3]].tolist()
+        length, stance = (200.0 * _ratio(np.abs(left - right), left + right))[[6, 3]].tolist()
         return replace(
             self.mean_gait(), person=person, stance_asymmetry_percent=stance, length_asymmetry_percent=length
         )
