@@ -35,6 +35,8 @@ FULL_SCALE_N = 1000.0
 _MARGIN = 2 * theme.GRID
 
 _BOTTOM_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
+_BOTTOM_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
+_TOP_RIGHT = Qt.AlignmentFlag.AlignRight
 
 _SHADES = 32
 """Number of shades of a loaded tile."""
@@ -66,8 +68,8 @@ class FloorMap(PressedFloor):
         self.setMouseTracking(True)
         self._chosen_tile = ""
         self._background: QPixmap | None = None
-        self._figures: list[QRectF] = []
-        """Where the loads of tiles are written in the present picture."""
+        self._figures: list[tuple[QRectF, str]] = []
+        """The loads of tiles in the present picture, and where they are written."""
         self._step_tile = ""
         self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
         self._step_timer.timeout.connect(lambda: self.show_step(""))
@@ -221,14 +223,15 @@ class FloorMap(PressedFloor):
             self._trails.forget_pictures()
         painter.drawPixmap(0, 0, self._background)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._paint_loads(painter)
+        circles = [self._circle(contact) for contact in self._contacts]
+        self._paint_loads(painter, circles)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.TEXT if self.hasFocus() else theme.MUTED), 2.0))
         painter.drawPolygon(self._polygons[self._floor.index(self._chosen_tile)])
         if self._step_tile in self._floor.ids:
             self._paint_step(painter, self._polygons[self._floor.index(self._step_tile)])
         self._trails.paint(painter, self._transform, self._contacts, self._now_s)
-        self._paint_contacts(painter)
+        self._paint_contacts(painter, circles)
 
     def _paint_step(self, painter: QPainter, polygon: QPolygonF) -> None:
         """Paint a dashed sole for a simulated step, to distinguish it from a foot."""
@@ -240,8 +243,8 @@ class FloorMap(PressedFloor):
             painter.setFont(theme.font(theme.SMALL_PX))
             painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "preview")
 
-    def _paint_loads(self, painter: QPainter) -> None:
-        """Paint tiles that are loaded, vibrate or are untared, with their figures."""
+    def _paint_loads(self, painter: QPainter, circles: Sequence[QRectF]) -> None:
+        """Paint tiles that are loaded, vibrate or are untared; find places for their loads beside the `circles`."""
         assert self._floor is not None
         self._figures = []
         painter.setFont(theme.font(theme.SMALL_PX))
@@ -262,10 +265,11 @@ class FloorMap(PressedFloor):
                 continue
             line = 14 if area.width() < 88.0 else 0
             if load_n > _MIN_SHOWN_N:
-                painter.setPen(QColor(theme.TEXT))
-                place, text = area.adjusted(0, line, 0, 0), f"{fixed(load_n)} N"
-                painter.drawText(place, Qt.AlignmentFlag.AlignRight, text)
-                self._figures.append(painter.boundingRect(place, Qt.AlignmentFlag.AlignRight, text))
+                text, place = f"{fixed(load_n)} N", area.adjusted(0, line, 0, -6)
+                places = (_TOP_RIGHT,) if self._untared[row] or self._deviating[row] else (_TOP_RIGHT, _BOTTOM_RIGHT)
+                rooms = [painter.boundingRect(place, at, text) for at in places]
+                room = min(rooms, key=lambda room: sum(_common(room, circle) for circle in circles))
+                self._figures.append((room, text))
             if self._untared[row] and area.width() >= 48.0:
                 below = area.adjusted(0, line + 14, 0, 0)
                 _paint_on_ground(painter, below, Qt.AlignmentFlag.AlignRight, "untared", theme.ALARM)
@@ -310,24 +314,32 @@ class FloorMap(PressedFloor):
             painter.drawLine(QPointF(end, y - 3), QPointF(end, y))
         painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
 
-    def _paint_contacts(self, painter: QPainter) -> None:
-        """Paint the contacts, and the persons' numbers."""
+    def _circle(self, contact: OngoingContact) -> QRectF:
+        """Return where a contact is drawn: larger for a larger force."""
+        radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_SCALE_N, 1.5))
+        place = self._transform.map(QPointF(contact.x_m, contact.y_m))
+        return QRectF(place.x() - radius, place.y() - radius, 2.0 * radius, 2.0 * radius)
+
+    def _paint_contacts(self, painter: QPainter, circles: Sequence[QRectF]) -> None:
+        """Paint the contacts, the loads of tiles over them, and the persons' numbers."""
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
         inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
-        circles: list[QRectF] = []
         first: dict[int, int] = {}
         for number, contact in enumerate(self._contacts):
-            radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_SCALE_N, 1.5))
             painter.setBrush(inside if contact.id else Qt.BrushStyle.NoBrush)
-            place = self._transform.map(QPointF(contact.x_m, contact.y_m))
-            painter.drawEllipse(place, radius, radius)
-            circles.append(QRectF(place.x() - radius, place.y() - radius, 2.0 * radius, 2.0 * radius))
+            painter.drawEllipse(circles[number])
             if contact.person:
                 first.setdefault(contact.person, number)
+        painter.setPen(QColor(theme.TEXT))
+        for room, text in self._figures:  # a circle may leave no room beside it
+            painter.drawText(room, _TOP_RIGHT, text)
         names = {person: f"person {person}" for person in first}
         width = max((painter.fontMetrics().horizontalAdvance(name) for name in names.values()), default=0)
-        owners, others = [circles[number] for number in first.values()], [*circles, *self._figures]
+        owners, others = (
+            [circles[number] for number in first.values()],
+            [*circles, *(room for room, _ in self._figures)],
+        )
         rooms = label_places(owners, others, width, QRectF(self.rect()))
         for name, room in zip(names.values(), rooms, strict=True):
             _paint_on_ground(painter, room, Qt.AlignmentFlag.AlignCenter, name, theme.CONTACT)

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor
 
 from underfoot.floor.contacts import OngoingContact
-from underfoot.floor.layout import Floor, Tile
+from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.widgets import theme
 from underfoot.widgets.floor_map import FloorMap, label_places
 
@@ -104,6 +104,28 @@ def test_the_name_of_who_stands_there_does_not_cover_the_newtons_of_a_small_floo
     named = picture(800.0, 3)
     assert named != alone
     assert all(named.pixel(x, y) == alone.pixel(x, y) for x, y in spots)
+
+
+@pytest.mark.parametrize(("side_px", "at_m"), [(520, (0.08, 0.1)), (400, (0.0, 0.0))])
+def test_a_foot_does_not_cover_the_newtons_of_its_tile_among_36(qtbot, side_px, at_m):
+    """Where no line of the tile is free of its circle, they are written over it."""
+    floor = default_floor(6, 6)
+    map = FloorMap()
+    qtbot.addWidget(map)
+    map.resize(side_px, side_px)
+    map.set_floor(floor)
+    x_m, y_m = floor.tiles[14].to_floor(at_m)
+
+    def changed(other_n, contacts):
+        pictures = []
+        for load_n in (700.0, other_n):
+            map.set_loads([load_n if row == 14 else 0.0 for row in range(36)], [False] * 36)
+            map.set_contacts(contacts, 1.0)
+            pictures.append(map.grab().toImage())
+        one, other = pictures
+        return sum(one.pixel(x, y) != other.pixel(x, y) for x in range(side_px) for y in range(side_px))
+
+    assert changed(701.0, [OngoingContact(1, x_m, y_m, 700.0, (14,))]) >= 0.7 * changed(701.0, []) > 5
 
 
 def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):
