@@ -63,17 +63,19 @@ def test_a_load_that_has_not_come_to_rest_soon_after_it_began_has_not_passed_on_
 
 
 @pytest.mark.parametrize(
-    ("begins_s", "jump_m", "passes"),
+    ("begins_s", "rolled_m", "jump_m", "passes"),
     [
-        (1.0, 0.12, True),  # the feet of who walks slowly, both down for a quarter of a second
-        (1.0, 0.08, False),  # a foot that rolls
-        (0.4, 0.12, False),  # a long foot of who walks fast
-        (2.0, 0.12, False),  # somebody who stands, and sways
+        (1.0, 0.1, 0.12, True),  # the feet of who walks slowly, both down for a quarter of a second
+        (1.0, 0.1, 0.08, False),  # a foot that rolls
+        (0.4, 0.1, 0.12, False),  # a long foot of who walks fast
+        (2.0, 0.1, 0.12, False),  # somebody who stands, and sways
+        (1.0, 0.02, 0.09, False),  # the second foot of who comes to stand here
+        (1.0, 0.1, -0.09, False),  # somebody who stands and sways to and fro
     ],
 )
-def test_who_walks_slowly_may_take_longer_to_pass_a_load_on(begins_s, jump_m, passes):
+def test_who_walks_slowly_may_take_longer_to_pass_a_load_on(begins_s, rolled_m, jump_m, passes):
     time_s = np.arange(750) * 0.004
-    x_m = np.interp(time_s, (0.0, begins_s, begins_s + 0.25), (0.0, 0.1, 0.1 + jump_m))
+    x_m = np.interp(time_s, (0.0, begins_s, begins_s + 0.25), (0.0, rolled_m, rolled_m + jump_m))
     track = np.column_stack([time_s, x_m, 0.0 * time_s, 500.0 + 0.0 * time_s])
     ends = np.searchsorted(time_s, np.arange(begins_s, begins_s + 0.5, 0.032))
     found = [at_s for end in ends if (at_s := jump_time_s(track[:end], 0.0, np.zeros(2))) is not None]

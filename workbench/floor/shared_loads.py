@@ -25,8 +25,8 @@ which it rolled (cosine below `SAME_WAY_COSINE`), and the tile stays loaded for 
 
 SLOW_JUMP_S, SLOW_STANCE_S = 0.25, (0.8, 1.8)
 """Who walks slowly has both feet down for longer: while a load is of the age `SLOW_STANCE_S`, its centroid may take
-`SLOW_JUMP_S`. A foot of 0.31 m that stays for so long rolls at most 0.08 m meanwhile (`gait.roll`). Later somebody
-stands, and sways."""
+`SLOW_JUMP_S`, if it has rolled on by `SIDEWAYS_M` since `HEEL_STRIKE_S` and does not go back. A foot of 0.31 m that
+stays for so long rolls at most 0.08 m meanwhile (`gait.roll`). Who stands does not roll on, and sways to and fro."""
 
 APART_M = 0.26
 """Largest distance between the centroids of a foot's parts: from the heel to the middle of the rest, three quarters of
@@ -169,8 +169,9 @@ def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: b
         return None
     time_s = track[:, TIME]
     end_s = time_s[-1] - STAYS_LOADED_S
-    is_slow = SLOW_STANCE_S[0] <= end_s - start_s <= SLOW_STANCE_S[1]
-    begin, end = np.searchsorted(time_s, [end_s - (SLOW_JUMP_S if is_slow else JUMP_S), end_s])
+    begin, slow, end = np.searchsorted(time_s, [end_s - JUMP_S, end_s - SLOW_JUMP_S, end_s])
+    if SLOW_STANCE_S[0] <= end_s - start_s <= SLOW_STANCE_S[1] and _walks_on(track, start_s, slow, end):
+        begin = slow
     towards = track[end, PLACE] - track[begin, PLACE]
     place_m, length_m = track[begin, PLACE], float(np.hypot(*towards))
     if time_s[begin] < start_s + HEEL_STRIKE_S:
@@ -188,6 +189,13 @@ def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: b
         return None
     along = (track[begin : end + 1, PLACE] - track[begin, PLACE]) @ towards
     return float(time_s[begin + int(np.argmax(along >= HANDOVER_SHARE * along[-1]))])
+
+
+def _walks_on(track: Floats, start_s: float, begin: int, end: int) -> bool:
+    """Return whether a load's foot had rolled on until index `begin`, from where its centroid did not go back."""
+    rolled = track[begin, PLACE] - track[np.searchsorted(track[:, TIME], start_s + HEEL_STRIKE_S), PLACE]
+    towards = track[end, PLACE] - track[begin, PLACE]
+    return bool(np.hypot(*rolled) >= SIDEWAYS_M and towards @ rolled >= 0.0)
 
 
 def _strikes(track: Floats, start_s: float) -> bool:
