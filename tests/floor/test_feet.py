@@ -147,6 +147,21 @@ def test_a_foot_that_shows_no_direction_has_none():
     assert all(math.isnan(angle) for angle in orientation(contact, floor))
 
 
+@pytest.mark.parametrize("apart_m", [0.16, 0.21])
+def test_the_feet_of_who_lands_beside_a_seam_with_both_are_two(apart_m):
+    """They fit into a foot's box until they have rolled, and leave together."""
+    floor = default_floor(1, 2)
+    seam_m, middle_m = np.mean([tile.centre_m for tile in floor.tiles], axis=0)
+    feet = [
+        gait.Footfall(side, start_s, 0.45, seam_m + at_m, middle_m - 0.13, math.pi / 2, 0.26, 900.0, 700.0, 900.0)
+        for side, start_s, at_m in (("left", 0.6, -apart_m / 2), ("right", 0.61, apart_m / 2))
+    ]
+    time_s, force_n = walked(floor, 1.8, feet)
+    alone = time_s < 1.5
+    found = finished(contacts_of(floor, time_s[alone], force_n[alone], chunk=100))
+    assert [contact.tiles for contact in found] == [(0,), (1,)]
+
+
 # Footfalls that once were taken for others', as simulated people made them: (start, duration, heel x, y, heading,
 # length, breadth, peaks and valley).
 TOES_UNDER_THE_NEXT_HEEL = (

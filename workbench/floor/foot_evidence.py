@@ -26,6 +26,7 @@ from underfoot.floor.loads import (
     BEFORE_S,
     LENGTH_M,
     SWING_S,
+    WIDTH_M,
     Load,
     bears_twice,
     dips,
@@ -57,8 +58,8 @@ GAP_M = 0.030
 """Tiles with a gap of at most this are neighbours: a foot across it presses on both."""
 
 DECIDED_S, FIT_DECIDED_S = 0.70, 0.40
-"""Age of a load at which its foot is decided: loads that began together and fit into a box at `FIT_DECIDED_S`, all
-others at `DECIDED_S`."""
+"""Age of a load at which its foot is decided: loads that began together and within `WIDTH_M`, and fit into a box, at
+`FIT_DECIDED_S`, all others at `DECIDED_S`."""
 
 DELIVERY_DELAY_S = 0.60
 """Delay with which loads are delivered while somebody stands on the floor: until then they can be divided."""
@@ -174,8 +175,10 @@ class FootEvidence:
         rest_ends_s = max(other.end_s for other in parts)
         began_m: float | None
         if load.start_s - min(other.start_s for other in parts) < SWING_S:  # too early for another foot
+            began_m = distance_m(mine[0], track)
             is_sure = is_due or age_s >= FIT_DECIDED_S or rest_ends_s < math.inf
-            began_m = distance_m(mine[0], track) if is_sure else math.nan
+            if began_m > WIDTH_M:  # two feet that came down together, side by side, fit until they have rolled
+                is_sure = final or age_s >= DECIDED_S
         else:  # the foot's toes, or another foot
             is_sure = is_due
             began_m = toes_m(mine, track, min(load.end_s, self.now_s) - rest_ends_s)
