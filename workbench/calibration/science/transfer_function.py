@@ -220,8 +220,7 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
         raise BadMeasurement(
             f"the signal is only {snr_db:.0f} dB above the noise; at least {LEAST_SNR_DB:g} dB: play it louder"
         )
-    share = math.sqrt(passes) * float(np.median(np.nan_to_num(noise / found.magnitude)))
-    require_whole(stretches, low, high, rate_hz, share, one.size / rate_hz)
+    require_whole(stretches, *found.swept_hz, rate_hz)
     return found
 
 
