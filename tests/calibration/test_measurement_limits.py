@@ -108,6 +108,10 @@ def test_a_sensor_clips_that_stands_still_at_its_largest_reading_whatever_its_bi
     light = trembling.copy()
     light[:, 2] = 500.0  # coarse, and hardly loaded
     require_unclipped(light, np.zeros(4))
+    settling = 1.0 - 0.04 * np.exp(-0.2 * np.arange(100.0))
+    require_unclipped(
+        np.round(np.outer(settling, [520.0, 511.0, 480.0, 470.0])), np.zeros(4)
+    )  # at last all stand still
 
 
 def test_the_next_tare_waits_for_the_last_known_weight_to_be_taken_off():

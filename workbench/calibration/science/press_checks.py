@@ -78,13 +78,17 @@ def require_unclipped(readings: Floats, rest: Floats) -> None:
     """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at one value, unlike `rest` (4,), where they clip.
 
     That is the end of the word, or of a converter of fewer bits; or any value that half of the readings of the sensor
-    with the largest change have, and none exceeds, while another moves: a press trembles.
+    with the largest change have, and none exceeds, while another moves: a press trembles. Under one that has settled
+    all stand still, on a coarse converter.
     """
     highest = np.where(readings.mean(axis=0) >= rest, readings.max(axis=0), readings.min(axis=0))
     stands = (readings == highest).mean(axis=0) > 0.5
-    change, moves = np.abs(highest - rest), any(np.unique(column).size >= _MOVES for column in readings.T)
-    at_end = np.array([value in _ENDS or bool(unshifted(int(value))) for value in highest])
-    railed = np.flatnonzero(stands & (at_end | (moves & (change == change.max()))) & (change > _CLEAR_COUNTS))
+    change, largest = np.abs(highest - rest), max(readings.max(), rest.max())
+    at_end = np.array([v in _ENDS or (v == largest and bool(unshifted(int(v)))) for v in highest])
+    most = int(change.argmax())
+    moves = any(np.unique(column).size >= _MOVES for column in readings[readings[:, most] == highest[most]].T)
+    clips = at_end | (moves & (np.arange(change.size) == most))
+    railed = np.flatnonzero(stands & clips & (change > _CLEAR_COUNTS))
     if railed.size:
         value = float(highest[railed[0]])
         raise BadMeasurement(
