@@ -52,15 +52,23 @@ class BackgroundWorker(QObject):
         """Whether a computation is running whose result is still wanted."""
         return self._task is not None
 
-    def compute(self, make: Callable[[Task], list[Any]], discard: Callable[[Any], object] = id) -> None:
-        """Start this computation, unless one is running. What it has made is given to `discard` if it was stopped."""
+    def compute(self, make: Callable[[Task], list[Any]], discard: Callable[[Any], object] | None = None) -> None:
+        """Start this computation, unless one is running. What it has made is given to `discard` if it was stopped.
+
+        One with `discard` waits for those that were stopped before: they may have the port that it opens.
+        """
         if self.is_busy:
             return
         task = self._task = Task(self.notified.emit)
+        before = self._threads if discard is not None else []
 
         def work() -> None:
             made: list[Any] = []
             signal: Any = self.found
+            for thread in before:
+                thread.join()
+            if task.is_stopped():
+                return
             try:
                 result: Any = make(task)
                 made = result
@@ -70,8 +78,9 @@ class BackgroundWorker(QObject):
                 if not task.is_stopped():
                     self._task, made = None, []
                     signal.emit(result)
-            for one in made:
-                discard(one)
+            if discard is not None:
+                for one in made:
+                    discard(one)
 
         self._threads = [thread for thread in self._threads if thread.is_alive()]
         self._threads.append(threading.Thread(target=work, name="background", daemon=True))
