@@ -298,6 +298,10 @@ def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(tmp_pa
         other.hold()  # the trigger was opened first, though another window may use it with the session
         held = said("experiment", session, "--trigger", tmp_path / "no port")
         assert held.endswith("is gone on with in another window or terminal; end it there first")
+    new = tmp_path / "q.session"
+    for arguments in ((session,), (protocol, "--participant", "Q", "--session", new)):
+        assert said("experiment", *arguments, "--trigger", tmp_path / "no port").endswith("there is no such port")
+    assert not new.exists()  # it was left, empty
     assert in_terminal(["experiment", str(session)], (("press Enter to begin", ""), ("How was it", "60"))) == 0
     file = SessionFile.open(session)
     assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]

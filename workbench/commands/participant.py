@@ -83,8 +83,12 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
     )
     if target.sound is not None:
         CardProcess(require_card, target.sound).close()  # a session would go on without what is to be felt
+    is_new = options.session is not None and not options.session.exists()
     with ExitStack() as opened:
+        unless_begun = opened.enter_context(ExitStack())
         file = open_file()
+        if is_new:
+            unless_begun.callback(file.path.unlink, missing_ok=True)  # an empty one would seem to have been begun
         opened.callback(file.close)
         file.hold()  # before equipment is opened, which another window may use with this session
         beside = beside or file.folder
@@ -95,6 +99,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
         opened.callback(equipment.close)
         session.start()
         runner = Runner(session, file, protocol, folder, equipment)
+        unless_begun.pop_all()
         _Terminal(runner, opened.enter_context(TypedLines())).run()
 
 
