@@ -68,6 +68,15 @@ def write_file(path: str | Path, *data: bytes | memoryview) -> None:
             file.write(one)
 
 
+def remove_file(path: str | Path) -> None:
+    """Remove a file that nobody needs; one on a drive that is away, or that another program has, stays.
+
+    >>> remove_file("no folder/a.txt")
+    """
+    with suppress(OSError):
+        path_of(path).unlink()
+
+
 @contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
     """Yield an empty file beside `path` to be written, and let it replace `path` at the end of the block.

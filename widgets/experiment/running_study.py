@@ -15,6 +15,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
+from underfoot.files import remove_file
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
@@ -87,7 +88,7 @@ class RunningStudy(QObject):
                     file = SessionFile.open(path)
                 else:
                     file = _created(path, study, participant, controller.target)
-                    unless_begun.callback(path.unlink, missing_ok=True)
+                    unless_begun.callback(remove_file, path)
                 unless_begun.callback(file.close)
                 file.hold()  # before equipment is opened, which another window may use with this session
                 protocol, folder = file.as_begun(session.registry, study.folder)

@@ -17,7 +17,7 @@ from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.questions import typed_answer
 from underfoot.experiments.study import GAIN_DB
-from underfoot.files import make_folder
+from underfoot.files import make_folder, remove_file
 from underfoot.parameters import IDENTIFIER, Parameter
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
         unless_begun = opened.enter_context(ExitStack())
         file = open_file()
         if is_new:
-            unless_begun.callback(file.path.unlink, missing_ok=True)  # an empty one would seem to have been begun
+            unless_begun.callback(remove_file, file.path)  # an empty one would seem to have been begun
         opened.callback(file.close)
         file.hold()  # before equipment is opened, which another window may use with this session
         beside = beside or file.folder

@@ -1,0 +1,30 @@
+"""A study that does not begin while the drive of its sessions is away."""
+
+import os
+import signal
+
+from underfoot.studies.equipment import EquipmentChoice
+
+
+def test_a_session_whose_drive_is_away_is_not_begun_all_the_same(bench, null_sink):
+    """Its empty file could not be removed, and the window read Stop for good."""
+    start, state = bench.workspace.start, bench.workspace.overview.state
+    bench.choose(sounds={"noise": "pink"})
+    bench.workspace.running.leave()
+    start.equipment = EquipmentChoice(masking="")
+    folder = bench.workspace.sessions.path(bench.workspace.study_list.study, "P2").parent
+    server = min(null_sink.threads())
+    os.kill(server, signal.SIGSTOP)
+    try:
+        bench.type_id("P2")
+        bench.click(start.begin_button)
+        away = folder.rename(folder.with_suffix(".away"))
+        folder.touch()
+        bench.click(start.begin_button)
+        assert (state.text(), bench.window.controller.is_lent) == ("Stopped.", False)
+        folder.unlink()
+        away.rename(folder)
+    finally:
+        os.kill(server, signal.SIGCONT)
+        bench.workspace.running.opener.join()
+    start.equipment = EquipmentChoice()
