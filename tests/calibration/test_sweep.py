@@ -32,7 +32,6 @@ def system():
 PLATE = system()
 ONE = exponential(20.0, 2000.0, 2.0, RATE, 0.4)
 SWEEP = train(ONE, 2, RATE)
-AWAY = zpk2sos(*bilinear_zpk([900.0], [-900.0], -1.0, RATE))  # turns the phase only
 DEAF = butter(2, 250.0, output="sos", fs=RATE)
 
 
@@ -130,23 +129,21 @@ def test_clocks_that_drift_apart_and_samples_lost_between_sweeps_change_nothing(
         measure(sweep, np.delete(whole, slice(gap - 18_000, gap - 17_700)), RATE)
 
 
-@pytest.mark.parametrize(("passes", "at_s", "lost"), [(1, 2.0, 30), (1, 1.9, -60), (3, 4.0, 20)])
-def test_samples_that_are_lost_or_repeated_within_a_sweep_are_noticed(passes, at_s, lost):
-    """Of a single pass they split the response in two, 12 to 21 dB off where they meet; of three, one comes apart."""
-    sweep = train(ONE, passes, RATE)
+@pytest.mark.parametrize(("at_s", "lost"), [(4.0, 20), (4.0, -20)])
+def test_samples_that_are_lost_or_repeated_within_one_of_several_sweeps_are_noticed(at_s, lost):
+    sweep = train(ONE, 3, RATE)
     whole, at = heard(sweep), round(at_s * RATE)
     spoilt = np.delete(whole, slice(at, at + lost)) if lost > 0 else np.insert(whole, at, whole[at + lost : at])
     with pytest.raises(BadMeasurement, match=r"^within a sweep some octaves come \d.* ms later .* samples were lost"):
         measure(sweep, spoilt, RATE)
 
 
-@pytest.mark.parametrize(("passes", "noise", "sections"), [(1, 1e-4, AWAY), (2, 0.03, DEAF)])
-def test_no_sample_is_lost_where_an_accelerometer_is_away_from_its_shaker_or_hears_only_noise(passes, noise, sections):
-    """Zeros that are not of minimum phase delay the lowest octaves; noise above a tile's band comes at any time."""
-    sweep = train(ONE, passes, RATE)
-    whole = sosfilt(sections, heard(sweep, 0.0))
-    whole += noise * np.random.default_rng(1).standard_normal(whole.size)
-    assert measure(sweep, whole, RATE).passes == passes
+def test_no_sample_is_lost_where_an_accelerometer_hears_only_noise():
+    """Noise above a tile's band comes at any time."""
+    sweep = train(ONE, 2, RATE)
+    whole = sosfilt(DEAF, heard(sweep, 0.0))
+    whole += 0.03 * np.random.default_rng(1).standard_normal(whole.size)
+    assert measure(sweep, whole, RATE).passes == 2
 
 
 def test_noise_neither_moves_sweeps_nor_passes_for_lost_samples():

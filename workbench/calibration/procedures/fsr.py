@@ -259,12 +259,12 @@ class FsrProcedure(PagedProcedure):
             return PageProgress(
                 "The load cell is loaded; take it off.", 0.5, (("force", float(seen.force_n[-1]), "N"),)
             )
-        for k in [step.sensor for step, _, given in self._step_data_of_sensors() if given.get("weight_n", 0.0) > 0.0][
-            -1:
-        ]:
-            change = abs(float(np.median(seen.values[:, k])) - float(self._rest_readings()[k]))
-            if change > max(_STILL_ON * self._weights(k)[-1][0], _NOISE_COUNTS):
-                return PageProgress(f"The weight over sensor {k + 1} is still on it; take it off.", 0.5)
+        weighed = [step.sensor for step, _, given in self._step_data_of_sensors() if given.get("weight_n", 0.0) > 0.0]
+        if weighed:
+            last = weighed[-1]
+            change = abs(float(np.median(seen.values[:, last])) - float(self._rest_readings()[last]))
+            if change > max(_STILL_ON * self._weights(last)[-1][0], _NOISE_COUNTS):
+                return PageProgress(f"The weight over sensor {last + 1} is still on it; take it off.", 0.5)
         return None
 
     def _checked(

@@ -16,9 +16,8 @@ _EXPLAINED, _STRANGE = 0.3, 0.5
 _UNLIKE, _MOST_UNLIKE_PERCENT = 0.3, 5.0
 """Deviation of passes, as a share of their mean, that no response varies by, and the share of the band, %, that may."""
 _DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
-_LATE_MS, _LATER_MS = 0.6, 0.4
-"""Least step of the delays of bands that tells of lost samples: of a response beyond its minimum phase, and from pass
-to pass. Clocks that drift apart make no step."""
+_LATER_MS = 0.4
+"""Step of the delays of bands from pass to pass that tells of lost samples. Clocks that drift apart make no step."""
 _IN_PHASE, _SURE = 0.7, 3.0
 """Least share of a band's cells that arrive together, else it is noise; and standard deviations within which they do.
 """
@@ -126,22 +125,17 @@ def require_same_sweep(response: Floats, low: float, high: float, rate_hz: float
 def require_whole(responses: Floats, low: float, high: float, rate_hz: float) -> None:
     """Raise `BadMeasurement` if samples were lost or repeated within a sweep: later bands then come early or late.
 
-    `responses` (passes, frames) are compared with the first one, and a single one with its minimum phase, which is what
-    a tile's resonances delay. `low` to `high` is the sweep's band, Hz, which has to be wide.
+    `responses` (passes, frames) are compared with the first one: of a single one nothing tells a loss from a tile that
+    delays some bands. `low` to `high` is the sweep's band, Hz, which has to be wide.
     """
-    # Below its band the magnitude of a single one is not known, and bends the phase above.
-    several = len(responses) > 1
-    if low > (0.6 if several else 0.3) * _DISPERSED_FROM_HZ or high < 6.0 * _DISPERSED_FROM_HZ:
+    if low > 0.6 * _DISPERSED_FROM_HZ or high < 6.0 * _DISPERSED_FROM_HZ:
         return
     size = 1 << responses.shape[1].bit_length() + 1
     spectra: NDArray[np.complex128] = np.fft.rfft(responses, size)
     f: Floats = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
-    if several:
-        others, allowed_ms = spectra[1:] * spectra[0].conj(), _LATER_MS
-    else:
-        others, allowed_ms = spectra * _minimum_phase(spectra[0], f, low, high).conj(), _LATE_MS
-    edges = np.geomspace((0.5 if several else 1.0) * _DISPERSED_FROM_HZ, high, 6 if several else 8)
+    edges = np.geomspace(0.5 * _DISPERSED_FROM_HZ, high, 6)
     cells, widths = np.histogram(f, edges)[0], np.diff(edges)
+    others = spectra[1:] * spectra[0].conj()
     for other in others / np.maximum(np.abs(others), 1e-300):
         envelopes = [np.abs(np.fft.ifft(np.where((f >= a) & (f < b), other, 0.0), size)) for a, b in pairwise(edges)]
         late = np.fft.fftfreq(size, rate_hz / size / 1000.0)[np.argmax(envelopes, axis=1)]
@@ -150,38 +144,16 @@ def require_whole(responses: Floats, low: float, high: float, rate_hz: float) ->
         turn = np.sqrt(-2.0 * np.log(share) * rate_hz / (responses.shape[1] * widths))
         unsure_ms = _SURE * 1000.0 * turn * math.sqrt(12.0) / (2.0 * math.pi * widths)
         kept = share > _IN_PHASE
-        apart_ms = _step_ms(late[kept], unsure_ms[kept], allowed_ms, several)
-        if apart_ms > 0.0:
+        step_ms = _step_ms(late[kept], unsure_ms[kept])
+        if step_ms > _LATER_MS:
             raise BadMeasurement(
-                f"within a sweep some octaves come {apart_ms:.2g} ms later than others: samples were lost on the way, "
+                f"within a sweep some octaves come {step_ms:.2g} ms later than others: samples were lost on the way, "
                 "or something moved; take it again"
             )
 
 
-def _step_ms(late_ms: Floats, unsure_ms: Floats, allowed_ms: float, several: bool) -> float:
-    """Return the step by more than `allowed_ms` in the delays of rising bands (n,), or 0 if there is none.
-
-    A single response is later than its minimum phase where its accelerometer is away from the shaker: at one band, or
-    less and less from the lowest on. So it has to differ by more than it wavers, over two bands on either side.
-    """
-    fewest = 1 if several else 2
+def _step_ms(late_ms: Floats, unsure_ms: Floats) -> float:
+    """Return the largest step for certain in the delays of rising bands (n,); 0 or less if there is none."""
     least, most = late_ms - unsure_ms, late_ms + unsure_ms
-    for k in range(fewest, late_ms.size - fewest + 1):
-        gap_ms = max(least[:k].min() - most[k:].max(), least[k:].min() - most[:k].max())
-        wavers_ms = 0.0 if several else max(np.ptp(late_ms[:k]), np.ptp(late_ms[k:]))
-        if gap_ms > max(allowed_ms, wavers_ms):
-            return float(gap_ms)
-    return 0.0
-
-
-def _minimum_phase(spectrum: NDArray[np.complex128], f: Floats, low: float, high: float) -> NDArray[np.complex128]:
-    """Return the minimum phase of a `spectrum` (n,) that is known from `low` to `high`, as a spectrum of magnitude 1.
-
-    By the cepstrum, of which the causal half is kept.
-    """
-    size = 2 * (f.size - 1)
-    magnitude = np.interp(np.clip(f, low, high), f, np.abs(spectrum))
-    cepstrum = np.fft.irfft(np.log(np.maximum(magnitude, 1e-9 * magnitude.max())), size)
-    cepstrum[1 : size // 2] *= 2.0
-    cepstrum[size // 2 + 1 :] = 0.0
-    return np.asarray(np.exp(1j * np.fft.rfft(cepstrum).imag))
+    places = range(1, late_ms.size)
+    return max((max(least[:k].min() - most[k:].max(), least[k:].min() - most[:k].max()) for k in places), default=0.0)
