@@ -30,7 +30,7 @@ FLOOR = default_floor(1, 2)
 class Silent:
     """A transport over which nothing comes by itself."""
 
-    name, senders = "given", None
+    name, senders, doubt = "given", None, ""
 
     def open(self):
         pass
