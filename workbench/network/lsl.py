@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.live_contacts import LiveContact
+from underfoot.network.session_clock import SessionClock
 from underfoot.studies.markers import lsl_library, source_id
 
 if TYPE_CHECKING:
@@ -30,22 +31,19 @@ STEP: tuple[Channel, ...] = (
 class LslStreams:
     """Four outlets: `Underfoot live force`, `... contacts`, `... steps` and `... marks`.
 
-    `at_s` are times of the LSL clock, which `now` returns.
+    `at_s` are times of the LSL clock, which `clock` returns for those of the session.
     """
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl = lsl_library()
+        self.clock = SessionClock(self._lsl.local_clock)
         self._floor = floor
         tiles = [(tile.id, "N") for tile in floor.tiles]
         self._force = self._outlet("force", "Force", force_hz, "float32", tiles)
         self._contacts = self._outlet("contacts", "Contacts", 0.0, "double64", CONTACT)
         self._steps = self._outlet("steps", "Gait", 0.0, "double64", STEP)
         self._marks = self._outlet("marks", "Markers", 0.0, "string", [("mark", "")])
-
-    def now(self) -> float:
-        """Return the time of the LSL clock."""
-        return float(self._lsl.local_clock())
 
     def force(self, force_n: NDArray[np.float64], at_s: float) -> None:
         """Send loads (n, tiles), the last of them at this time."""

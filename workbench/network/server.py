@@ -34,7 +34,6 @@ from underfoot.network.lsl import LslStreams
 from underfoot.network.mark_inlets import LslMarks, SerialMarks
 from underfoot.network.osc import Argument, Double, Long, Message, message, read
 from underfoot.network.plan import NetworkPlan
-from underfoot.network.session_clock import SessionClock
 from underfoot.network.tuio import contact_messages, cursor_frame, pointer_frame
 from underfoot.patch import preset_files
 from underfoot.version import __version__
@@ -114,7 +113,6 @@ class NetworkServer:
         self._problem = ""
         self._failing: dict[str, tuple[float, float, str]] = {}  # of what: since when, until when, and why
         self._lsl: LslStreams | None = None
-        self._clock = SessionClock()
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
         if plan.serial_marks:
@@ -146,13 +144,13 @@ class NetworkServer:
 
     def show(self, time_s: float, ago_s: float, contacts: Sequence[OngoingContact]) -> None:
         """Set the contacts of the sample at the session's `time_s`, `ago_s` ago; they hold for `SILENT_S`."""
-        stamp_s = None if self._lsl is None else self._clock.at(time_s, ago_s, self._lsl.now())
+        stamp_s = None if self._lsl is None else self._lsl.clock.at(time_s, ago_s)
         self._shown = _Shown(time.monotonic(), time_s, stamp_s, contacts)
 
     def send_force(self, time_s: float, ago_s: float, load_n: NDArray[np.float64]) -> None:
         """Send loads (n, tiles) by LSL; the last one is of the session's `time_s`, `ago_s` ago."""
         if self._lsl is not None:
-            self._do(partial(self._lsl.force, load_n, self._clock.at(time_s, ago_s, self._lsl.now())))
+            self._do(partial(self._lsl.force, load_n, self._lsl.clock.at(time_s, ago_s)))
 
     def send_step(self, step: Step, ago_s: float) -> None:
         """Send a step, which began `ago_s` ago."""
@@ -162,7 +160,7 @@ class NetworkServer:
             "step", step.step, contact, step.person, step.tile, step.side, Double(step.start_s), *map(float, figures)
         )
         if self._lsl is not None:
-            at_s = self._clock.at(step.start_s, ago_s, self._lsl.now())
+            at_s = self._lsl.clock.at(step.start_s, ago_s)
             self._do(partial(self._lsl.step, step, contact, at_s))
 
     def send_health(self, health: Health) -> None:
@@ -177,7 +175,7 @@ class NetworkServer:
         """Send a mark, which was set at a session frame, `ago_s` ago."""
         self._queue_message("mark", text, Long(frame), Double(frame / self._rate_hz))
         if self._lsl is not None:
-            at_s = self._clock.at(frame / self._rate_hz, ago_s, self._lsl.now())
+            at_s = self._lsl.clock.at(frame / self._rate_hz, ago_s)
             self._do(partial(self._lsl.mark, text, at_s))
 
     def answer_played(self, received: Received, frame: int, ago_s: float) -> None:

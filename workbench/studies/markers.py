@@ -63,7 +63,8 @@ class LslMarkers:
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """Open the streams; raise `BadValue` if the package pylsl is not installed."""
-        self._lsl, self._clock = lsl_library(), SessionClock()
+        self._lsl = lsl_library()
+        self._clock = SessionClock(self._lsl.local_clock)
         markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", source_id("markers"))
         force = self._lsl.StreamInfo(
             "Underfoot force", "Force", len(floor.tiles), force_hz, "float32", source_id("force")
@@ -82,8 +83,8 @@ class LslMarkers:
     def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
         """Push force samples in N, [sample, tile], with the time of the last."""
         if len(force_n):
-            at_s = self._clock.at(time_s, ago_s, self._lsl.local_clock())
-            self._force.push_chunk(np.ascontiguousarray(force_n, np.float32).tolist(), at_s)
+            rows = np.ascontiguousarray(force_n, np.float32).tolist()
+            self._force.push_chunk(rows, self._clock.at(time_s, ago_s))
 
     def close(self) -> None:
         """End both streams."""
@@ -152,7 +153,8 @@ def lsl_library() -> ModuleType:
         import pylsl
     except (ImportError, RuntimeError):
         raise BadValue('LSL needs the package pylsl: pip install "underfoot[lsl]"') from None
-    if pylsl.library_version() >= _CONFIGURABLE and not any(map(os.path.isfile, _lsl_configurations())):
+    configurations = [name for name in _lsl_configurations() if os.path.isfile(name)]
+    if not configurations and pylsl.library_version() >= _CONFIGURABLE:
         pylsl.set_config_content("[log]\nlevel = -2\n")
     return pylsl
 
