@@ -44,11 +44,9 @@ class Result:
         """Return what `apply` does, with a part that says if the tile was simulated: where hardware may find it."""
         new = self.apply(profile)
         part = new.part(self.kind) if self.is_simulated and new is not profile else None
-        return (
-            new
-            if part is None
-            else profile.with_part(structs.replace(part, simulated=True), date.fromisoformat(part.made))
-        )
+        if part is None:
+            return new
+        return profile.with_part(structs.replace(part, simulated=True), date.fromisoformat(part.made))
 
     @property
     def figures(self) -> dict[str, float]:
