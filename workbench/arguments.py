@@ -8,7 +8,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.errors import require
+from underfoot.errors import refusal, require
 
 TINY, HUGE = math.ulp(0.0), sys.float_info.max
 """Smallest number above 0, and largest finite number."""
@@ -59,13 +59,29 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     Traceback (most recent call last):
     underfoot.errors.BadValue: stress is [[1], [1, 2]]; allowed: finite numbers in one dimension
     """
+    allowed = "finite numbers in one dimension"
+    found = array(name, values, allowed)
+    require(found.ndim == 1 and bool(np.isfinite(found).all()), name, values, allowed)
+    return found
+
+
+def array(name: str, values: ArrayLike, allowed: str, last: int = 0) -> NDArray[np.float64]:
+    """Return numbers, which may be NaN, as a contiguous array of any shape, or with a `last` axis of this length.
+
+    >>> array("points_m", [[1, 2]], "shape (..., 2)", 2)
+    array([[1., 2.]])
+    >>> array("points_m", "here", "shape (..., 2)", 2)
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: points_m is 'here'; allowed: shape (..., 2)
+    """
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
+        found = None if values is None or np.iscomplexobj(values) else np.asarray(values, np.float64, order="C")
     except (TypeError, ValueError, OverflowError):
-        array = np.full(1, np.nan)
-    flat = array.ndim == 1 and not np.isscalar(values) and np.ndim(array) == 1
-    require(flat and bool(np.isfinite(array).all()), name, values, "finite numbers in one dimension")
-    return array
+        found = None
+    if found is None:
+        raise refusal(name, values, allowed)
+    require(not last or found.shape[-1:] == (last,), f"the shape of {name}", found.shape, allowed)
+    return found
 
 
 def require_alike(**arrays: ArrayLike) -> None:

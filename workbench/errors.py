@@ -43,4 +43,9 @@ def require(good: bool, name: str, given: object, allowed: str) -> None:
     underfoot.errors.BadValue: mass_kg is -1.0; allowed: above 0
     """
     if not good:
-        raise BadValue(f"{name} is {cut_short(in_one_line(repr(given)))}; allowed: {allowed}")
+        raise refusal(name, given, allowed)
+
+
+def refusal(name: str, given: object, allowed: str) -> BadValue:
+    """Return the error that `require` raises."""
+    return BadValue(f"{name} is {cut_short(in_one_line(repr(given)))}; allowed: {allowed}")

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from underfoot.errors import BadValue, cut_short, in_one_line, require
+from underfoot.errors import BadValue, refusal, require
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
 """Pattern of an id (of a node, tile or port)."""
@@ -58,7 +58,7 @@ class Parameter:
             raise BadValue(f"default of {error}") from None
 
     def refuse(self, value: object) -> BadValue:
-        return BadValue(f"{self.name} is {cut_short(in_one_line(repr(value)))}; allowed: {self.allowed}")
+        return refusal(self.name, value, self.allowed)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ import numpy as np
 from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import integer, number, plain
+from underfoot.arguments import array, integer, number, plain
 from underfoot.documents import read_document
-from underfoot.errors import BadFile, BadValue, cut_short, in_one_line, require
+from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import require_identifier
 from underfoot.quantities import counted
@@ -90,11 +90,11 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def to_floor(self, points_m: ArrayLike) -> NDArray[np.float64]:
         """Convert points of the tile's frame, shape (..., 2), to the floor's."""
-        return np.asarray(points_m, dtype=np.float64) @ self.axes + self.centre_m
+        return _points(points_m) @ self.axes + self.centre_m
 
     def to_tile(self, points_m: ArrayLike) -> NDArray[np.float64]:
         """Convert points of the floor's frame, shape (..., 2), to the tile's."""
-        return (np.asarray(points_m, dtype=np.float64) - self.centre_m) @ self.axes.T
+        return (_points(points_m) - self.centre_m) @ self.axes.T
 
     def corners_m(self) -> NDArray[np.float64]:
         """Return the four corners in the floor's frame, counter-clockwise: shape (4, 2)."""
@@ -279,10 +279,13 @@ def _listed(given: Any) -> tuple[Any, ...]:  # noqa: ANN401 - of a script
 
 def _point(name: str, given: object) -> Point:
     """Return lengths, which may be in a list or an array, as a file holds them; `BadValue` for what are none."""
-    try:
-        return tuple(map(float, given))  # type: ignore[call-overload]
-    except (TypeError, ValueError):
-        raise BadValue(f"{name} is {cut_short(in_one_line(repr(given)))}; allowed: two lengths in metres") from None
+    found = array(name, given, "two lengths in metres")  # type: ignore[arg-type]
+    require(found.shape == (2,), name, given, "two lengths in metres")
+    return float(found[0]), float(found[1])
+
+
+def _points(given: ArrayLike) -> NDArray[np.float64]:
+    return array("points_m", given, "numbers in metres, shape (..., 2)", 2)
 
 
 def _is_place(point_m: Point) -> bool:

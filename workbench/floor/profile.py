@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import numbers
+from underfoot.arguments import array, numbers
 from underfoot.documents import read_document, write_document
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
@@ -432,12 +432,7 @@ def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
 
 
 def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise BadValue(f"{name} are no array of numbers; allowed: a last axis of 4, one for each sensor") from None
-    require(array.ndim >= 1 and array.shape[-1] == 4, name, array.shape, "a last axis of 4, one for each sensor")
-    return array
+    return array(name, values, "numbers with a last axis of 4, one for each sensor", 4)
 
 
 def _kind(part: Part) -> str:

@@ -9,14 +9,14 @@ import numpy as np
 from msgspec.structs import fields, force_setattr
 from numpy.typing import NDArray
 
-from underfoot.arguments import TINY, integer, number
+from underfoot.arguments import TINY, array, integer, number
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ
 from underfoot.devices.simulated_floor import WALK_S, SimulatedFloor
 from underfoot.drawing import Drawing, Series, series
 from underfoot.drawing.picture import Picture
 from underfoot.drawing.thinning import thinned
-from underfoot.errors import BadValue, require
+from underfoot.errors import require
 from underfoot.files import path_of
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
@@ -48,7 +48,7 @@ class Forces(ForceSeries, frozen=True):
     def __post_init__(self) -> None:
         require(isinstance(self.floor, Floor), "floor", self.floor, "a Floor, such as default_floor(1, 8)")
         for name in ("time_s", "force_n"):
-            force_setattr(self, name, _array(name, getattr(self, name)))
+            force_setattr(self, name, array(name, getattr(self, name), "numbers, (n,) and (n, tiles, 4)"))
         require(self.time_s.ndim == 1, "the shape of time_s", self.time_s.shape, "(n,)")
         given, allowed = self.force_n.shape, (len(self.time_s), len(self.floor.tiles), 4)
         require(given == allowed, "the shape of force_n", given, f"{allowed}, as of the floor")
@@ -141,14 +141,6 @@ class Forces(ForceSeries, frozen=True):
             rows = rows[:: max(1, len(rows) // 100)]
             ways.append(series("", contacts["x_m"][rows], contacts["y_m"][rows], colour=_colour(place)))
         return Drawing("Ways of the contacts' centroids", "x, m", "y, m", (*outlines, *ways), equal=True)
-
-
-def _array(name: str, values: object) -> NDArray[np.float64]:
-    """Return an array of numbers; `BadValue` if there is none in `values`."""
-    try:
-        return np.asarray(values, np.float64, order="C")
-    except (TypeError, ValueError):
-        raise BadValue(f"{name} is no array of numbers; allowed: time_s (n,) and force_n (n, tiles, 4)") from None
 
 
 _CONTACT_COLUMNS = tuple(name for name in ContactRows.__struct_fields__ if name != "on_tile")

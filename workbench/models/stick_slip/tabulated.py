@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import number
+from underfoot.arguments import array, number
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 
@@ -42,7 +42,7 @@ class Distribution:
         >>> Distribution(np.array([0.0, 2.0]), np.array([0.5, 0.5]), np.array([0.0, 1.0]), 0.0).cdf_at([0.5, 3.0])
         array([0.25, 1.  ])
         """
-        return np.asarray(np.interp(np.asarray(values, np.float64), self.points, self.cdf))
+        return np.asarray(np.interp(array("values", values, "numbers"), self.points, self.cdf))
 
     def quantile(self, probability: float) -> float:
         """Return the value at this cumulative probability; NaN if it is never reached. `BadValue` beyond 0 to 1."""
