@@ -162,8 +162,8 @@ SENSORS_M = uf.default_floor().tiles[0].sensors_m
     (lambda patch: patch.remove(3), """ids is 3; allowed: a list of ids, such as ["tone"]"""),
     (lambda patch: patch.part(3), """ids is 3; allowed: a list of ids, such as ["tone"]"""),
     (lambda patch: patch.disconnect(3), """wires is 3; allowed: a list, such as [("tone.out", "gain.signal")]"""),
-    (lambda patch: patch.connect(1, 2), 'wires[6] is 1; allowed: a node and a port, as "node.port"'),
-    (lambda patch: patch.connect("knock.force", 2), 'wires[6] is 2; allowed: a node and a port, as "node.port"'),
+    (lambda patch: patch.connect(1, 2), 'source is 1; allowed: a node and a port, as "node.port"'),
+    (lambda patch: patch.connect("knock.force", 2), 'target is 2; allowed: a node and a port, as "node.port"'),
     (lambda patch: uf.Patch().add("gain", at=3), "nodes[0].at is 3; allowed: two numbers, each -1e+06 to 1e+06"),
     (lambda patch: patch.move(3), """places is 3; allowed: places by their ids, such as {"tone": (0.0, 100.0)}"""),
     (lambda patch: patch.move({"knock": 3}), "knock.at is 3; allowed: two numbers"),
@@ -178,8 +178,13 @@ SENSORS_M = uf.default_floor().tiles[0].sensors_m
     (lambda patch: uf.read_forces(3), "path is 3; allowed: text or a Path"),
     (lambda patch: uf.Recording(3), "path is 3; allowed: text or a Path"),
     (lambda patch: uf.walk(1.0).steps().save(3), "path is 3; allowed: text or a Path"),
-    (lambda patch: uf.Patch(seed="one").add("tone"), "seed is 'one'; allowed: a whole number"),
-    (lambda patch: uf.Patch(title=3).add("tone"), "title is 3; allowed: text"),
+    (lambda patch: uf.Patch(seed="one"), "seed is 'one'; allowed: a whole number"),
+    (lambda patch: uf.Patch(title=3), "title is 3; allowed: text"),
+    (lambda patch: uf.Patch(nodes=3), "nodes is 3; allowed: a list"),
+    (lambda patch: uf.Patch(wires=[("tone.out", None)]), "wires[0][1] is None; allowed: text"),
+    (lambda patch: uf.Patch(error_scale=np.zeros(2)), "error_scale is [0.0, 0.0]; allowed: a number"),
+    (lambda patch: uf.Floor(TWO.tiles, 3), "title is 3; allowed: text"),
+    (lambda patch: uf.Profile(tile="t1", fsr=3), "fsr is 3; allowed: an object | null"),
     (lambda patch: uf.walk("10"), "seconds is '10'; allowed: above 0, up to 600 s"),
     (lambda patch: uf.walk(2.0, seed="a"), "seed is 'a'; allowed: a whole number, -2^63 to 2^63 - 1"),
     (lambda patch: uf.SlipDistribution.solve(3, 20.0), "block is 3; allowed: a BlockOnBelt"),
@@ -246,6 +251,7 @@ def test_values_from_arrays_are_values():
     for value in (np.float32(2e5), np.int64(200_000), np.linspace(1e5, 2e5, 3)[2]):
         assert patch.set("knock", "stiffness", value) == patch.set("knock", "stiffness", 2e5)
     assert uf.Patch().add("tone", frequency=np.int32(80)) == uf.Patch().add("tone", frequency=80)
+    assert uf.Patch(seed=np.arange(4)[3], tags=["a"]) == uf.Patch(seed=3, tags=("a",))
     modes = np.column_stack((100.0 * np.arange(1, 4), np.full(3, 20.0), np.ones(3), np.ones(3)))
     assert patch.set("knock", "modes", modes) == patch.set("knock", "modes", modes.tolist())
 

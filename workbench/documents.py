@@ -3,14 +3,17 @@
 import codecs
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+from msgspec.structs import fields, force_setattr
 
-from underfoot.errors import BadFile, BadValue, cut_short, require
+from underfoot.arguments import plain
+from underfoot.errors import BadFile, BadValue, cut_short, require, shown
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
@@ -32,6 +35,35 @@ def read_document(text: bytes | str, source: str, format: str, version: int, kin
     fields = {key: value for key, value in raw.items() if key not in ("format", "version")}
     with refusals(source, raw):
         return msgspec.convert(fields, kind)
+
+
+def as_declared(document: msgspec.Struct) -> None:
+    """Give the fields of a document that a script makes the types that they have after reading it from a file.
+
+    `BadValue` where that cannot be: it would be written to a file that cannot be read.
+
+    >>> class Title(msgspec.Struct, frozen=True):
+    ...     words: tuple[str, ...]
+    ...     __post_init__ = as_declared
+    >>> Title(["gravel"])
+    Title(words=('gravel',))
+    >>> Title(["gravel", 2])
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: words[1] is 2; allowed: text
+    """
+    given = {name: plain(getattr(document, name)) for name in document.__struct_fields__}
+    try:
+        found = msgspec.convert(given, _form(type(document)))
+    except msgspec.ValidationError as error:
+        raise BadValue(placed(error, given, shown).removeprefix("$.")) from None
+    for name in given:
+        force_setattr(document, name, getattr(found, name))
+
+
+@cache
+def _form(kind: type[msgspec.Struct]) -> type[msgspec.Struct]:
+    """Return a struct with the same fields, which checks their types and nothing else."""
+    return msgspec.defstruct(kind.__name__, [(field.name, field.type) for field in fields(kind)])
 
 
 @contextmanager
@@ -137,8 +169,9 @@ def _lean(value: object) -> object:
     return [_lean(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def placed(error: msgspec.ValidationError, raw: object) -> str:
-    """Return the library's message with its place in front and, if it names only a type, the actual value."""
+def placed(error: msgspec.ValidationError, raw: object, as_text: Callable[[object], str] | None = None) -> str:
+    """Return the library's message with its place in front and, if it names only a type, the actual value as text: by
+    default as in JSON."""
     message, _, place = str(error).partition(" - at `")
     place = place.rstrip("`") or "$"
     value: Any = raw
@@ -149,7 +182,9 @@ def placed(error: msgspec.ValidationError, raw: object) -> str:
         value = raw
     if message.startswith("Expected") and place != "$":
         wanted = message.removeprefix("Expected ").partition(", got")[0].replace("`", "").split()
-        return f"{place} is {_short(value)}; allowed: {' '.join(_WORDS.get(word, word) for word in wanted)}"
+        return (
+            f"{place} is {(as_text or _short)(value)}; allowed: {' '.join(_WORDS.get(word, word) for word in wanted)}"
+        )
     if "; allowed: " in message:
         return f"{place}.{message}"
     return f"{place}: {_lower(message if len(message) <= _LONGEST else f'{message[: _LONGEST - 3]}...')}"

@@ -35,6 +35,11 @@ def cut_short(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:56]}...{text[-1]}"
 
 
+def shown(value: object) -> str:
+    """Return a value as Python writes it, in one line of at most 60 characters."""
+    return cut_short(in_one_line(repr(value)))
+
+
 def require(good: bool, name: str, given: object, allowed: str) -> None:
     """Raise `BadValue` unless `good`, with the name, the given value, and what is allowed.
 
@@ -48,4 +53,4 @@ def require(good: bool, name: str, given: object, allowed: str) -> None:
 
 def refusal(name: str, given: object, allowed: str) -> BadValue:
     """Return the error that `require` raises."""
-    return BadValue(f"{name} is {cut_short(in_one_line(repr(given)))}; allowed: {allowed}")
+    return BadValue(f"{name} is {shown(given)}; allowed: {allowed}")

@@ -127,6 +127,7 @@ class Floor(msgspec.Struct, frozen=True):
         return f"<Floor {self.title!r}: {counted(len(self.tiles), 'tile')}>"
 
     def __post_init__(self) -> None:
+        require(isinstance(self.title, str), "title", self.title, "text")
         tiles = _listed(self.tiles)
         require(len(tiles) > 0, "tiles", self.tiles, "at least one tile, in a list")
         require(all(isinstance(tile, Tile) for tile in tiles), "tiles", tiles, "Tiles")

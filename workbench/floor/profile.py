@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import array, numbers
-from underfoot.documents import read_document, write_document
+from underfoot.documents import as_declared, read_document, write_document
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import BadFile, BadValue, require
@@ -216,6 +216,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     def __post_init__(self) -> None:
         require_identifier("tile", self.tile)
+        as_declared(self)
         if self.made:
             _require_date("made", self.made)
 

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from underfoot.arguments import plain
-from underfoot.documents import parse, refusals
+from underfoot.documents import as_declared, parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import require_identifier
@@ -35,6 +35,7 @@ LEAST_SCALE, MOST_SCALE = 0.01, 100.0
 """Range of the factor on all requested errors."""
 _LEFT_OUT = ("notes", "groups", "author", "tags")
 """Fields that are omitted in the file when empty."""
+_END = 'a node and a port, as "node.port"'
 MARKS = ("muted", "bypassed", "soloed")
 """Marks that take a node, or everything else, out of the output (`underfoot.patch.effective`)."""
 
@@ -97,6 +98,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tags: tuple[str, ...] = ()
     error_scale: float = 1.0
     """Factor on the requested errors of its nodes (`underfoot.patch.effective`)."""
+
+    def __post_init__(self) -> None:
+        as_declared(self)
 
     def __repr__(self) -> str:
         return f"<Patch {self.title!r}: {counted(len(self.nodes), 'node')}, {counted(len(self.wires), 'wire')}>"
@@ -165,6 +169,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
         """Add a wire from an output to an input; it replaces an existing wire at the input."""
+        for name, end in (("source", source), ("target", target)):
+            require(isinstance(end, str), name, end, _END)
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
 
@@ -275,8 +281,6 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             registry = installed_nodes()
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
-        require(isinstance(self.title, str), "title", self.title, "text")
-        require(isinstance(self.seed, int), "seed", self.seed, "a whole number")
         scale = self.error_scale
         require(LEAST_SCALE <= scale <= MOST_SCALE, "error_scale", scale, f"{LEAST_SCALE:g} to {MOST_SCALE:g}")
         seen: set[str] = set()
@@ -394,7 +398,7 @@ def _check_type(node: PlacedNode, place: str, registry: Registry) -> None:
 def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
     ports = []
     for end, side in zip(wire, ("output_ports", "input_ports"), strict=True):
-        require(isinstance(end, str) and "." in end, place, end, 'a node and a port, as "node.port"')
+        require("." in end, place, end, _END)
         id, _, port = end.partition(".")
         require(id in types, place, end, f"nodes of this patch ({', '.join(types) or 'none'})")
         known = getattr(types[id], side)
