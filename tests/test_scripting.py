@@ -265,6 +265,14 @@ def test_a_sound_file_of_another_format_is_not_a_wav_by_that_name(name, folder, 
     assert not list(folder.iterdir())
 
 
+def test_what_is_named_as_a_folder_is_saved_to_no_file_of_that_name(folder):
+    forces = uf.walk(0.2)
+    for made in (uf.Patch(), forces, forces.contacts(), uf.default_floor(), uf.Profile(tile="t1")):
+        with pytest.raises(uf.UnderfootError, match=r"^new/ names a folder; allowed: the name of a file$"):
+            made.save("new/")
+    assert not list(folder.iterdir())
+
+
 @pytest.mark.parametrize("name", ["walk.xlsx", "walk.parquet"])
 def test_a_table_of_another_format_is_not_csv_by_that_name(name, folder, refused):
     forces = uf.walk(1.0)

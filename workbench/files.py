@@ -132,8 +132,20 @@ def no_file(path: str | Path) -> str:
     return "it is a folder" if os.path.isdir(path) else "no such file"
 
 
+def require_file_name(name: str) -> None:
+    """Raise `BadFile` for an output that is named as a folder is: `Path` drops the mark, and a file would be written.
+
+    >>> require_file_name("new/")
+    Traceback (most recent call last):
+    underfoot.errors.BadFile: new/ names a folder; allowed: the name of a file
+    """
+    if name.endswith((os.sep, os.altsep or os.sep)):
+        raise BadFile(f"{name} names a folder; allowed: the name of a file")
+
+
 def require_replaceable(path: str | Path) -> None:
     """Raise `BadFile` for what must not become a file: a folder, a device, or a file protected against writing."""
+    require_file_name(str(path))
     if os.path.exists(path_of(path)):
         with written(path):
             if os.path.isdir(path):

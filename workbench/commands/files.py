@@ -8,21 +8,10 @@ from typing import Any
 import click
 
 from underfoot.errors import BadFile
-from underfoot.files import names_file, require_replaceable
+from underfoot.files import names_file, require_file_name, require_replaceable
 
 FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
-
-
-def require_file_name(name: str) -> None:
-    """Raise `BadFile` for an output that is named as a folder is: `Path` drops the mark, and a file would be written.
-
-    >>> require_file_name("new/")
-    Traceback (most recent call last):
-    underfoot.errors.BadFile: new/ names a folder; allowed: the name of a file
-    """
-    if name.endswith((os.sep, os.altsep or os.sep)):
-        raise BadFile(f"{name} names a folder; allowed: the name of a file")
 
 
 class _Output(click.Path):

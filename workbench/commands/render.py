@@ -22,13 +22,12 @@ from underfoot.commands.files import (
     PATCH,
     RUN_CODE,
     SIMULATION,
-    require_file_name,
     require_outputs_writable,
 )
 from underfoot.commands.options import takes_options
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
-from underfoot.files import make_folder
+from underfoot.files import make_folder, require_file_name
 
 if TYPE_CHECKING:
     from underfoot.engine.bulk import Job
