@@ -281,9 +281,10 @@ def test_every_command_says_alike_where_no_file_or_folder_can_be_made(refused, f
         ("render", SINE, "-o", "new/"),  # wrote a file of this name
         ("export", "a.underfoot", "-o", "new/"),
         ("monitor", "corridor", "--steps", "new/"),
+        ("convert", SINE, "-o", "new.wav/"),
         ("calibrate", "forces", "--target", "simulator", "--profile", "new/"),
     ):
-        assert "new/ names a folder; allowed: the name of a file" in refused(*words)
+        assert f"{words[-1]} names a folder; allowed: the name of a file" in refused(*words)
     person = ("experiment", "detection-threshold", "--participant", "p1", "--session", "no/a.session")
     assert "no/a.session cannot be written: there is no folder no" in refused(*person)
     (folder / "taken").write_text("x")

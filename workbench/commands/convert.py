@@ -20,6 +20,7 @@ from underfoot.commands.files import (
 from underfoot.commands.options import takes_options
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
+from underfoot.files import require_file_name
 from underfoot.quantities import counted
 
 PATCH_SUFFIX = ".json"
@@ -30,7 +31,7 @@ class ConvertOptions:
     """Options of a conversion; None or "" if not given."""
 
     source: Path | None
-    output: Path | None
+    output_name: str | None
     format: str
     tile: str
     seconds: float | None
@@ -42,7 +43,13 @@ class ConvertOptions:
 
 @click.command()
 @click.argument("source", metavar="IN", type=PATCH, required=False)
-@click.option("-o", "--output", type=FILE, help="Output file; its suffix selects the format. A patch ends in .json.")
+@click.option(
+    "-o",
+    "--output",
+    "output_name",
+    type=click.Path(),
+    help="Output file; its suffix selects the format. A patch ends in .json.",
+)
 @click.option("--format", default="", help="Format, if the suffix is ambiguous.")
 @click.option("--tile", default="", help="Write only this tile; by default all, or the one that moves most.")
 @click.option("--seconds", type=float, help="Length; by default until vibration ends, at most 5 s.")
@@ -57,12 +64,10 @@ def convert(options: ConvertOptions) -> None:
     if options.formats:
         print(_list())
         return
-    if options.source is None or options.output is None:
+    if options.source is None or options.output_name is None:
         raise BadValue("IN or -o OUT is missing; `underfoot convert --formats` lists what there is")
-    if _is_patch(options.source, options.output):
-        _write(options, options.source, options.output)
-    else:
-        _read(options, options.source, options.output)
+    convert_one = _write if _is_patch(options.source, Path(options.output_name)) else _read
+    convert_one(options, options.source, options.output_name)
 
 
 def _is_patch(path: Path, output: Path) -> bool:
@@ -77,7 +82,7 @@ def _is_patch(path: Path, output: Path) -> bool:
     return output.suffix.lower() != PATCH_SUFFIX or f'"{FORMAT}"'.encode() in read_file(path)[:4096]
 
 
-def _write(options: ConvertOptions, source: Path, output: Path) -> None:
+def _write(options: ConvertOptions, source: Path, output_name: str) -> None:
     from underfoot.exchange.format import Export
     from underfoot.exchange.formats import to_write
     from underfoot.exchange.losses import losses
@@ -85,11 +90,13 @@ def _write(options: ConvertOptions, source: Path, output: Path) -> None:
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
 
+    output = Path(output_name)
     format = to_write(output, options.format)
-    if "" not in format.suffixes or output.suffix:
-        require_outputs_writable(output, inputs=(source, options.force, options.floor))
-    else:
+    if "" in format.suffixes and not (output.suffix and output.suffix.lower() in format.suffixes):
         require_folders_writable(output.parent)
+    else:
+        require_file_name(output_name)
+        require_outputs_writable(output, inputs=(source, options.force, options.floor))
     patch = Patch.load(source, REGISTRY)
     export = Export(
         patch,
@@ -107,12 +114,14 @@ def _write(options: ConvertOptions, source: Path, output: Path) -> None:
     _print_lost(losses(patch, REGISTRY, format.carries))
 
 
-def _read(options: ConvertOptions, source: Path, output: Path) -> None:
+def _read(options: ConvertOptions, source: Path, output_name: str) -> None:
     from underfoot.exchange.format import read_foreign_patch
     from underfoot.exchange.formats import to_read
     from underfoot.nodes import REGISTRY
     from underfoot.patch.file_paths import with_files_kept
 
+    require_file_name(output_name)
+    output = Path(output_name)
     of_a_patch = (options.tile or None, options.seconds, options.force, options.floor, options.profiles)
     if any(given is not None for given in of_a_patch):
         raise BadValue(f"{source} is no patch; allowed with it: --output and --format")
