@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from numbers import Real
 
 import numpy as np
@@ -48,6 +48,16 @@ def integer(name: str, value: object, lowest: int, highest: int, allowed: str) -
         found = number(name, value, lowest, highest, f"a whole number, {allowed}")
         require(found == int(found), name, value, f"a whole number, {allowed}")
     return int(found)
+
+
+def choice(name: str, value: object, choices: Collection[str]) -> None:
+    """Raise `BadValue` unless a value is one of these words.
+
+    >>> choice("footwear", ["shoe"], ("barefoot", "shoe"))
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: footwear is ['shoe']; allowed: barefoot, shoe
+    """
+    require(isinstance(value, str) and value in choices, name, value, ", ".join(choices))
 
 
 def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import array, integer, number, plain
+from underfoot.arguments import array, choice, integer, number, plain
 from underfoot.documents import read_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
@@ -144,7 +144,7 @@ class Floor(msgspec.Struct, frozen=True):
 
     def index(self, id: str) -> int:
         """Return the row of the tile with this id; `BadValue` if there is none."""
-        require(id in self.ids, "tile", id, ", ".join(self.ids))
+        choice("tile", id, self.ids)
         return self.ids.index(id)
 
     def tile_at(self, point_m: Point) -> Tile | None:

@@ -15,10 +15,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.arguments import choice
 from underfoot.drawing import Drawing, HeatMap, series
 from underfoot.drawing.page import page
 from underfoot.drawing.svg import svg
-from underfoot.errors import BadValue, require
+from underfoot.errors import BadValue
 from underfoot.files import make_folder, write_file
 from underfoot.floor.layout import Tile
 from underfoot.floor.tile_design import TileProperties
@@ -72,7 +73,7 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             if not least <= low < high <= most:
                 allowed = f"from a smaller to a larger number, {least:g} to {most:g} {unit}"
                 raise BadValue(f"{said} is {low:g} to {high:g} {unit}; allowed: {allowed}")
-        require(self.stiffness in STIFFNESSES, "stiffness", self.stiffness, ", ".join(STIFFNESSES))
+        choice("stiffness", self.stiffness, STIFFNESSES)
         for name in ("most_kg", "most_deflection_m", "load_n", "least_hz"):
             said, unit, size = SAID[name]
             given = getattr(self, name)

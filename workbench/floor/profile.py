@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import array, numbers
+from underfoot.arguments import array, choice, numbers
 from underfoot.documents import as_declared, read_document, write_document
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
@@ -124,7 +124,7 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
         require(0.0 < level < 1e6, "acceleration_per_unit", level, "above 0, below 1e6 m/s^2")
         stable = all(cascade.is_stable(section) for section in self.equaliser)
         require(stable, "equaliser", self.equaliser, "stable second-order sections with a0 = 1")
-        require(self.load in LOADS, "load", self.load, ", ".join(LOADS))
+        choice("load", self.load, LOADS)
 
 
 class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -329,7 +329,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     def part(self, kind: str) -> Part | None:
         """Return the part with a name of `PARTS`; None if it was not measured."""
-        require(kind in PARTS, "kind", kind, ", ".join(PARTS))
+        choice("kind", kind, PARTS)
         found: Part | None = getattr(self, kind)
         return found
 

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from underfoot.arguments import integer
+from underfoot.arguments import choice, integer
 from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor, Point
 from underfoot.models import gait
@@ -56,7 +56,7 @@ class Person(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     path: str = "random"
 
     def __post_init__(self) -> None:
-        require(self.path in PATHS, "path", self.path, ", ".join(PATHS))
+        choice("path", self.path, PATHS)
 
 
 def drawn_people(count: int, path: str, seed: int = 1) -> tuple[Person, ...]:

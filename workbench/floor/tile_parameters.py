@@ -4,6 +4,7 @@ from pathlib import Path
 
 import msgspec
 
+from underfoot.arguments import choice
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadFile, require
 from underfoot.files import is_within, read_file, write_file
@@ -136,7 +137,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def assembly(self, tile: Tile, load: str = "none") -> Assembly:
         """Return the tile as a vibrating body under one of `LOADS`; `BadValue` if it cannot be built on this tile."""
-        require(load in LOADS, "load", load, ", ".join(LOADS))
+        choice("load", load, LOADS)
         x, y = tile.sensors_m[0]
         return Assembly(
             self.plate,

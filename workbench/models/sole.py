@@ -16,8 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import numbers
-from underfoot.errors import require
+from underfoot.arguments import choice, numbers
 
 Footwear = Literal["barefoot", "shoe"]
 FOOTWEAR: tuple[Footwear, ...] = ("barefoot", "shoe")
@@ -50,7 +49,7 @@ def threshold_m_s2(frequency_hz: ArrayLike, footwear: Footwear = "barefoot") -> 
     >>> (threshold_m_s2([40.0, 200.0]) / (2 * np.pi * np.array([40.0, 200.0])) ** 2 * 1e6).round(1)  # um
     array([15. ,  1.2])
     """
-    require(footwear in FOOTWEAR, "footwear", footwear, ", ".join(FOOTWEAR))
+    choice("footwear", footwear, FOOTWEAR)
     f = np.asarray(frequency_hz, dtype=np.float64)
     ratio = np.maximum(f, FLAT_HZ) / BEST_HZ
     displacement_m = LEVEL_M * 0.5 * (ratio**2 + ratio**-2)

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from underfoot.arguments import plain
+from underfoot.arguments import choice, plain
 from underfoot.documents import as_declared, parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
@@ -196,7 +196,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         >>> Patch().add("tone", REGISTRY).mark(["tone"], "muted", on=True).node("tone").marks
         ('muted',)
         """
-        require(name in MARKS, "mark", name, ", ".join(MARKS))
+        choice("mark", name, MARKS)
         marked = _set_of(ids)
         value = {name: True if on else msgspec.UNSET}
         nodes = tuple(msgspec.structs.replace(n, **value) if n.id in marked else n for n in self.nodes)

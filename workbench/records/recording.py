@@ -12,7 +12,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile, in_one_line, require
+from underfoot.arguments import choice
+from underfoot.errors import BadFile, in_one_line
 from underfoot.files import no_file, path_of
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
 from underfoot.sqlite_files import opened
@@ -106,7 +107,7 @@ class Recording:
     def acceleration(self, table: str) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the "commanded" or "measured" acceleration, [frame, tile], m/s^2; 0 in
         gaps."""
-        require(table in FRAMES[1:], "table", table, ", ".join(FRAMES[1:]))
+        choice("table", table, FRAMES[1:])
         return self._whole(table)
 
     def blocks(
@@ -279,7 +280,7 @@ class Recording:
 
     def _lacks(self, table: str) -> bool:
         """Return whether the file's version has no such table; `BadValue` for a name that no version has."""
-        require(table in TYPES, "table", table, ", ".join(TYPES))
+        choice("table", table, TYPES)
         return table in ("commanded", "measured") and self.version < 2
 
     def _columns(self, table: str) -> int:

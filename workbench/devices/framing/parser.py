@@ -15,8 +15,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from underfoot.arguments import choice
 from underfoot.devices.framing.wire_format import FORCES, MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
-from underfoot.errors import require
 from underfoot.kernels import kernel, part
 
 FORMS = ("auto", "binary", "csv")
@@ -133,7 +133,7 @@ class Parser:
     """
 
     def __init__(self, form: str = "auto") -> None:
-        require(form in FORMS, "form", form, ", ".join(FORMS))
+        choice("form", form, FORMS)
         self._state = _State(
             open_form=FORMS.index(form),
             scanner=np.zeros(1, _SCANNER),

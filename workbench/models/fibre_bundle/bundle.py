@@ -24,7 +24,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
+from underfoot.arguments import HUGE, TINY, choice, integer, number, numbers, seed_of
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import require
@@ -129,10 +129,11 @@ class FibreBundle(Struct, frozen=True):
         number("stiffness", self.stiffness, TINY, HUGE, "above 0")
         for name in ("mass", "damping", "creep"):
             number(name, getattr(self, name), 0.0, HUGE, "0 or more")
-        require(self.model in MODELS, "model", self.model, "one of " + ", ".join(MODELS))
-        require(self.thresholds in THRESHOLDS, "thresholds", self.thresholds, "one of " + ", ".join(THRESHOLDS))
+        choice("model", self.model, MODELS)
+        choice("thresholds", self.thresholds, THRESHOLDS)
         integer("restructurings", self.restructurings, 1, 10_000, "1 to 10000")
         number("stiffening", self.stiffening, 0.0, 10.0, "0 to 10")
+        require(isinstance(self.compound, bool), "compound", self.compound, "True or False")
         number("renewal_s", self.renewal_s, TINY, math.inf, "above 0 s")
 
     @property

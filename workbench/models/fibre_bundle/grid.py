@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
+from underfoot.arguments import HUGE, TINY, choice, integer, number, numbers, seed_of
 from underfoot.clock import SPAN
 from underfoot.errors import require
 from underfoot.kernels import Floats, copy, inlined, kernel, part
@@ -123,7 +123,7 @@ class FibreGrid(Struct, frozen=True):
     pressure: float = 1.0
 
     def __post_init__(self) -> None:
-        require(self.bundle.model in GRID_MODELS, "model", self.bundle.model, "one of " + ", ".join(GRID_MODELS))
+        choice("model", self.bundle.model, GRID_MODELS)
         for name in ("columns", "rows"):
             integer(name, getattr(self, name), 1, 32, "1 to 32")
         for name in ("width_m", "depth_m", "print_m"):

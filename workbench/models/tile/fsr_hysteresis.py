@@ -13,8 +13,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from underfoot.arguments import require_alike
-from underfoot.errors import require
+from underfoot.arguments import choice, require_alike
 from underfoot.kernels import Floats, kernel
 
 LAGS_S = 0.03 * 10.0 ** (np.arange(12) / 2.0)
@@ -165,7 +164,7 @@ def fit(
     >>> round(float(model.weights[0]), 6), residual < 1e-9  # an apparent force twice too large
     (0.5, True)
     """
-    require(kind in KINDS, "kind", kind, ", ".join(KINDS))
+    choice("kind", kind, KINDS)
     relative = kind == "relative"
     widths = np.array([] if kind == "creep" else WIDTHS) * (1.0 if relative else full_scale_n)
     model = HysteresisModel(creep, relative, widths, np.ones(widths.size + 1))

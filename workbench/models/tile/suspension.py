@@ -9,8 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import require_within
-from underfoot.errors import require
+from underfoot.arguments import choice, require_within
 
 MOUNTS = 4
 
@@ -52,7 +51,7 @@ class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         tension: 3F / 4K) or "one mount" (the others carry nothing: F / K).
         """
         shares = {"shared": 1.0 / MOUNTS, "corner": 3.0 / MOUNTS, "one mount": 1.0}
-        require(load in shares, "load", load, ", ".join(shares))
+        choice("load", load, shares)
         return shares[load] * force_n / self.stiffness_n_m
 
     def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
