@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile
-from underfoot.files import write_file
+from underfoot.files import path_of, write_file
 
 
 class Picture(Struct, frozen=True, eq=False):
@@ -39,6 +39,6 @@ class Picture(Struct, frozen=True, eq=False):
 
     def save(self, path: str | Path) -> None:
         """Write the picture as SVG; `BadFile` for another extension, or if it cannot be written."""
-        if Path(path).suffix.lower() != ".svg":
+        if path_of(path).suffix.lower() != ".svg":
             raise BadFile(f"{path} is no name of a picture; allowed: a name that ends in .svg")
         write_file(path, self._repr_svg_().encode())

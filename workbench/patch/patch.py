@@ -8,7 +8,7 @@ import msgspec
 
 from underfoot.arguments import choice, plain
 from underfoot.documents import as_declared, parse, refusals
-from underfoot.errors import BadValue, require
+from underfoot.errors import BadValue, refusal, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import require_identifier
 from underfoot.patch.custom_nodes import run_needed
@@ -186,7 +186,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: _as_in_file(value)})
         # Whoever sets it knows its id, not its place in a file.
-        _check_type(changed, id, installed_nodes() if registry is None else registry)
+        _check_type(changed, id, _given_or_all(registry))
         return self.with_item(changed)
 
     def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":
@@ -239,6 +239,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ) -> "Patch":
         """Add the contents of `other`, with new ids where needed, shifted by `by`."""
         require(isinstance(other, Patch), "other", other, 'a Patch, such as open_patch("gravel")')
+        require(is_pair(by), "by", by, "two numbers")
         taken = self.ids()
         names: dict[str, str] = {}
         theirs = [*(one.id for one in other.canvas_items()), *(group.id for group in other.groups)]
@@ -277,8 +278,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def check(self, registry: Registry | None = None) -> "Patch":
         """Return this patch, or raise `BadValue` with the place, the value, and what is allowed."""
-        if registry is None:
-            registry = installed_nodes()
+        registry = _given_or_all(registry)
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
         scale = self.error_scale
@@ -414,4 +414,13 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
 
 def _set_of(given: Iterable[_T], name: str = "ids", allowed: str = 'a list of ids, such as ["tone"]') -> set[_T]:
     require(isinstance(given, Iterable) and not isinstance(given, str), name, given, allowed)
-    return set(given)
+    try:
+        return set(given)
+    except TypeError:  # of lists, say
+        raise refusal(name, given, allowed) from None
+
+
+def _given_or_all(registry: Registry | None) -> Registry:
+    allowed = "a registry of node types; a parameter is given by its name, as frequency=80.0"
+    require(registry is None or isinstance(registry, Mapping), "registry", registry, allowed)
+    return installed_nodes() if registry is None else registry
