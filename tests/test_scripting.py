@@ -384,3 +384,14 @@ def test_a_recording_says_which_tables_it_has(folder):
     with uf.Recording(path) as recording, pytest.raises(uf.UnderfootError) as error:
         recording.acceleration("asked")
     assert str(error.value) == "table is 'asked'; allowed: commanded, measured"
+
+
+def test_a_mark_without_a_frame_is_not_written_to_a_recording(folder):
+    """SQLite would keep it: afterwards no program could place the mark."""
+    path = write_recording(folder / "walk.underfoot", 0.2, uf.default_floor(1, 1))
+    with uf.Recording(path) as recording:
+        for mark, said in ((("start",), "frame is 'start'; allowed: a whole number"), ((3, None), "text is None")):
+            with pytest.raises(uf.UnderfootError, match=said):
+                recording.add_mark(*mark)
+        assert recording.add_mark(np.int64(3), "turn") == recording.marks()[0]
+        assert len(recording.marks()) == 1

@@ -12,8 +12,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.arguments import choice
-from underfoot.errors import BadFile, in_one_line
+from underfoot.arguments import choice, integer
+from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
 from underfoot.sqlite_files import opened
@@ -227,7 +227,9 @@ class Recording:
             return [Mark(*row) for row in self._base.execute("select id, frame, text from mark order by frame, id")]
 
     def add_mark(self, frame: int, text: str = "") -> Mark:
-        """Add a mark at a session frame to the file; `BadFile` if it cannot be written to."""
+        """Add a mark at a session frame to the file; `BadFile` if it cannot be written to, `BadValue` for no frame."""
+        frame = integer("frame", frame, 0, int(FURTHEST_FRAME), "0 to 1e15, in session frames")
+        require(isinstance(text, str), "text", text, "text")
         with self._written():
             if "mark" not in self._tables:
                 self._base.execute(MARKS)
