@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, stepped_bank
+from msgspec.structs import replace
 
 from underfoot.clock import FADE
 from underfoot.devices.simulated_floor import SimulatedFloor
@@ -228,6 +229,12 @@ def test_a_preview_without_an_end_lasts_a_step_and_one_that_was_chosen_as_long_a
     assert longest_s(hum()) == 0.9
     assert len(previewed(hum(), ("tone.out",), "t1", 0.0, RATE)[0]) == round(0.9 * RATE)
     assert len(previewed(hum(), ("tone.out",), "t1", 2.0, RATE)[0]) == 2 * RATE
+
+
+def test_a_node_of_a_plug_in_says_by_itself_how_long_a_preview_takes(monkeypatch):
+    swell = replace(REGISTRY["tone"], type="swell", lasts=lambda values: 100.0 / values["frequency"])
+    monkeypatch.setitem(REGISTRY, "swell", swell)
+    assert longest_s(Patch().add("swell", frequency=50.0)) == longest_s(Patch().add("attack-decay", duration=2.0))
 
 
 def test_outlines_are_the_extremes_of_what_previews_of_each_node_show():

@@ -77,25 +77,16 @@ def previewed(
 
 
 def longest_s(patch: Patch) -> float:
-    """Return an upper bound, in seconds, for how long a patch continues after a step, from its rhythms, notes and
-    delays.
+    """Return an upper bound, in seconds, for how long a patch continues after a step, from what its nodes declare
+    (`lasts`).
 
     >>> longest_s(Patch().add("tone", REGISTRY))
     0.9
     >>> longest_s(Patch().add("rhythm", REGISTRY, bar=0.6, repeats=3))
     2.9
     """
-    seconds = 0.0
-    for node in patch.nodes:
-        values = REGISTRY[node.type].values(node.parameters)
-        if node.type == "rhythm":
-            seconds = max(seconds, values["bar"] * (values["repeats"] or LONGEST_S))
-        elif node.type == "attack-decay":
-            seconds = max(seconds, values["duration"])
-        elif node.type == "breakpoints":
-            seconds = max([seconds, *(point[0] for point in values["points"])])
-        elif node.type == "wav-player" and values["file"]:
-            seconds = LONGEST_S
+    nodes = ((REGISTRY[node.type], node.parameters) for node in patch.nodes)
+    seconds = max((type.lasting_s(type.values(given)) for type, given in nodes), default=0.0)
     return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
 
 

@@ -30,6 +30,9 @@ class AttackDecay:
     out = Output()
     state, coefficients = envelopes.NOTE_STATE, envelopes.NOTE_COEFFICIENTS
 
+    def lasts(values):
+        return values["duration"]
+
     def design(attack, decay, duration, amplitude, rate, coefficients):
         envelopes.design_note(attack, decay, duration, amplitude, rate, coefficients)
 
@@ -60,6 +63,9 @@ class Breakpoints:
     out = Output(doc="the level")
     frequency = Output("Hz", doc="frequency; 0 when nothing plays")
     state = breakpoints.STATE
+
+    def lasts(values):
+        return max((time_s for time_s, _, _ in values["points"]), default=0.0)
 
     @prepared_columns
     def table(values, rate):

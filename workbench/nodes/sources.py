@@ -96,6 +96,9 @@ class WavPlayer:
     state = Layout("wav_player", "is_playing", "next_sample", "strength")
     muted_by = ("amplitude",)
 
+    def lasts(values):
+        return math.inf if values["file"] else 0.0
+
     @prepared
     def samples(values, rate):
         return _samples(values["file"], rate, values["mode"] == "loop")

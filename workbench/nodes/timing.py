@@ -85,6 +85,9 @@ class Rhythm:
     out = Output(kind="event")
     state = Layout("rhythm", "has_begun", "is_playing", "start", "strength", "bar")
 
+    def lasts(values):
+        return values["bar"] * (values["repeats"] or 10)  # ten bars show what an endless one does
+
     @prepared_columns
     def table(values, rate):
         loudest = {}  # one note per step, on whole steps

@@ -123,6 +123,8 @@ class NodeType(Struct, frozen=True, dict=True):
     """Accuracy, with the bound that is tested; or the quantity whose error a parameter asks for."""
     distributions: Callable[[Values], tuple[Drawing, ...]] | None = None
     """Draws the distributions or curves for an instance's values; None if there are none."""
+    lasts: Callable[[Values], float] | None = None
+    """Seconds that an instance with these values goes on by itself after what starts it; None if it does not."""
     requested_error: RequestedError | None = None
     """How run time and error are measured, for a node with a parameter `error`."""
     missing: str = ""
@@ -167,6 +169,11 @@ class NodeType(Struct, frozen=True, dict=True):
         with self.binding.faults("distributions"):
             return self.distributions(values) if self.distributions else ()
 
+    def lasting_s(self, values: Values) -> float:
+        """Return the seconds of `lasts`, infinity without end; `BadFile` names the node's file if it fails."""
+        with self.binding.faults("lasts"):
+            return float(self.lasts(values)) if self.lasts else 0.0
+
     def values(self, given: Values) -> dict[str, Any]:
         """Return every parameter's value: the given ones checked, the others at their defaults."""
         return {
@@ -203,8 +210,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     `sizes(values, rate)`, the values of their symbols; prepared tables; `muted_by`, signals any of which at exactly
     zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as sound;
     `is_sum`, if its inputs are added; `accuracy`; `requested_error`, how error and cost are measured for a parameter
-    `error`; and `distributions(values)`, which draws distributions. `BadValue` for a function with an unknown argument,
-    and for a `run` without one of the outputs.
+    `error`; `lasts(values)`, the seconds that it goes on by itself; and `distributions(values)`, which draws
+    distributions. `BadValue` for a function with an unknown argument, and for a `run` without one of the outputs.
     """
 
     def declare(cls: builtins.type) -> NodeType:
@@ -248,6 +255,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             is_sum=body.get("is_sum", False),
             accuracy=body.get("accuracy", ""),
             distributions=body.get("distributions"),
+            lasts=body.get("lasts"),
             requested_error=body.get("requested_error"),
         )
 
