@@ -12,9 +12,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.errors import BadFile, BadValue, UnderfootError, require, shown
 from underfoot.files import path_of, replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
@@ -48,7 +49,7 @@ _STEP_COLUMNS = {
 
 
 class Table(Mapping[str, NDArray[Any]]):
-    """Columns of equal length by their names, in order: `table["force_n"]` is an array.
+    """Columns of equal length by their names, in order: `table["force_n"]` is an array. `BadValue` for other columns.
 
     >>> import numpy as np
     >>> table = Table("presses", {"tile": np.array(["t1", "t2"]), "force_n": np.array([40.0, 55.5])})
@@ -60,12 +61,16 @@ class Table(Mapping[str, NDArray[Any]]):
 
     __eq__, __hash__ = object.__eq__, object.__hash__  # arrays have no one truth value that a mapping could compare
 
-    def __init__(self, what: str, columns: Mapping[str, NDArray[Any]]) -> None:
-        self._what, self._columns = what, dict(columns)
+    def __init__(self, what: str, columns: Mapping[str, ArrayLike]) -> None:
+        require(isinstance(columns, Mapping), "columns", columns, 'arrays by name, such as {"force_n": force_n}')
+        self._what, self._columns = what, {name: np.asarray(column) for name, column in columns.items()}
+        lengths = {name: len(column) if column.ndim else None for name, column in self._columns.items()}
+        is_table = None not in lengths.values() and len(set(lengths.values())) <= 1
+        require(is_table, "the length of columns", lengths, "one length of all")
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self:
-            raise BadValue(f"{self._what} have no column {name!r}; allowed: {', '.join(self._columns)}")
+            raise BadValue(f"{self._what} have no column {shown(name)}; allowed: {', '.join(self._columns)}")
         return self._columns[name]
 
     def __iter__(self) -> Iterator[str]:
