@@ -55,7 +55,7 @@ def read_file(path: str | Path) -> bytes:
     try:
         return path_of(path).read_bytes()
     except OSError as error:
-        raise BadFile(f"{path} cannot be read: {_reason(error)}") from None
+        raise BadFile(f"{path} cannot be read: {reason_of(error)}") from None
 
 
 def write_file(path: str | Path, *data: bytes | memoryview) -> None:
@@ -168,7 +168,7 @@ def written(path: str | Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise BadFile(f"{path} cannot be written: {_reason(error)}") from None
+        raise BadFile(f"{path} cannot be written: {reason_of(error)}") from None
 
 
 def make_folder(path: str | Path) -> Path:
@@ -193,7 +193,8 @@ def is_within(path: str | Path, folder: str | Path) -> bool:
         return False
 
 
-def _reason(error: OSError) -> str:
+def reason_of(error: OSError) -> str:
+    """Return the system's reason in words."""
     return (error.strerror or str(error)).lower()
 
 

@@ -8,6 +8,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.files import reason_of
 from underfoot.records.recording import Recording
 from underfoot.records.survey import cached_files
 from underfoot.sqlite_files import uri_of
@@ -105,4 +106,4 @@ def _move(path: Path, target: Path) -> None:
     except FileExistsError:
         raise BadFile(f"{target.name} is there already; choose another name") from None
     except OSError as error:
-        raise BadFile(f"{path} cannot be renamed: {(error.strerror or str(error)).lower()}") from None
+        raise BadFile(f"{path} cannot be renamed: {reason_of(error)}") from None
