@@ -1,12 +1,12 @@
 """Profiling of a block in a process of its own, while the window goes on."""
 
-import signal
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from underfoot.bench.block_stages import block_stages
+from underfoot.engine.child_process import leave_to_session
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import profiles_of
@@ -29,7 +29,7 @@ class CostRequest:
 
 def run(connection: Connection, request: CostRequest) -> None:
     """Send `BlockStages`, or a line with the reason of a failure; the main function of the process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
+    leave_to_session("SIGINT")
     answer: object
     try:
         answer = block_stages(

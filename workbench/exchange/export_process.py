@@ -1,11 +1,11 @@
 """Export of a patch to another program's format in a process of its own, while the window goes on."""
 
-import signal
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from underfoot.engine.child_process import leave_to_session
 from underfoot.errors import UnderfootError
 from underfoot.exchange.format import Export
 from underfoot.exchange.formats import FORMATS
@@ -22,7 +22,7 @@ class ExportRequest:
 
 def run(connection: Connection, request: ExportRequest) -> None:
     """Send the report on the file, or the reason of a failure; the main function of the process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
+    leave_to_session("SIGINT")
     write = FORMATS[request.format].write
     assert write is not None
     answer: tuple[str, ...] | str
