@@ -4,6 +4,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
+from underfoot.documents import as_declared
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile
 from underfoot.files import path_of, write_file
@@ -18,6 +19,9 @@ class Picture(Struct, frozen=True, eq=False):
     """
 
     drawings: tuple[Drawing, ...]
+
+    def __post_init__(self) -> None:
+        as_declared(self)
 
     def __repr__(self) -> str:
         return f"<Picture: {', '.join(drawing.title for drawing in self.drawings)}>"

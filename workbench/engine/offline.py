@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import get_args
 
-from underfoot.arguments import TINY, integer, number
+from underfoot.arguments import TINY, integer, number, plain
 from underfoot.clock import RATE_HZ
 from underfoot.devices.offline import offline_source
 from underfoot.engine.commands import equalisers_of
@@ -101,7 +101,7 @@ def render(
     require(forces is None or len(forces) > 0, "forces", forces, "one sample or more")
     require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
     require(forces is None or floor in (None, forces.floor), "floor", floor, "none with forces, which have their own")
-    are_places = isinstance(plates, tuple | list) and all(one in get_args(PlateOutput) for one in plates)
+    are_places = isinstance(plates, tuple | list) and all(plain(one) in get_args(PlateOutput) for one in plates)
     require(are_places, "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}")
     return RenderJob(
         patch,
