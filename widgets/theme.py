@@ -365,6 +365,8 @@ QComboBox QAbstractItemView {{ background: {RAISED}; border: 1px solid {LINE}; o
 def _style_of_views() -> str:
     return f"""
 QAbstractItemView {{ outline: none; }}
+PatchView {{ border: 1px solid {GROUND}; }}
+PatchView:focus {{ border: 1px solid {VIBRATION}; }}
 QTreeView, QListView, QTableView {{ background: {PANEL}; border: none; }}
 QTreeView::item, QListView::item {{ padding: 1px 3px; border: 1px solid transparent; border-radius: 4px; }}
 QTreeView::item:hover, QListView::item:hover {{ background: {RAISED}; }}

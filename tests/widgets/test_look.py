@@ -28,9 +28,11 @@ from underfoot.patch.preset_files import all_presets
 from underfoot.widgets import application, recolour, theme, window_state
 from underfoot.widgets.controls.slider import Slider
 from underfoot.widgets.controls.step_table import StepTable
+from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.message import Message
 from underfoot.widgets.design.node_list import NodeList
 from underfoot.widgets.design.preset_list import PresetList
+from underfoot.widgets.design.undo import Document
 from underfoot.widgets.session.settings import TEXT_SIZES, Settings
 from underfoot.widgets.view_menu import ViewMenu
 
@@ -241,6 +243,14 @@ def nodes():
     return made
 
 
+def untouched_nodes():
+    return NodeList(REGISTRY)
+
+
+def canvas():
+    return Canvas(Document(Patch()), REGISTRY)
+
+
 def presets():
     made = PresetList()
     made.show_presets(all_presets()[:3], {}, (), headed=False)
@@ -261,7 +271,9 @@ def alarming_button():
 
 
 @pytest.mark.parametrize(
-    "make", [names, nodes, presets, table, StepTable, alarming_button], ids=lambda make: make.__name__
+    "make",
+    [names, nodes, untouched_nodes, presets, canvas, table, StepTable, alarming_button],
+    ids=lambda make: make.__name__,
 )
 def test_what_has_the_focus_can_be_seen(qtbot, make):
     window, made, other = QWidget(), make(), QLineEdit()

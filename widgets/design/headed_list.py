@@ -52,7 +52,9 @@ class _Row(QStyledItemDelegate):
             align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
             painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
         else:
-            is_offered = bool(state & (QStyle.StateFlag.State_Selected | QStyle.StateFlag.State_MouseOver))
+            # By Tab a row becomes current, and Enter takes it, without being selected.
+            flag = QStyle.StateFlag
+            is_offered = bool(state & (flag.State_Selected | flag.State_MouseOver | flag.State_HasFocus))
             if is_offered:
                 _paint_ground(painter, rect, state)
             self._paint_row(painter, rect, index, is_offered)
