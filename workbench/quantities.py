@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadValue, cut_short
 
 _PREFIXES = {"p": -12, "n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
 _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "µm kMG", "J": "nµm kM", "W": "nµm kM",
@@ -31,6 +31,8 @@ _UNITS = {
 _DIGIT_GROUP = "\u202f"
 _NUMBER = r"(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
 _SUM = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})+")
+_IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
+"""What a unit does not begin with: by such a sign a number or a calculation goes on in a way that is not read."""
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|dB|kHz|Hz|kN|N|[cmµ]?m|m?s|m/s²)(?![\w/]))")
 
@@ -139,12 +141,13 @@ def parse_quantity(text: str, unit: str = "") -> float:
     """
     compact = _without_spaces(text).replace("μ", "µ")
     match = re.fullmatch(rf"([-+]?{_NUMBER})(.*)", compact)
-    if match is None:
-        raise BadValue(f"{text!r} is not a number; allowed: {_form(unit)}")
+    if match is None or match[2].startswith(_IN_NO_UNIT):
+        raise BadValue(f"{cut_short(repr(text))} is not a number; allowed: {_form(unit)}")
     value = float(match[1].replace(",", "."))
     tail = match[2]
     if tail.startswith((".", ",")):
-        raise BadValue(f"{text!r} has two decimal marks; allowed: one point or comma, with spaces between thousands")
+        given = cut_short(repr(text))
+        raise BadValue(f"{given} has two decimal marks; allowed: one point or comma, with spaces between thousands")
     factors = {"": 1.0}
     if unit == "kg":
         factors |= {f"{prefix}g": 10.0 ** (_PREFIXES[prefix] - 3) for prefix in _allowed("g")} | {"k": 1.0}
@@ -158,7 +161,7 @@ def parse_quantity(text: str, unit: str = "") -> float:
     in_other_case = {factors[name] for name in factors if unit in name and name.lower() == tail.lower()}
     meant = {factors[tail]} if tail in factors else in_other_case
     if len(meant) != 1:
-        raise BadValue(f"the unit is {tail!r}; allowed: {_form(unit)}")
+        raise BadValue(f"the unit is {cut_short(repr(tail))}; allowed: {_form(unit)}")
     factor = meant.pop()
     return value * factor if factor >= 1.0 else value / round(1.0 / factor)
 
