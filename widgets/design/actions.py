@@ -9,12 +9,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.patch.groups import COLOURS, Group
-from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import Wire
 from underfoot.widgets.controls.menu import Menu, literal
-from underfoot.widgets.design.node_geometry import display_name
-from underfoot.widgets.design.patch_editing import open_targets
 
 _KEY = QKeySequence.StandardKey
 
@@ -167,40 +162,4 @@ def context_menu(
         align.addActions([actions[alignment.name] for alignment in ALIGNMENTS])
     menu.addSeparator()
     menu.addActions([actions[name] for name in ("frame", "frame all", "actual size")])
-    return menu
-
-
-def connect_menu(
-    canvas: QWidget,
-    patch: Patch,
-    registry: Registry,
-    outputs: Sequence[tuple[str, str]],
-    connect: Callable[[str, str], object],
-    add: Callable[[str], object],
-    wires: Sequence[Wire],
-    disconnect: Callable[[Wire], object],
-) -> QMenu:
-    """Return a menu of all inputs that these outputs can be wired to; each has a text, and its end "node.port".
-
-    `connect` takes source and target; `add` takes a source, for which a new node is asked. Below are the `wires` that
-    can be taken away.
-    """
-
-    def name_of(end: str) -> str:
-        id, _, port = end.partition(".")
-        return f"{patch.node(id).name_in(registry)} ({id}): {display_name(port)}"
-
-    menu = Menu(canvas)
-    menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    for shown, source in outputs:
-        into = menu if len(outputs) == 1 else menu.addMenu(literal(shown))
-        into.addAction("A new node…", partial(add, source))
-        for target in open_targets(patch, registry, source):
-            into.addAction(literal(name_of(target)), partial(connect, source, target))
-    if wires:
-        gone = menu.addMenu("Disconnect")
-        for wire in wires:
-            gone.addAction(literal(" → ".join(map(name_of, wire))), partial(disconnect, wire))
-    if menu.isEmpty():
-        menu.addAction("It has no output").setEnabled(False)
     return menu

@@ -1,17 +1,17 @@
-"""Lists and menus of the canvas in which nodes, their inputs and wires are chosen."""
+"""Lists over the canvas in which nodes, their inputs and wires are chosen."""
 
 from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtWidgets import QWidget
 
 from underfoot.patch.node import Registry
-from underfoot.widgets.design.actions import connect_menu
+from underfoot.widgets.design.connection_search import Answers, ConnectionSearch
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_search import NodeSearch
 from underfoot.widgets.design.undo import Document
 
 BESIDE_PX = 48
-"""Distance of a new node from the node that feeds it, in pixels of the scene, if the menu of connections adds it."""
+"""Distance of a new node from the node that feeds it, in pixels of the scene, if the list of connections adds it."""
 
 
 class AskingView(NodeDropView):
@@ -21,11 +21,13 @@ class AskingView(NodeDropView):
         super().__init__(document, registry, parent)
         self.search = NodeSearch(self.patch_scene, self)
         self.item_search = ItemSearch(self.patch_scene, self)
+        answers = Answers(self.connect_ports, self._ask_for_fed, self.cut_wire)
+        self.connection_search = ConnectionSearch(self.patch_scene, self, answers)
         self.search.add_requested.connect(self.add)
         self.search.replace_requested.connect(self.replace)
         self.search.disconnect_requested.connect(self.cut_wire)
         self.item_search.chosen.connect(self.show_item)
-        for search in (self.search, self.item_search):
+        for search in (self.search, self.item_search, self.connection_search):
             search.closed.connect(self.setFocus)
             document.changed.connect(search.give_up)  # its wire or node may be gone
 
@@ -43,25 +45,21 @@ class AskingView(NodeDropView):
         item = self.patch_scene.nodes[ids[0]]
         self.search.ask_for_replacement(self.mapFromScene(item.pos()), item.node.type)
 
-    def open_connect_menu(self) -> None:
-        """Open a menu, beside the selected node or sub-patch, of the inputs that its outputs can be wired to, and of
+    def open_connections(self) -> None:
+        """Open the list, beside the selected node or sub-patch, of the inputs that its outputs can be wired to, and of
         the wires that can be taken away.
         """
         chosen = [item for item in self.patch_scene.nodes_and_group_nodes() if item.isSelected()]
         if len(chosen) != 1:
             self.show_message("Select one node to connect its output")
-            return
-        corner = self.mapFromScene(chosen[0].sceneBoundingRect().topRight())
-        outputs = [(port.row.text, chosen[0].end(port)) for port in chosen[0].geometry.ports if port.side == "out"]
-        places = {source: chosen[0].wire_place("out", source) + QPointF(BESIDE_PX, 0.0) for _, source in outputs}
+        elif not self.connection_search.ask_for(chosen[0], self.mapFromScene(chosen[0].sceneBoundingRect().topRight())):
+            self.show_message(f"{chosen[0].description.title} has no output")
 
-        def add(source: str) -> None:
-            self.search.ask_for_end(self.mapFromScene(places[source]), places[source], (source, "out"))
-
-        patch, wires = self.document.patch, [item.wire for item in chosen[0].wires]
-        menu = connect_menu(self, patch, self.registry, outputs, self.connect_ports, add, wires, self.cut_wire)
-        menu.popup(self.viewport().mapToGlobal(corner))
-        menu.setActiveAction(menu.actions()[0])
+    def _ask_for_fed(self, source: str) -> None:
+        """Ask for a node to add that this output feeds."""
+        item = next(item for item in self.patch_scene.nodes_and_group_nodes() if item.isSelected())
+        place = item.wire_place("out", source) + QPointF(BESIDE_PX, 0.0)
+        self.search.ask_for_end(self.mapFromScene(place), place, (source, "out"))
 
     def _mouse_position(self) -> QPoint:
         """Return the mouse's position in the view, or the view's centre if the mouse is outside."""

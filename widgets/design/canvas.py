@@ -93,7 +93,7 @@ class Canvas(AskingView):
             "next": lambda: self._stepping.step(1),
             "previous": lambda: self._stepping.step(-1),
             "keep": self._stepping.keep,
-            "connect": self.open_connect_menu,
+            "connect": self.open_connections,
             "frame": self.fit_view,
             "frame all": lambda: self.fit_view(all_nodes=True),
             "zoom in": lambda: self.zoom(ZOOM_STEP),

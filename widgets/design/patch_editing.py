@@ -167,21 +167,21 @@ def is_only_heard(patch: Patch, registry: Registry, id: str) -> bool:
 
 
 def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
-    """Return the inputs that an output can be wired to and is not: unwired ones first, then those whose wire would be
-    replaced.
+    """Return the inputs that an output can be wired to and is not: unwired ones first, then unwired parameters, then
+    those whose wire would be replaced.
     """
     id, _, port = source.partition(".")
     output = registry[patch.node(id).type].output_ports[port]
     behind = upstream(patch.wires, [id])
     wired = {target for _, target in patch.wires}
     found = [
-        f"{node.id}.{name}"
+        (end in wired, name in registry[node.type].parameters, end)
         for node in patch.nodes
         if node.id not in behind
         for name, target in registry[node.type].input_ports.items()
-        if can_connect(output, target) and (source, f"{node.id}.{name}") not in patch.wires
+        if can_connect(output, target) and (source, end := f"{node.id}.{name}") not in patch.wires
     ]
-    return sorted(found, key=wired.__contains__)
+    return [end for *_, end in sorted(found, key=lambda one: one[:2])]
 
 
 def changed_nodes(before: Patch, after: Patch) -> set[str]:

@@ -70,6 +70,6 @@ class SearchPopup(QFrame):
         if self.isHidden():
             return
         self.hide()
-        if id:
-            self.chosen.emit(id)
         self.closed.emit()
+        if id:
+            self.chosen.emit(id)  # which may open another list

@@ -272,17 +272,18 @@ def test_a_parameter_of_a_node_in_a_group_can_be_driven_and_shown_on_the_sub_pat
 
 
 def test_a_chain_is_built_with_keys_and_an_open_menu_keeps_its_letters(qtbot, workspace):
+    chosen = workspace.canvas.patch_scene.selected()
+    menu = ask(workspace.canvas.viewport(), QPoint(2, 2))
+    QTest.keyClick(menu, Qt.Key.Key_N)  # next node, on the canvas
+    assert workspace.canvas.patch_scene.selected() == chosen
+    menu.close()
     workspace.set_patch(Patch().add("tile-force", REGISTRY))
     scene = workspace.canvas.patch_scene
     scene.select(["tile-force"])
     workspace.canvas.setFocus()
     for words in ("footfall", "impact"):
         QTest.keyClick(workspace.canvas, Qt.Key.Key_C)
-        menu = QApplication.activePopupWidget()
-        chosen = scene.selected()
-        QTest.keyClick(menu, Qt.Key.Key_N)  # next node, on the canvas
-        assert scene.selected() == chosen
-        QTest.keyClick(menu, Qt.Key.Key_Return)
+        QTest.keyClick(workspace.canvas.connection_search.field, Qt.Key.Key_Return)
         QTest.keyClicks(workspace.canvas.search.field, words)
         QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("tile-force.force", "footfall.force"), ("footfall.onset", "impact.strike"))

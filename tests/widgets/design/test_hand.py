@@ -328,7 +328,7 @@ def test_nodes_that_are_added_to_a_port_lie_in_a_row_with_it_and_none_behind_it(
     for source in ("through", "through1", "through", "through", "through"):
         canvas.patch_scene.select([source])
         QTest.keyClick(canvas, Qt.Key.Key_C)
-        QTest.keyClick(QApplication.activePopupWidget(), Qt.Key.Key_Return)
+        QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
         choose(workspace, "through")
     places = [node.at for node in workspace.patch().nodes]
     assert places[:3] == [(0.0, 0.0), (184.0, 0.0), (368.0, 0.0)]
@@ -454,15 +454,34 @@ def test_several_nodes_are_selected_by_keys(workspace):
 
 def test_a_wire_is_taken_away_by_keys_at_either_of_its_ends(workspace):
     canvas, before = workspace.canvas, workspace.patch()
-    for node in ("push", "step"):
+    for node, other in (("push", "Step (step)"), ("step", "Push (push)")):
         canvas.patch_scene.select([node])
         QTest.keyClick(canvas, Qt.Key.Key_C)
-        menu = QApplication.activePopupWidget()
-        QTest.keyClick(menu, Qt.Key.Key_Up)
-        QTest.keyClick(menu, Qt.Key.Key_Right)
-        assert [action.text() for action in QApplication.activePopupWidget().actions()] == [
-            "Push (push): force → Step (step): force"
-        ]
-        QTest.keyClick(QApplication.activePopupWidget(), Qt.Key.Key_Return)
+        field, shown = canvas.connection_search.field, canvas.connection_search.list
+        QTest.keyClick(field, Qt.Key.Key_Up)
+        assert shown.currentItem().text() == f"Disconnect {other}: force"
+        QTest.keyClicks(field, "disc")
+        assert shown.count() == 1
+        QTest.keyClick(field, Qt.Key.Key_Return)
         assert workspace.patch() == before.disconnect([("push.force", "step.force")])
         QTest.keyClick(canvas, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+
+
+def test_an_input_of_a_large_patch_is_found_by_words_to_be_connected_to(workspace):
+    """A menu had them all: most were beside the screen."""
+    canvas, patch = workspace.canvas, Patch().add("through", REGISTRY)
+    for i in range(60):
+        patch = patch.add("hum", REGISTRY, (200.0 * i, 160.0)).add("shaker", REGISTRY, (200.0 * i, 320.0))
+    workspace.set_patch(patch)
+    canvas.patch_scene.select(["through"])
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    search = canvas.connection_search
+    assert [search.list.item(row).text() for row in range(2)] == ["A new node…", "Shaker (shaker): acceleration"]
+    QTest.keyClicks(search.field, "lava")
+    QTest.keyClick(search.field, Qt.Key.Key_Return)
+    assert search.isVisible()
+    search.field.clear()
+    QTest.keyClicks(search.field, "shaker42 accel")
+    QTest.keyClick(search.field, Qt.Key.Key_Return)
+    assert workspace.patch().wires == (("through.out", "shaker42.acceleration"),)
+    assert canvas.hasFocus()

@@ -6,7 +6,7 @@ from design_samples import REGISTRY, drag, port, send
 from groups_by_hand import collapse
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QMenu
+from PySide6.QtWidgets import QLabel, QMenu
 from windows import quiet_window
 
 from underfoot.engine.reports import Fault
@@ -33,13 +33,13 @@ def test_a_name_is_no_markup(workspace):
     assert {label.textFormat() for label in shown} == {Qt.TextFormat.PlainText}
 
 
-def test_a_name_has_its_ampersand_in_the_menu_of_connections_and_in_undo(workspace):
+def test_a_name_has_its_ampersand_in_the_list_of_connections_and_in_undo(workspace):
     named(workspace, "shaker")
     workspace.canvas.patch_scene.select(["hum"])
     QTest.keyClick(workspace.canvas, Qt.Key.Key_C)
-    menu = QApplication.activePopupWidget()
-    assert f"{IN_MENUS} (shaker): acceleration" in [action.text() for action in menu.actions()]
-    menu.close()
+    search = workspace.canvas.connection_search
+    assert f"{NAME} (shaker): acceleration" in [search.list.item(row).text() for row in range(search.list.count())]
+    QTest.keyClick(search.field, Qt.Key.Key_Escape)
     workspace.canvas.patch_scene.select(["shaker"])
     QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
     assert workspace.undo_action.text() == f"Undo: delete {IN_MENUS}"

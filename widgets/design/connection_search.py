@@ -1,0 +1,104 @@
+"""Asking for an input that an output is to be wired to, for a new node there, or for a wire to take away."""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import NamedTuple
+
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QWidget
+
+from underfoot.patch.wiring import Wire, node_id, port_name
+from underfoot.widgets import theme
+from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.named_list import NamedList
+from underfoot.widgets.design.node_geometry import accent, display_name
+from underfoot.widgets.design.patch_editing import open_targets
+from underfoot.widgets.design.scene import PatchScene
+from underfoot.widgets.design.search_popup import SearchPopup
+
+_WIDTH_PX = 320
+"""Room for the names of a node and of its port, and for that of the output."""
+
+
+class Answers(NamedTuple):
+    """What is done with the choice."""
+
+    connect: Callable[[str, str], object]
+    """Takes the output and the input, "node.port"."""
+    add: Callable[[str], object]
+    """Takes the output, for which a new node is asked."""
+    disconnect: Callable[[Wire], object]
+
+
+class ConnectionSearch(SearchPopup):
+    """Asks what the outputs of a node or sub-patch are wired to, by words. A menu of all inputs of a large patch would
+    not fit on a screen.
+    """
+
+    list: "_ConnectionList"
+
+    def __init__(self, scene: PatchScene, view: QWidget, answers: Answers) -> None:
+        super().__init__(view, _ConnectionList(scene, answers))
+        self.setFixedWidth(_WIDTH_PX)
+        self.chosen.connect(lambda id: self.list.answer(id))
+
+    def ask_for(self, item: NodeItem, at: QPoint) -> bool:
+        """Ask, at a point of the view; return whether there is anything to ask for."""
+        self.list.asking = item
+        is_possible = any(True for _ in self.list.rows())
+        if is_possible:
+            self.open_at(at, f"Connect {item.description.title} to")
+        return is_possible
+
+
+class _Row(NamedTuple):
+    name: str
+    colour: str
+    own_port: str
+    """The port of the asking node, if it has several."""
+    answer: Callable[[], object]
+
+
+class _ConnectionList(NamedList):
+    def __init__(self, scene: PatchScene, answers: Answers) -> None:
+        super().__init__(None, "Inputs and wires")
+        self._scene, self._answers = scene, answers
+        self.asking: NodeItem | None = None
+        self._shown: Sequence[_Row] = ()
+
+    def filter_by(self, text: str) -> None:
+        """Show the rows that have all words of the text; those that begin with them come first."""
+        super().filter_by(text)
+        sought = text.lower().split()
+        found = [row for row in self.rows() if all(word in f"{row.name} {row.own_port}".lower() for word in sought)]
+        self._shown = sorted(found, key=lambda row: not row.name.lower().startswith(text.strip().lower()))
+        for i, row in enumerate(self._shown):
+            self.add(str(i), row.name, row.colour, row.own_port, row.name)
+        if not found:
+            self.add_words("No input that fits has these words")
+        self.setCurrentRow(0)
+
+    def answer(self, id: str) -> None:
+        """Do what the row with this id says."""
+        self._shown[int(id)].answer()
+
+    def rows(self) -> Iterator[_Row]:
+        """Yield a new node and the inputs for each output, then the wires that can be taken away."""
+        if self.asking is None:
+            return
+        patch, registry, item, do = self._scene.patch, self._scene.registry, self.asking, self._answers
+        outputs = [port for port in item.geometry.ports if port.side == "out"]
+        for port in outputs:
+            source, own = item.end(port), port.row.text if len(outputs) > 1 else ""
+            yield _Row("A new node…", theme.MUTED, own, partial(do.add, source))
+            for target in open_targets(patch, registry, source):
+                colour = accent(registry[patch.node(node_id(target)).type])
+                yield _Row(self._name(target), colour, own, partial(do.connect, source, target))
+        for wire in [shown.wire for shown in item.wires]:
+            is_out = node_id(wire[0]) in self._scene.members([item.node.id])
+            other, own = wire[is_out], display_name(port_name(wire[not is_out]))
+            yield _Row(f"Disconnect {self._name(other)}", theme.ALARM, own, partial(do.disconnect, wire))
+
+    def _name(self, end: str) -> str:
+        id = node_id(end)
+        return f"{self._scene.patch.node(id).name_in(self._scene.registry)} ({id}): {display_name(port_name(end))}"
