@@ -16,7 +16,7 @@ from underfoot.widgets.design.patch_editing import open_targets
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.search_popup import SearchPopup
 
-_WIDTH_PX = 320
+_WIDTH_PX = 400
 """Room for the names of a node and of its port, and for that of the output."""
 
 
@@ -39,7 +39,6 @@ class ConnectionSearch(SearchPopup):
 
     def __init__(self, scene: PatchScene, view: QWidget, answers: Answers) -> None:
         super().__init__(view, _ConnectionList(scene, answers))
-        self.setFixedWidth(_WIDTH_PX)
         self.chosen.connect(lambda id: self.list.answer(id))
 
     def ask_for(self, item: NodeItem, at: QPoint) -> bool:
@@ -47,6 +46,7 @@ class ConnectionSearch(SearchPopup):
         self.list.asking = item
         is_possible = any(True for _ in self.list.rows())
         if is_possible:
+            self.setFixedWidth(min(_WIDTH_PX, self._view.width() - 2 * theme.GRID))
             self.open_at(at, f"Connect {item.description.title} to")
         return is_possible
 

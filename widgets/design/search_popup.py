@@ -33,11 +33,12 @@ class SearchPopup(QFrame):
         shown.setDragEnabled(False)
         shown.itemClicked.connect(lambda: self._close(shown.current()))
         column = QVBoxLayout(self)
-        column.setContentsMargins(8, 8, 8, 8)
-        column.setSpacing(8)
+        column.setContentsMargins(theme.GRID, theme.GRID, theme.GRID, theme.GRID)
+        column.setSpacing(theme.GRID)
         column.addWidget(self.field)
         column.addWidget(shown)
         self.field.textChanged.connect(shown.filter_by)
+        self.field.textChanged.connect(self._fit)
         self.field.stepped.connect(shown.step)
         self.field.return_pressed.connect(self._take_current)
         self.field.escaped.connect(self.give_up)
@@ -46,16 +47,26 @@ class SearchPopup(QFrame):
     def open_at(self, at: QPoint, hint: str) -> None:
         """Open at a point of the view, moved inside it if necessary; `hint` says what is asked for."""
         room = self._view.rect()
-        self.setFixedHeight(min(_SIZE.height(), room.height() - 16))
-        x, y = room.width() - self.width() - 8, room.height() - self.height() - 8
+        x, y = room.width() - self.width() - 8, room.height() - self._most_height() - 8
         self.move(max(min(at.x(), x), 8), max(min(at.y(), y), 8))
         self.field.clear()
         self.field.setPlaceholderText(hint)
         self.field.setAccessibleName(hint)
         self.list.filter_by("")
+        self._fit()
         self.show()
         self.raise_()
         self.field.setFocus()
+
+    def _most_height(self) -> int:
+        return min(_SIZE.height(), self._view.height() - 16)
+
+    def _fit(self) -> None:
+        """Be as high as the rows, up to what there is room for: what is left of few covers little of the patch."""
+        rows = min(self.list.count(), _SIZE.height() // theme.GRID)  # more have no room in any case
+        high = sum(self.list.sizeHintForRow(row) for row in range(rows))
+        around = 3 * theme.GRID + self.field.sizeHint().height() + 2 * self.frameWidth()
+        self.setFixedHeight(min(around + high, self._most_height()))
 
     def give_up(self) -> None:
         """Close without a choice."""

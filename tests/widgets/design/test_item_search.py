@@ -25,8 +25,12 @@ def test_a_node_in_a_sub_patch_is_found_by_its_name_shown_and_selected(row):
     QTest.keyClick(canvas, Qt.Key.Key_F2)
     write(row, "Crust of ice")
     collapse(row, "through", "through1")
+    search = find(row, "")
+    with_all = search.height()
     search = find(row, "ice crust")
     assert names(search) == ["Crust of ice"]
+    assert search.height() < with_all  # covers no more of the patch than it needs
+    assert search.list.verticalScrollBar().maximum() == 0
     QTest.keyClick(search.field, Qt.Key.Key_Return)
     assert (canvas.inside, scene.selected()) == ("group", ["through1"])
     assert canvas.hasFocus()
