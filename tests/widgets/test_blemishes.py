@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 from design_samples import REGISTRY, sample
 from on_screen import show
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -125,6 +125,22 @@ def test_a_wide_patch_is_opened_at_its_left_end_and_can_be_read(workspace):
     assert seen.left() < 0.0 < seen.right()
     QTest.keyClick(canvas, Qt.Key.Key_Home)
     assert canvas.mapToScene(canvas.viewport().rect()).boundingRect().right() > 6000.0
+
+
+def test_what_is_selected_is_seen_when_zoomed_out(workspace):
+    """Its border is less than a pixel wide there."""
+    canvas = workspace.canvas
+    canvas.zoom_to(0.25)
+
+    def ground(id):
+        """The colour of a node below its title, beside its words."""
+        item = canvas.patch_scene.nodes[id]
+        place = canvas.mapFromScene(item.pos() + QPointF(16.0, item.geometry.height - 12.0))
+        return canvas.viewport().grab().toImage().pixelColor(place).name()
+
+    assert ground("hum") == theme.RAISED
+    canvas.patch_scene.select(["hum"])
+    assert (ground("hum"), ground("push")) == (theme.PALETTE["selected"], theme.RAISED)
 
 
 def test_every_page_of_the_inspector_is_equally_wide(workspace):

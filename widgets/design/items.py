@@ -222,7 +222,7 @@ class NodeItem(QGraphicsItem):
         colour = self.description.colour
         geometry, title = self.geometry, self.description.title
         look = NodeLook(colour, self.state, quiet, self.isSelected(), self._hovered)
-        paint_body(painter, geometry, look)
+        paint_body(painter, geometry, look, is_far=zoom < MIN_LEGIBLE_SCALE)
         if zoom < MIN_LEGIBLE_SCALE:
             name_room = geometry.rect.adjusted(PAD / 2, below_far_marks(self.node, zoom), -PAD / 2, 0.0)
             paint_far_title(painter, name_room, title, look, zoom)

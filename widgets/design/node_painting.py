@@ -32,8 +32,10 @@ class NodeLook(NamedTuple):
     hovered: bool
 
 
-def paint_body(painter: QPainter, geometry: NodeGeometry, look: NodeLook) -> None:
-    """Paint the box of a node and the ground of its title."""
+def paint_body(painter: QPainter, geometry: NodeGeometry, look: NodeLook, *, is_far: bool) -> None:
+    """Paint the box of a node and the ground of its title. Zoomed out, all of it shows that it is selected: the border
+    is then too thin to be seen.
+    """
     body, strip = _body(geometry.width, geometry.height)
     if look.selected:
         border = QPen(QColor(look.colour), 1.5)
@@ -43,7 +45,8 @@ def paint_body(painter: QPainter, geometry: NodeGeometry, look: NodeLook) -> Non
         border = QPen(QColor(theme.LINE if not look.hovered else theme.FAINT), 1.0)
     if look.state == "unused" and not look.selected:
         border.setStyle(Qt.PenStyle.DashLine)
-    painter.fillPath(body, QColor(theme.mixed(theme.RAISED, theme.GROUND, 0.6) if look.quiet else theme.RAISED))
+    ground = theme.mixed(theme.RAISED, theme.GROUND, 0.6) if look.quiet else theme.RAISED
+    painter.fillPath(body, QColor(theme.PALETTE["selected"] if is_far and look.selected else ground))
     title = theme.mixed(look.colour, theme.PANEL, 0.12 if look.quiet else theme.TITLE_SHARE)
     painter.fillPath(strip, QColor(theme.PALETTE["alarming"] if look.state == "fault" else title))
     painter.strokePath(body, border)
@@ -71,7 +74,7 @@ def paint_far_title(painter: QPainter, room: QRectF, title: str, look: NodeLook,
         return
     size_px = far_size(title, round(theme.SMALL_PX / zoom), room.width())
     painter.setFont(theme.font(size_px))
-    painter.setPen(QColor(theme.MUTED if look.quiet else theme.TEXT))
+    painter.setPen(QColor(theme.MUTED if look.quiet and not look.selected else theme.TEXT))
     painter.drawText(room, _CENTRED, far_text(title, size_px, room.width()))
 
 
