@@ -143,6 +143,17 @@ def test_what_is_selected_is_seen_when_zoomed_out(workspace):
     assert (ground("hum"), ground("push")) == (theme.PALETTE["selected"], theme.RAISED)
 
 
+def test_the_map_of_a_wide_patch_shows_its_nodes_and_the_part_that_is_seen(workspace):
+    """Each is less than a pixel on it."""
+    canvas = workspace.canvas
+    workspace.document.edit(workspace.patch().move({"push": (-20_000.0, 0.0), "hum": (20_000.0, 0.0)}), "Move")
+    canvas.ensure_visible(["hum"])
+    picture = canvas.map.grab().toImage()
+    shown = {picture.pixelColor(x, y).name() for x in range(picture.width()) for y in range(picture.height())}
+    amber = canvas.patch_scene.nodes["push"].description.colour
+    assert {theme.MUTED, theme.mixed(amber, theme.PANEL, 0.45)} <= shown
+
+
 def test_every_page_of_the_inspector_is_equally_wide(workspace):
     workspace.document.edit(workspace.patch().add("beat", REGISTRY, (0.0, 400.0)), "Add")
     widths = set()

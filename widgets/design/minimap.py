@@ -1,12 +1,16 @@
 """The mini-map of a large patch, with the visible part."""
 
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.pictures import blank_picture
+
+_LEAST_NODE_PX, _LEAST_VIEW_PX = 2.0, 5.0
+_EDGE_PX = 4
+"""Room around what is on the map."""
 
 
 class MiniMap(QWidget):
@@ -40,8 +44,8 @@ class MiniMap(QWidget):
 
     def _scale(self) -> tuple[float, QPointF]:
         whole = self._extent.united(self._view) if self._view.width() < 4 * self._extent.width() else self._extent
-        whole = whole.adjusted(-32, -32, 32, 32)
-        scale = min(self.width() / max(whole.width(), 1.0), self.height() / max(whole.height(), 1.0))
+        wide, high = self.width() - 2 * _EDGE_PX, self.height() - 2 * _EDGE_PX
+        scale = min(wide / max(whole.width(), 1.0), high / max(whole.height(), 1.0))
         return scale, whole.center()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -51,18 +55,16 @@ class MiniMap(QWidget):
         painter.fillRect(inside, QColor(theme.PANEL))
         painter.setClipRect(inside)
         painter.drawPixmap(0, 0, self._nodes())
-        self._go_to_scene(painter)
-        pen = QPen(QColor(theme.MUTED), 1)
-        pen.setCosmetic(True)
-        painter.setPen(pen)
+        painter.setPen(QPen(QColor(theme.MUTED), 1))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(self._view)
+        painter.drawRect(self._on_map(self._view, _LEAST_VIEW_PX))
 
-    def _go_to_scene(self, painter: QPainter) -> None:
+    def _on_map(self, area: QRectF, least_px: float) -> QRectF:
+        """Return where a part of the scene is on the map, at least so large: less than a pixel would not be drawn."""
         scale, middle = self._scale()
-        painter.translate(self.width() / 2, self.height() / 2)
-        painter.scale(scale, scale)
-        painter.translate(-middle)
+        size = (area.size() * scale).expandedTo(QSizeF(least_px, least_px))
+        at = (area.center() - middle) * scale + QRectF(self.rect()).center()
+        return QRectF(at - QPointF(size.width() / 2, size.height() / 2), size)
 
     def _nodes(self) -> QPixmap:
         """Return the picture of the nodes, redrawn only after a change of nodes or scale."""
@@ -71,12 +73,11 @@ class MiniMap(QWidget):
             self._drawn = key
             self._picture = blank_picture(self.size(), self.devicePixelRatioF(), Qt.GlobalColor.transparent)
             painter = QPainter(self._picture)
-            self._go_to_scene(painter)
             painter.setPen(Qt.PenStyle.NoPen)
             for item in self._scene.nodes_and_group_nodes():
                 share = 0.9 if item.isSelected() else 0.45
                 painter.setBrush(QColor(theme.mixed(item.description.colour, theme.PANEL, share)))
-                painter.drawRect(item.geometry.rect.translated(item.pos()))
+                painter.drawRect(self._on_map(item.geometry.rect.translated(item.pos()), _LEAST_NODE_PX))
             painter.end()
         return self._picture
 
