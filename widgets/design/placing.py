@@ -167,16 +167,45 @@ def framed_places(
 def layered_places(
     sizes: Mapping[str, tuple[float, float]], wires: Iterable[tuple[str, str]]
 ) -> dict[str, tuple[float, float]]:
-    """Return positions for nodes of these sizes, in columns along the signal flow, from (0, 0) on.
+    """Return positions for nodes of these sizes, in columns along the signal flow, from (0, 0) on; those without wires
+    are in rows below.
 
     A node is as far left as its sources allow, but next to its targets. Within a column, nodes follow the order and
     approximate height of their neighbours.
 
-    >>> layered_places({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
-    {'a': (0.0, 0.0), 'b': (160.0, 0.0)}
+    >>> layered_places(dict.fromkeys("abcd", (96.0, 80.0)), [("a", "b")])
+    {'a': (0.0, 0.0), 'b': (160.0, 0.0), 'c': (0.0, 96.0), 'd': (120.0, 96.0)}
     """
-    real = list(sizes)
     edges = _without_cycles(sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b}))
+    wired = {id for edge in edges for id in edge}
+    places = _column_places({id: size for id, size in sizes.items() if id in wired}, edges) if wired else {}
+    right, bottom = (max((places[id][i] + sizes[id][i] for id in places), default=-GAP) for i in (0, 1))
+    loose = {id: size for id, size in sizes.items() if id not in wired}
+    return places | _row_places(loose, bottom + GAP, right)
+
+
+def _row_places(sizes: Mapping[str, tuple[float, float]], top: float, width: float) -> dict[str, tuple[float, float]]:
+    """Return positions in rows below `top`, which are as wide as given, or as makes them about as high as wide."""
+    width = max(width, sum((wide + GAP_BESIDE) * (high + GAP) for wide, high in sizes.values()) ** 0.5)
+    places, x, y, row_height = dict[str, tuple[float, float]](), 0.0, _on_grid(top), 0.0
+    for id, (wide, high) in sizes.items():
+        if x > 0.0 and x + wide > width:
+            x, y, row_height = 0.0, _on_grid(y + row_height + GAP), 0.0
+        places[id] = x, y
+        x, row_height = _on_grid(x + wide + GAP_BESIDE), max(row_height, high)
+    return places
+
+
+def _on_grid(length: float) -> float:
+    """Return the next multiple of the grid that is no smaller."""
+    return float(np.ceil(length / GRID) * GRID)
+
+
+def _column_places(
+    sizes: Mapping[str, tuple[float, float]], edges: list[tuple[str, str]]
+) -> dict[str, tuple[float, float]]:
+    """Return positions of nodes that are all wired, without cycles, in columns."""
+    real = list(sizes)
     columns = _columns(real, edges)
     sizes, edges = _with_virtual_nodes(sizes, edges, columns)
     beside: dict[str, list[str]] = {id: [] for id in sizes}

@@ -266,6 +266,18 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
     assert workspace.patch() == patch
 
 
+def test_tidying_up_puts_nodes_without_wires_in_rows(workspace):
+    """In one column, 30 of them were 3000 pixels high."""
+    patch = Patch()
+    for i in range(30):
+        patch = patch.add("through" if i % 2 else "shaker", REGISTRY, (0.0, 10.0 * i))
+    workspace.set_patch(patch)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_L, CONTROL)
+    extent = workspace.canvas.patch_scene.extent()
+    assert 0.5 < extent.width() / extent.height() < 2.0
+    assert not [pair for pair in combinations(boxes(workspace), 2) if pair[0].intersects(pair[1])]
+
+
 def test_the_list_says_why_what_was_typed_is_not_in_it(line):
     start = port(line, "hum", "out", "out")
     drag(line, start, start + QPoint(0, 120))
