@@ -38,6 +38,8 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
 
+_BY_TAB = Qt.FocusPolicy.TabFocus
+
 UNDO_FILE = "undo.json"
 
 
@@ -79,6 +81,11 @@ class DesignWorkspace(Workspace):
         self.undo_actions = UndoActions(self.document.group, self)
         self.undo_action, self.redo_action = self.undo_actions.undo, self.undo_actions.redo
         self.undo_actions.used.connect(self._say)
+        self.parameters_action = QAction("From the canvas to the parameters, and back", self)
+        self.parameters_action.setShortcut(QKeySequence("F6"))
+        self.parameters_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        self.parameters_action.triggered.connect(self._change_focus)
+        self.addAction(self.parameters_action)
         self._connect()
         self.set_floor(default_floor().tiles)
 
@@ -175,7 +182,7 @@ class DesignWorkspace(Workspace):
             ("Copy what is dragged", "Alt as you let it go"),
             ("Cut wires", "Ctrl and drag with the right button"),
         ]
-        own = (*self.menu_actions()[2:], *self.canvas.actions_by_name.values())
+        own = (*self.menu_actions()[2:], self.parameters_action, *self.canvas.actions_by_name.values())
         return [*steps, *keys_of(own), *hand]
 
     # --- the document ---
@@ -335,6 +342,20 @@ class DesignWorkspace(Workspace):
         self.inspector.show_selection(self.patch(), ids, group)
         if had_focus and not self.inspector.isAncestorOf(self.window().focusWidget() or self):
             self.canvas.setFocus()  # its field is gone, with the page of another selection
+
+    def _change_focus(self) -> None:
+        """Give the focus to the inspector's first control, which is many Tabs away; from there, to the canvas."""
+        page, reason = self.inspector.widget(), Qt.FocusReason.TabFocusReason
+        if page is None or page.isAncestorOf(self.window().focusWidget() or self):
+            self.canvas.setFocus(reason)
+            return
+        at = page.nextInFocusChain()
+        while at is not None and at is not page:
+            if page.isAncestorOf(at) and at.isVisible() and at.isEnabled() and at.focusPolicy() & _BY_TAB:
+                at.setFocus(reason)
+                self.inspector.ensureWidgetVisible(at)
+                return
+            at = at.nextInFocusChain()
 
     def _publish(self, group: str, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"

@@ -459,6 +459,20 @@ def test_undo_that_takes_the_node_of_a_field_away_leaves_the_focus_to_the_canvas
     assert workspace.canvas.hasFocus()
 
 
+def test_a_key_leads_from_the_canvas_to_the_parameters_and_back(workspace):
+    """Fifteen Tabs lay between."""
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F6)
+    assert QApplication.focusWidget() is workspace.inspector.editors["title"].field
+    workspace.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F6)
+    field = workspace.inspector.editors["frequency"].field
+    assert field.hasFocus()
+    QTest.keyClicks(field, "60")
+    QTest.keyClick(field, Qt.Key.Key_F6)
+    assert workspace.canvas.hasFocus()
+    assert workspace.patch().node("hum").parameters == {"frequency": 60.0}
+
+
 # --- copies in other folders ---
 
 
