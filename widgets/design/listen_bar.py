@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
 
@@ -113,9 +113,8 @@ class ListenBar(QWidget):
 
     def show_looping(self, on: bool) -> None:
         """Show whether the loop is on, without emitting a request."""
-        blocked = self.loop.blockSignals(True)
-        self.loop.setChecked(on)
-        self.loop.blockSignals(blocked)
+        with QSignalBlocker(self.loop):
+            self.loop.setChecked(on)
 
     def _choose(self, slot: str) -> None:
         """Request a slot; a click on the edited slot does nothing."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
@@ -206,11 +206,10 @@ class PreviewPanel(QWidget):
         """Set the tiles that can be struck and pressed."""
         self.pad.set_tiles(tiles)
         now = self.pad.tile.id
-        self.tiles.blockSignals(True)
-        self.tiles.clear()
-        self.tiles.addItems([tile.id for tile in tiles])
-        self.tiles.setCurrentText(now)
-        self.tiles.blockSignals(False)
+        with QSignalBlocker(self.tiles):
+            self.tiles.clear()
+            self.tiles.addItems([tile.id for tile in tiles])
+            self.tiles.setCurrentText(now)
         self.tiles.setVisible(len(tiles) > 1)
 
     @property

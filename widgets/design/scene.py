@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSignalBlocker
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
@@ -66,14 +66,13 @@ class PatchScene(QGraphicsScene):
         """Show this patch, or the content of its group `inside`."""
         self.patch, self.inside = patch, inside
         self.group_view = group_view_of(patch, inside)
-        before, blocked = self.selected(), self.blockSignals(True)
-        self._highlighted = None
-        self._show_nodes()
-        self._show_group_nodes()
-        self._show_notes()
-        self._show_wires()
-        self._show_group_frames()
-        self.blockSignals(blocked)
+        before, self._highlighted = self.selected(), None
+        with QSignalBlocker(self):
+            self._show_nodes()
+            self._show_group_nodes()
+            self._show_notes()
+            self._show_wires()
+            self._show_group_frames()
         if before != self.selected():
             self.selectionChanged.emit()
 
@@ -276,10 +275,9 @@ class PatchScene(QGraphicsScene):
         """Select exactly these nodes, groups and notes, and no wire."""
         wanted = set(ids)
         self.choose(None)
-        blocked = self.blockSignals(True)
-        for id, item in self.movable().items():
-            item.setSelected(id in wanted)
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            for id, item in self.movable().items():
+                item.setSelected(id in wanted)
         self.selectionChanged.emit()
 
     def node_at(self, place: QPointF, reach: float = 0.0) -> NodeItem | None:

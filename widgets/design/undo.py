@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import cast
 
 import msgspec
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from underfoot.errors import UnderfootError
@@ -114,13 +114,12 @@ class Document(QObject):
             return
         if saved_patch != now:
             return
-        blocked = self.blockSignals(True)
-        for name, before, after in steps:
-            self._patches[self.slot] = before
-            self.stack.push(_Edit(self, self.slot, after, name, ""))
-        self.stack.setIndex(at)
-        self._patches[self.slot] = now
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            for name, before, after in steps:
+                self._patches[self.slot] = before
+                self.stack.push(_Edit(self, self.slot, after, name, ""))
+            self.stack.setIndex(at)
+            self._patches[self.slot] = now
 
     def _set_patch(self, slot: str, patch: Patch) -> None:
         self._patches[slot] = patch
