@@ -59,9 +59,12 @@ class SilenceHint:
         self._reports = None if any(awake.values()) else self._reports + 1
         if self._reports == ASLEEP_REPORTS:
             self._reports = None
-            self._say(f"Nothing sounds: {self._why(patch, registry)}")
+            why = self._why(patch, registry, is_played=any(node.id in awake for node in patch.nodes))
+            if why:
+                self._say(f"Nothing sounds: {why}")
 
-    def _why(self, patch: Patch, registry: Registry) -> str:
+    def _why(self, patch: Patch, registry: Registry, *, is_played: bool) -> str:
+        """Return the reason; "" for a patch that is not played, as its file is gone, for which that was said."""
         sinks = [node for node in patch.nodes if registry[node.type].is_sink]
         if not sinks:
             return "a patch sounds through a Tile output"
@@ -69,6 +72,8 @@ class SilenceHint:
             why = why_silent(patch, registry, sink.id)
             if why:
                 return why
+        if not is_played:
+            return ""
         if any(registry[node.type].engine_signals for node in patch.nodes):
             return "no foot presses a tile. A click on the tile at the lower right strikes it"
         return "it has come to its end. P plays it from the start"

@@ -102,6 +102,14 @@ def test_a_patch_that_cannot_sound_says_why(design, patch, words):
     assert words in design.canvas.message
 
 
+def test_a_patch_that_is_not_played_is_not_said_to_have_come_to_its_end(design):
+    """Its sound file is gone, as the status line says."""
+    design.set_patch(SOUND)
+    for _ in range(ASLEEP_REPORTS):
+        design.show_costs(Costs({}, {}))
+    assert design.canvas.message == ""
+
+
 def test_a_silent_preview_says_why(design):
     design.set_patch(UNFED)
     design.preview.expect("modal-bank", REGISTRY["modal-bank"], why_silent=why_silent(UNFED, REGISTRY, "modal-bank"))
