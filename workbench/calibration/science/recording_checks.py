@@ -16,6 +16,8 @@ _EXPLAINED, _STRANGE = 0.3, 0.5
 _UNLIKE, _MOST_UNLIKE_PERCENT = 0.3, 5.0
 """Deviation of passes, as a share of their mean, that no response varies by, and the share of the band, %, that may."""
 _DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
+_HEARD = 2.0
+"""Least power of a band whose arrival counts, as a multiple of that of its noise."""
 _LATER_MS = 0.4
 """Step of the delays of bands from pass to pass that tells of lost samples. Clocks that drift apart make no step."""
 _IN_PHASE, _SURE = 0.7, 3.0
@@ -102,19 +104,25 @@ def require_alike(scatter: Floats, magnitude: Floats, noise: Floats) -> None:
         )
 
 
-def require_same_sweep(response: Floats, low: float, high: float, rate_hz: float) -> None:
+def require_same_sweep(response: Floats, rate_hz: float, grid_hz: Floats, noise: Floats) -> None:
     """Raise `BadMeasurement` if some octaves of an impulse response (frames,) arrive much later than others.
 
-    The recording is then of a sweep of another speed, or at another rate; `low` to `high` is the sweep's band, Hz.
+    The recording is then of a sweep of another speed, or at another rate. `grid_hz` (n,) spans the sweep's band, and
+    `noise` (n,) is the magnitude of noise alone; unknown noise (NaN) counts as 0. A band that holds only noise, as
+    above the own band of a tile, arrives at any time, and is left out.
     """
+    low, high = float(grid_hz[0]), float(grid_hz[-1])
     if high < 4.0 * _DISPERSED_FROM_HZ:
         return
     spectrum, f = np.fft.fft(response), np.fft.fftfreq(response.size, 1.0 / rate_hz)
     arrivals = []
     for begin, end in pairwise(np.geomspace(max(low, _DISPERSED_FROM_HZ), high, 5)):
-        envelope = np.abs(np.fft.ifft(np.where((f >= begin) & (f < end), spectrum, 0.0)))
-        arrivals.append(1000.0 * float(np.argmax(envelope)) / rate_hz)
-    apart_ms = max(arrivals) - min(arrivals)
+        inside = (f >= begin) & (f < end)
+        heard = float(np.sum(np.abs(spectrum[inside]) ** 2))
+        if heard > _HEARD * float(np.sum(np.interp(f[inside], grid_hz, np.nan_to_num(noise)) ** 2)):
+            envelope = np.abs(np.fft.ifft(np.where(inside, spectrum, 0.0)))
+            arrivals.append(1000.0 * float(np.argmax(envelope)) / rate_hz)
+    apart_ms = max(arrivals, default=0.0) - min(arrivals, default=0.0)
     if apart_ms > _MOST_DISPERSED_MS:
         raise BadMeasurement(
             f"sweep and recording do not fit: some octaves arrive {apart_ms:.0f} ms later than others; "

@@ -189,11 +189,11 @@ def _measure_passes(one: Floats, starts: NDArray[np.int64], recording: Floats, r
     left = recording_spectra - np.fft.rfft(stretches, size) * x
     power, unexplained = (np.mean(np.abs(part[:, inside]) ** 2, axis=0) for part in (recording_spectra, left))
     require_explained(f[inside], power, unexplained, density[inside] * (before + kept))
-    require_same_sweep(stretches.mean(axis=0), low, high, rate_hz)
     grid = np.geomspace(low, high, max(round(POINTS_AN_OCTAVE * math.log2(high / low)), 2))
     each = np.array([_spectrum(stretch, before, grid, rate_hz) for stretch in stretches])
     transfer, passes = each.mean(axis=0), len(starts)
     noise = np.sqrt(np.interp(grid, f, density) * (before + after) / passes) / np.interp(grid, f, np.abs(x))
+    require_same_sweep(stretches.mean(axis=0), rate_hz, grid, noise)
     scatter = np.zeros(grid.size) if passes == 1 else np.abs(each - transfer).std(axis=0)
     power, other = np.abs(transfer) ** 2, np.nan_to_num(noise) ** 2 + scatter**2
     found = SweepMeasurement(
