@@ -105,6 +105,7 @@ def test_a_sensor_clips_that_stands_still_at_its_largest_reading_whatever_its_bi
         clipped[:, 2] = at
         with pytest.raises(BadMeasurement, match=f"sensor 3 clips: its reading stays at {at:.0f};.*{question}"):
             require_unclipped(clipped, np.zeros(4))
+    require_unclipped(np.array([[1969.0, 3955.0, 4095.0, 2893.0]]), np.zeros(4))  # a press that just began
     light = trembling.copy()
     light[:, 2] = 500.0  # coarse, and hardly loaded
     require_unclipped(light, np.zeros(4))

@@ -77,14 +77,15 @@ def require_signal(load_n: float, reference_n: Floats | None, measured_n: Floats
 def require_unclipped(readings: Floats, rest: Floats) -> None:
     """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at one value, unlike `rest` (4,), where they clip.
 
-    That is the end of the word, or of a converter of fewer bits; or any value that half of the readings of the sensor
-    with the largest change have, and none exceeds, while another moves: a press trembles. Under one that has settled
-    all stand still, on a coarse converter.
+    That is the end of the word, or, in ten readings, of a converter of fewer bits; or any value that half of the
+    readings of the sensor with the largest change have, and none exceeds, while another moves: a press trembles. Under
+    one that has settled all stand still, on a coarse converter.
     """
     highest = np.where(readings.mean(axis=0) >= rest, readings.max(axis=0), readings.min(axis=0))
     stands = (readings == highest).mean(axis=0) > 0.5
     change, largest = np.abs(highest - rest), max(readings.max(), rest.max())
-    at_end = np.array([v in _ENDS or (v == largest and bool(unshifted(int(v)))) for v in highest])
+    is_full = len(readings) >= _MOVES  # a rise passes 4095, too
+    at_end = np.array([v in _ENDS or (is_full and v == largest and bool(unshifted(int(v)))) for v in highest])
     most = int(change.argmax())
     moves = any(np.unique(column).size >= _MOVES for column in readings[readings[:, most] == highest[most]].T)
     clips = at_end | (moves & (np.arange(change.size) == most))
