@@ -1,6 +1,7 @@
 """The Calibrate workspace and its wizard, driven by clicks and keys through a small calibration of their own."""
 
 import threading
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -24,6 +25,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
+from underfoot.parameters import Number, ask
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, WatchedRig
 from underfoot.widgets.calibrate.page_view import PageView
 from underfoot.widgets.calibrate.wizard import continue_text
@@ -396,6 +398,32 @@ def test_on_hardware_the_link_is_asked_for_and_a_person_presses(qtbot, tmp_path)
     driver.wait(lambda: driver.wanted == ["release", "reopen"])
     assert scale.closed
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def test_the_next_tile_is_set_up_as_the_one_before(qtbot, tmp_path):
+    """Forty tiles are loaded with the same weights, which were typed for each."""
+    driver = CalibrateDriver(qtbot, tmp_path, kind="serial")
+    workspace = driver.workspace
+    for tile, stiffness_n in (("t1", 300.0), ("t2", 250.0)):
+        workspace.choice.map.choose_tile(tile)
+        driver.click(workspace.overview.begin)
+        workspace.begin_released()
+        driver.wait(lambda: driver.page == "setup")
+        stiffness, kind = driver.wizard.page.editors
+        assert (stiffness.value(), kind.value()) == (stiffness_n, "spring")
+        stiffness.set_value(250.0)
+        driver.click(driver.wizard.going)
+        driver.wait(lambda: driver.page == "weigh")
+        assert driver.wizard.page.values() == {"weight_n": 100.0}
+        driver.wizard.page.editors[0].set_value(70.0)  # of this tile alone
+        workspace.leave()
+        driver.wait(lambda: not workspace.is_measuring)
+    assert driver.made[1][0].answers["stiffness_n"] == 250.0
+    page, view = driver.made[1][0].page, driver.wizard.page
+    first = ask("stiffness_n", Number(200.0, 1.0, 1000.0, unit="N", doc="Of this tile."))
+    view.set_tile(default_floor().tiles[2], "Weighing")
+    view.show_page(replace(page, key="setup", questions=(first,), share=0.0))
+    assert view.values() == {"stiffness_n": 200.0}
 
 
 def test_a_page_that_waits_for_a_person_says_so(qtbot, tmp_path):

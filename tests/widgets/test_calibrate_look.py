@@ -63,7 +63,7 @@ def test_questions_are_scrolled_where_the_window_is_too_low_for_them(qtbot, kind
     window.resize(300, 1000)
     view = PageView()
     view.setParent(window)
-    view.set_tile(default_floor().tiles[0])
+    view.set_tile(default_floor().tiles[0], "")
     view.show_page(procedure.page)
     view.resize(300, 240)
     show(qtbot, window)

@@ -32,6 +32,8 @@ class PageView(QWidget):
         super().__init__(parent)
         self._page = Page("", "", "")
         self._entered: dict[str, dict[str, Any]] = {}
+        self._calibration = ""
+        self._set_up: dict[str, dict[str, tuple[Any, Any]]] = {}
         self._input_error = ""
         self.editors: list[ParameterEditor] = []
         self.title = theme.label("", "title")
@@ -68,11 +70,16 @@ class PageView(QWidget):
         layout.addWidget(self._spacer)
         layout.setStretchFactor(self._spacer, 0)
 
-    def set_tile(self, tile: Tile) -> None:
-        """Set the tile of the pictures, and clear the input for another one."""
+    def set_tile(self, tile: Tile, calibration: str) -> None:
+        """Set the tile of the pictures, and clear the input for another one.
+
+        What was entered on the first page stays for the next tile of the same `calibration`: its weights, or the full
+        scale of its accelerometer. An empty name keeps nothing.
+        """
         self.picture.set_tile(tile)
         self._page = Page("", "", "")
         self._entered.clear()
+        self._calibration = calibration
 
     def show_page(self, page: Page) -> None:
         """Show a page; if it is shown already, it keeps the input."""
@@ -134,15 +141,15 @@ class PageView(QWidget):
         self._input_error = f"{name}: {text} is not taken; {allowed}" if is_bad else ""
 
     def _make_fields(self, page: Page) -> None:
-        if self.editors:
-            self._entered[self._page.key] = dict(self.values())
+        if self._page.questions:
+            self._keep_input()
         for editor in self.editors:
             self._fields.removeWidget(editor)
             editor.hide()
             editor.deleteLater()
         self.editors = [_labelled(editor_for(parameter)) for parameter in page.questions]
         self._form.setVisible(bool(self.editors))
-        before = self._entered.get(page.key, {})
+        before = self._entered.get(page.key) or self._set_up_before(page)
         for editor in self.editors:
             if editor.parameter.name in before:
                 editor.set_value(before[editor.parameter.name])
@@ -150,6 +157,18 @@ class PageView(QWidget):
             editor.show()  # at once, since the focus goes there next
             for field in editor.findChildren(Field):
                 field.committed.connect(partial(self._store_input_error, editor, field))
+
+    def _keep_input(self) -> None:
+        page, values = self._page, dict(self.values())
+        self._entered[page.key] = values
+        if page.share == 0.0 and self._calibration:
+            self._set_up[self._calibration] = {ask.name: (ask.default, values[ask.name]) for ask in page.questions}
+
+    def _set_up_before(self, page: Page) -> dict[str, Any]:
+        """Return what was entered on a first page, unless this tile has another default, as of its accelerometer."""
+        before = self._set_up.get(self._calibration, {}) if page.share == 0.0 else {}
+        defaults = {ask.name: ask.default for ask in page.questions}
+        return {name: value for name, (default, value) in before.items() if defaults.get(name) == default}
 
 
 def plays_sound(page: Page) -> bool:

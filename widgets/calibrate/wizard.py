@@ -62,11 +62,11 @@ class Wizard(QWidget):
         self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._show_busy)
 
-    def begin(self, measurement: Measurement, tile: Tile, heading: str, before: Part | None) -> None:
+    def begin(self, measurement: Measurement, tile: Tile, calibration: str, before: Part | None) -> None:
         """Show this measurement of `tile`; `before` is the part of its profile that the result would replace."""
         self.measurement, self.snapshot, self._before, self._is_saved = measurement, None, before, False
-        self._heading.setText(heading)
-        self.page.set_tile(tile)
+        self._heading.setText(f"{calibration}  ·  tile {tile.id}")
+        self.page.set_tile(tile, calibration if measurement.by_hand else "")
         self.page.show_page(Page("", "One moment", "The tile is being prepared."))
         self._body.setCurrentWidget(self.page)
         self.drawings.show_drawings((), "Measurements are drawn here.")

@@ -269,7 +269,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         measurement.ended.connect(self._measurement_ended)
         self._measurement = measurement
         self.choice.setEnabled(False)
-        self.wizard.begin(measurement, tile, f"{kind.name}  ·  tile {tile.id}", self._part())
+        self.wizard.begin(measurement, tile, kind.name, self._part())
         self._stack.setCurrentWidget(self.wizard)
         self.wizard.setFocus()
         measurement.start()
