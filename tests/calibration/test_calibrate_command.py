@@ -61,6 +61,10 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert {("tile", "t1"), ("serial number", "A7"), ("operator", "R. Ramp")} <= set(
         re.findall("<th>([^<]+)</th><td>([^<]+)</td>", page)
     )
+    errors = re.findall(
+        r"<td>Error(?: of sensor \d)?</td><td>[^<]+</td><th>([^<]*)", (measured / "out" / "fsr.html").read_text()
+    )
+    assert errors == ["% of full scale"] * 5
     again = underfoot("calibrate", "fsr", "--pairs", "out/fsr-pairs.csv", "--profile", "t1.json", "--report", "out")
     assert again.status == 0
     assert "Forces are accurate to" in again.out

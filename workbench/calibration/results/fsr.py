@@ -91,7 +91,7 @@ def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
         several.append(("footstep_less_percent", _footstep_less_percent(found), "%"))
     several.append(("spread_percent", spread_percent([found.sensors[j].curve for j in found.calibrated]), "%"))
     for j in found.calibrated:
-        several.append((f"error_percent_{j + 1}", found.sensors[j].curve.error_percent, "%"))
+        several.append((f"error_percent_{j + 1}", found.sensors[j].curve.error_percent, "% of full scale"))
     return tuple((name, value, unit) for name, value, unit in several if np.isfinite(value))
 
 
