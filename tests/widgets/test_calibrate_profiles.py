@@ -2,6 +2,7 @@
 
 import math
 import threading
+from datetime import date
 
 import msgspec
 import pytest
@@ -9,7 +10,7 @@ from calibrate_driver import LEFT, CalibrateDriver
 from calibrate_samples import MIDDLE, Weighing
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox
 from windows import LONG_MS, choose_file, dialog_of
 
 from underfoot.calibration.files.plate_profiles import plate_file
@@ -162,9 +163,23 @@ def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(driver, tmp
     rows = (folder / "response-bell.csv").read_text().splitlines()
     assert rows[0].endswith("frequency_hz,level")
     assert len(rows) == 3
-    assert driver.settings.folder == str(folder)
     assert driver.files() == []
     assert driver.wizard.saving.isEnabled()
+
+
+def test_the_next_report_is_suggested_beside_the_last_one(driver, tmp_path):
+    """It was suggested within the last one's folder, one deeper each time. A folder that is there is entered."""
+    driver.settings.folder = str(tmp_path)
+    driver.begin()
+    driver.go("result")
+    for suffix in ("", "-2"):
+        driver.click(driver.wizard.reporting)
+        dialog = dialog_of(driver.workspace, QFileDialog)
+        folder = tmp_path / f"response-t1-{date.today().isoformat()}{suffix}"
+        assert dialog.selectedFiles() == [str(folder)]
+        dialog.accept()
+        driver.wait(lambda folder=folder: any(str(folder / "response.html") in line for line in driver.said))
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def test_what_was_measured_can_be_reported_also_without_a_result(driver, tmp_path, monkeypatch):

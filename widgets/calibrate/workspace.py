@@ -4,9 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import date
 from functools import cached_property, partial
+from itertools import count
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QFileInfo, Signal
 from PySide6.QtGui import QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
 
@@ -333,12 +334,14 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._ask_folder("plates", lambda folder: self.profiles.do(lambda: self.plates.write_report(folder)))
 
     def _ask_folder(self, subject: str, then: Callable[[Path], None]) -> None:
-        """Ask for a folder, with `subject` in its suggested name, and pass it to `then`."""
+        """Ask for a folder, with `subject` in its suggested name, which is free, and pass it to `then`."""
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that does not exist yet can be named
         dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the folder's content stays
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
-        dialog.selectFile(f"{subject}-{self.tile.id}-{date.today().isoformat()}")
+        name, beside = f"{subject}-{self.tile.id}-{date.today().isoformat()}", Path(self._settings.folder)
+        names = (f"{name}-{k}" if k > 1 else name for k in count(1))
+        dialog.selectFile(next(name for name in names if not QFileInfo.exists(str(beside / name))))
         dialog.fileSelected.connect(lambda folder: then(Path(folder)))
         dialog.open()
 
@@ -354,7 +357,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
 
             return f"The report is in {write_report(result, folder, result.applied(profile))}"
 
-        self._settings.folder = str(folder)
+        self._settings.folder = str(folder.parent)  # where the next one is put beside it
         self.profiles.do(write)
 
     # --- projection ---
