@@ -77,7 +77,10 @@ def test_by_keys_from_first_to_last_page(driver):
     assert driver.made[0][0].answers["stiffness_n"] == 120.0
     driver.wait(driver.wizard.saving.hasFocus)
     QTest.keyClick(driver.wizard.saving, Qt.Key.Key_Return)
-    driver.wait(lambda: driver.written)
+    driver.wait(lambda: driver.written and not driver.workspace.is_measuring)
+    for key in (Qt.Key.Key_Return, Qt.Key.Key_Right, Qt.Key.Key_Return):
+        QTest.keyClick(QApplication.focusWidget(), key)
+    driver.wait(lambda: driver.page == "setup" and driver.workspace.tile.id == "t2")
 
 
 def test_it_runs_by_itself_with_no_hands_every_page_seen(driver):

@@ -7,8 +7,8 @@ from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 
-from PySide6.QtCore import QFileInfo, Signal
-from PySide6.QtGui import QGuiApplication, QResizeEvent
+from PySide6.QtCore import QFileInfo, Qt, Signal
+from PySide6.QtGui import QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
 
 from underfoot.calibration.files.plate_profiles import plate_file
@@ -136,6 +136,14 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit_choice()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Begin by Return also while the arrow keys choose the tile."""
+        is_return = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat()
+        if is_return and self.choice.map.hasFocus() and self._stack.currentWidget() is self.overview:
+            self.overview.begin.click()
+        else:
+            super().keyPressEvent(event)
 
     def _fit_choice(self) -> None:
         """Hide the choice, which is of no use during a measurement, on a screen too small for both."""
@@ -277,6 +285,11 @@ class CalibrateWorkspace(ProjectingWorkspace):
         if self._is_automatic:
             measurement.run_automatically(True)
 
+    def _close_wizard(self) -> None:
+        """Return to the choice of the next tile, by the arrow keys."""
+        self.leave()
+        self.choice.setFocus()
+
     def leave(self) -> None:
         """Return to the choice; a running measurement ends without changes."""
         self._close_projection()
@@ -384,7 +397,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.choice.restore_requested.connect(lambda index: self.profiles.restore(self.tile.id, index))
         self.overview.begin_requested.connect(self.begin)
         self.overview.reference_given.connect(self._save_reference)
-        self.wizard.closed.connect(self.leave)
+        self.wizard.closed.connect(self._close_wizard)
         self.wizard.save_requested.connect(self._save)
         self.wizard.report_requested.connect(self._ask_report)
         self.wizard.projection_requested.connect(self.project)
