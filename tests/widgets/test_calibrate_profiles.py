@@ -54,6 +54,28 @@ def test_an_earlier_part_is_compared_and_restored(driver):
     assert Profile.load(driver.file()).earlier[0].response.made == "2026-01-02"
 
 
+def test_an_earlier_part_is_that_of_the_list_also_where_another_window_changed_the_profile(driver):
+    """The part was told by its index alone, and another one, of another kind even, came into use."""
+    lags = [Latency(made=f"2026-01-0{day}", round_trip_ms=10.0 * day) for day in (1, 2)]
+    rings = [Response(made=f"2026-01-0{day}", frequencies_hz=(50.0,), magnitude=(1.0,)) for day in (3, 4)]
+    profile = Profile(tile="t1")
+    for part in (*lags, *rings):
+        profile = profile.with_part(part)
+    profile.save(driver.file())
+    profiles = driver.workspace.profiles
+    profiles.follow(default_floor())
+    driver.wait(lambda: len(profiles.of("t1").earlier) == 2)
+    profile.restored(0).save(driver.file())  # by another window
+    profiles.restore("t1", 1)
+    driver.wait(lambda: driver.written)
+    now = Profile.load(driver.file())
+    assert (now.response, now.latency) == (rings[0], lags[0])
+    driver.file().unlink()
+    profiles.restore("t1", 0)
+    driver.wait(lambda: any("was changed elsewhere and lacks it; look at the list" in line for line in driver.said))
+    driver.wait(lambda: not profiles.of("t1").earlier)
+
+
 def test_a_profile_that_is_too_old_is_flagged(driver):
     old = Response(
         made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"

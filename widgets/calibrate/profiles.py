@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.calibration.files.plate_profiles import write_plate_file
 from underfoot.calibration.result import Result
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadValue, UnderfootError
 from underfoot.files import make_folder
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, load_for_tile
@@ -33,6 +33,7 @@ class Profiles(QObject):
         self._root = root
         self.folder = root
         self.by_tile: dict[str, Profile] = {}
+        self._tiles: tuple[str, ...] = ()
         self._worker = ThreadPoolExecutor(1, "profiles")
         self._read.connect(self._set_all)
         self._wrote.connect(self._set_one)
@@ -46,18 +47,29 @@ class Profiles(QObject):
         self.folder = Path(folder) if folder else profile_folder(self._root, floor, simulation)
         if not folder:
             self._submit(self._say_elsewhere, self.folder, floor, simulation)
-        self.by_tile = {}
+        self.by_tile, self._tiles = {}, floor.ids
         self.changed.emit()
-        self._submit(self._load, self.folder, floor.ids)
+        self._submit(self._load, self.folder, self._tiles)
 
     def save(self, tile: str, result: Result) -> None:
         """Store a result in a tile's profile; the part it replaces goes into the history."""
         self._submit(self._write, self.folder, tile, result.kind, result.applied, f"The profile of {tile} is saved")
 
     def restore(self, tile: str, index: int) -> None:
-        """Put `earlier[index]` of a tile's profile into use again."""
-        kind, text = self.of(tile).earlier[index].kind, f"An earlier calibration of {tile} is in use again"
-        self._submit(self._write, self.folder, tile, kind, lambda profile: profile.restored(index), text)
+        """Put `earlier[index]` of a tile's profile into use again.
+
+        The file may have changed meanwhile, as by another window: it is that part also where it has another index now.
+        """
+        wanted = self.of(tile).earlier[index]
+
+        def restored(profile: Profile) -> Profile:
+            if wanted not in profile.earlier:
+                raise BadValue(f"the profile of {tile} was changed elsewhere and lacks it; look at the list again")
+            return profile.restored(profile.earlier.index(wanted))
+
+        text = f"An earlier calibration of {tile} is in use again"
+        self._submit(self._write, self.folder, tile, wanted.kind, restored, text)
+        self._submit(self._load, self.folder, self._tiles)
 
     def do(self, work: Callable[[], str]) -> None:
         """Queue other work with the disk; its result or error is emitted by `notified`."""
