@@ -23,7 +23,7 @@ def write_report(result: Result, folder: Path, profile: Profile, operator: str =
     """
     # All is made before the first file is written: whoever interrupts what takes long leaves no half of a report.
     made = {f"{result.kind}-{name}.csv": table(header, rows, profile.tile) for name, header, rows in result.raw}
-    made[f"{result.kind}.json"] = json.dumps(figures(result), indent=1).encode() + b"\n"
+    made[f"{result.kind}.json"] = json.dumps({"tile": profile.tile, **figures(result)}, indent=1).encode() + b"\n"
     made[f"{result.kind}.html"] = page(result.title, _body(result, profile, operator)).encode()
     make_folder(folder)
     for name, data in made.items():
