@@ -36,6 +36,8 @@ class WorkspaceStack(QStackedWidget):
         self._unattached: dict[str, Workspace] = {}
         """Those that are built, but not part of the window yet (`create_next`)."""
         self._is_closing = False
+        self._next_step = QTimer(self, singleShot=True, interval=_PAUSE_MS)
+        self._next_step.timeout.connect(self.create_next)
 
     def __getitem__(self, name: str) -> Workspace:
         return self._by_name[name]
@@ -79,14 +81,15 @@ class WorkspaceStack(QStackedWidget):
     def create_next(self) -> None:
         """Take the next step to a missing workspace, and continue a moment later.
 
-        A step imports a part of it, builds it, or attaches it: all at once would block the window.
+        A step imports a part of it, builds it, or attaches it: all at once would block the window. An engine that
+        starts again meanwhile asks for the same steps.
         """
         missing = [declared for declared in self.declarations if declared.name not in self._by_name]
         if missing and not self._is_closing:
             if not missing[0].load():
                 step = self._create if missing[0].name in self._unattached else self._build
                 step(missing[0].name)
-            QTimer.singleShot(_PAUSE_MS, self.create_next)
+            self._next_step.start()
 
     def shortcuts(self) -> list[tuple[str, Keys]]:
         """Return the keys of each workspace under its heading; creates all workspaces."""

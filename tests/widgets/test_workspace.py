@@ -5,7 +5,7 @@ import sys
 
 import pytest
 from on_screen import show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QLabel
 from windows import dialog_of, quiet_window
@@ -136,6 +136,8 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
         raise AssertionError("no workspace is built before it is attached")
 
     shown = built()
+    timers = stack.findChildren(QTimer, options=Qt.FindChildOption.FindDirectChildrenOnly)
+    assert [timer.isActive() for timer in timers] == [True], "each request continues by itself"
     window.workspaces.choose("Monitor")
     assert window.workspaces["Monitor"] is shown
     left = built()
