@@ -42,7 +42,7 @@ def test_how_it_is_cut_makes_no_difference_to_the_bit():
         assert through(BAND, NOISE, blocks)[0].tobytes() == whole
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1), st.integers(1, MAX_SECTIONS))
 def test_the_tail_bounds_all_that_follows_and_is_no_empty_bound(seed, count):
     random = np.random.default_rng(seed)
