@@ -248,12 +248,8 @@ class FloorMap(PressedFloor):
         assert self._floor is not None
         self._figures = []
         painter.setFont(theme.font(theme.SMALL_PX))
-        for row in map(
-            int,
-            np.flatnonzero(
-                (self._load_n > _MIN_SHOWN_N) | self._untared | self._deviating | (self._peak > _MIN_SHOWN_PEAK)
-            ),
-        ):
+        shown = (self._load_n > _MIN_SHOWN_N) | self._untared | self._deviating | (self._peak > _MIN_SHOWN_PEAK)
+        for row in np.flatnonzero(shown).tolist():
             polygon, load_n, peak = self._polygons[row], float(self._load_n[row]), float(self._peak[row])
             area = polygon.boundingRect().adjusted(6, 4, -6, -4)
             if load_n > _MIN_SHOWN_N:
@@ -334,14 +330,11 @@ class FloorMap(PressedFloor):
         painter.setPen(QColor(theme.TEXT))
         for room, text in self._figures:  # a circle may leave no room beside it
             painter.drawText(room, _TOP_RIGHT, text)
-        names = {person: f"person {person}" for person in first}
-        width = max((painter.fontMetrics().horizontalAdvance(name) for name in names.values()), default=0)
-        owners, others = (
-            [circles[number] for number in first.values()],
-            [*circles, *(room for room, _ in self._figures)],
-        )
-        rooms = label_places(owners, others, width, QRectF(self.rect()))
-        for name, room in zip(names.values(), rooms, strict=True):
+        names = [f"person {person}" for person in first]
+        width = max(map(painter.fontMetrics().horizontalAdvance, names), default=0)
+        owners = [circles[number] for number in first.values()]
+        others = [*circles, *(room for room, _ in self._figures)]
+        for name, room in zip(names, label_places(owners, others, width, QRectF(self.rect())), strict=True):
             _paint_on_ground(painter, room, Qt.AlignmentFlag.AlignCenter, name, theme.CONTACT)
 
 
