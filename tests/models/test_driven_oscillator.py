@@ -11,20 +11,19 @@ from scipy.linalg import expm
 from underfoot.models.driven_oscillator import frame_response, frame_step, resolved
 
 
-@pytest.mark.parametrize("kappa", [0.0, 1e-7, 4.3e-5, 0.0624, 0.0626, 0.9, 30.0])
 @pytest.mark.parametrize("gamma", [0.0, 1e-6, 6e-3, 0.249, 0.251, 2.0, 20.0])
-def test_a_step_is_that_of_the_matrix_exponential(kappa, gamma):
+def test_a_step_is_that_of_the_matrix_exponential(gamma):
     gain = 0.7
     system = np.zeros((4, 4))  # strain, speed, drive, drive's slope
     system[0, 1] = system[2, 3] = 1.0
-    system[1] = -kappa, -gamma, gain, 0.0
-    exact = expm(system)
-    c = frame_step(kappa, gamma, gain)
-    wanted = [
-        *(exact[0, 0], exact[0, 1], exact[0, 2] - exact[0, 3], exact[0, 3]),
-        *(exact[1, 0], exact[1, 1], exact[1, 2] - exact[1, 3], exact[1, 3]),
-    ]
-    np.testing.assert_allclose(c, wanted, rtol=2e-13, atol=2e-15)
+    for kappa in (0.0, 1e-7, 4.3e-5, 0.0624, 0.0626, 0.9, 30.0):
+        system[1] = -kappa, -gamma, gain, 0.0
+        exact = expm(system)
+        wanted = [
+            *(exact[0, 0], exact[0, 1], exact[0, 2] - exact[0, 3], exact[0, 3]),
+            *(exact[1, 0], exact[1, 1], exact[1, 2] - exact[1, 3], exact[1, 3]),
+        ]
+        np.testing.assert_allclose(frame_step(kappa, gamma, gain), wanted, 2e-13, 2e-15, err_msg=f"kappa {kappa}")
 
 
 @pytest.mark.parametrize("gamma", [1e2, 1e4, 1e6])

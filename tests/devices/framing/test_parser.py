@@ -100,30 +100,30 @@ def test_a_million_random_bytes_are_no_frame(form):
     assert len(parser.feed(b"\0\n" + (csv_lines if form == "csv" else encode)(rows(1)))) == 1
 
 
-@pytest.mark.parametrize("byte", range(FRAME_BYTES))
 @pytest.mark.parametrize("change", [0x01, 0x80, 0xFF, None])
-def test_one_wrong_byte_costs_its_frame_and_no_other(byte, change):
+def test_one_wrong_byte_costs_its_frame_and_no_other(change):
     sent = rows(5)
     frames = frames_of(encode(sent))
-    spoilt = bytearray(frames[2])
-    if change is None:
-        spoilt[byte] = 7 if byte == FRAME_BYTES - 1 else 0
-        if spoilt == frames[2]:
-            spoilt[byte] ^= 2
-    else:
-        spoilt[byte] ^= change
-    parser, got = parsed(b"".join([*frames[:2], bytes(spoilt), *frames[3:]]))
-    np.testing.assert_array_equal(rows_of(got), sent[[0, 1, 3, 4]])
-    assert parser.counts.lost == 1
-    assert 1 <= parser.counts.corrupted <= 2
+    for byte in range(FRAME_BYTES):
+        spoilt = bytearray(frames[2])
+        if change is None:
+            spoilt[byte] = 7 if byte == FRAME_BYTES - 1 else 0
+            if spoilt == frames[2]:
+                spoilt[byte] ^= 2
+        else:
+            spoilt[byte] ^= change
+        parser, got = parsed(b"".join([*frames[:2], bytes(spoilt), *frames[3:]]))
+        np.testing.assert_array_equal(rows_of(got), sent[[0, 1, 3, 4]], f"byte {byte}")
+        assert parser.counts.lost == 1, byte
+        assert 1 <= parser.counts.corrupted <= 2, byte
 
 
-@pytest.mark.parametrize("kept", range(1, FRAME_BYTES))
-def test_a_frame_that_broke_off_costs_no_other(kept):
+def test_a_frame_that_broke_off_costs_no_other():
     frames = frames_of(encode(rows(5)))
-    parser, got = parsed(b"".join([*frames[:2], frames[2][:kept], *frames[3:]]))
-    assert got["sequence"].tolist() == [0, 1, 3, 4]
-    assert parser.counts.lost == 1
+    for kept in range(1, FRAME_BYTES):
+        parser, got = parsed(b"".join([*frames[:2], frames[2][:kept], *frames[3:]]))
+        assert got["sequence"].tolist() == [0, 1, 3, 4], kept
+        assert parser.counts.lost == 1, kept
 
 
 def test_another_version_another_length_and_a_wrong_checksum_are_refused():

@@ -1,6 +1,7 @@
 """Second-order sections against scipy's designs, their bounds against simulation, and their stability while moving."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -50,15 +51,14 @@ def scipy_design(kind, frequency_hz, q, rate):
     return signal.bilinear(b, [1, w / q, w * w], rate)
 
 
-@pytest.mark.parametrize("rate", [8000.0, 48000.0, 192000.0])
-@pytest.mark.parametrize("share", [0.0005, 0.02, 0.25, 0.49])
 @pytest.mark.parametrize("q", [0.5, second_order.BUTTERWORTH, 20.0])
 @pytest.mark.parametrize("kind", ["low", "high"])
-def test_sections_are_the_prewarped_bilinear_filters(kind, q, share, rate):
+def test_sections_are_the_prewarped_bilinear_filters(kind, q):
     x = np.random.default_rng(1).normal(size=2000)
-    exact = signal.lfilter(*scipy_design(kind, share * rate, q, rate), x)
-    y = filtered(designed(kind, share * rate, q, rate), x)
-    assert np.abs(y - exact).max() < 1e-9 * np.abs(exact).max()
+    for share, rate in product([0.0005, 0.02, 0.25, 0.49], [8000.0, 48000.0, 192000.0]):
+        exact = signal.lfilter(*scipy_design(kind, share * rate, q, rate), x)
+        y = filtered(designed(kind, share * rate, q, rate), x)
+        assert np.abs(y - exact).max() < 1e-9 * np.abs(exact).max(), (share, rate)
 
 
 @pytest.mark.parametrize("cutoff_hz", [50.0, 700.0, 15000.0])
