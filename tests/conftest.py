@@ -17,6 +17,12 @@ from hypothesis import HealthCheck, settings
 gc.disable()  # collected between tests, in the main thread: Qt crashes where another one deletes a widget
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file():
+    """Tests have no examples in docstrings to look for."""
+    return [one for one in (yield) if isinstance(one, pytest.Module)]
+
+
 def pytest_collection_finish(session):
     gc.freeze()
     linecache.clearcache()  # of the sources of all docstrings: each example would look at each of these files
