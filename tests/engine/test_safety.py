@@ -135,6 +135,16 @@ def test_ramps_are_straight_and_as_long_as_they_are_said_to_be():
             assert not gain[960 + length :].any()
 
 
+@pytest.mark.parametrize("rate_hz", [44_100, 96_000])
+def test_a_peak_meter_halves_in_a_tenth_of_a_second_at_each_rate(rate_hz):
+    safety = Safety([Limits()], [0], rate_hz, rate_hz // 10, 1)
+    safety.open(True, -FADE)
+    safety.apply(np.full((1, 1), 0.5 * FULL), np.zeros(1, np.uint8), 0, 0, 1)
+    before = safety.peaks[0]
+    safety.apply(np.zeros((1, rate_hz // 10)), np.ones(1, np.uint8), 1, 0, rate_hz // 10)
+    assert safety.peaks[0] == pytest.approx(before / 2.0)
+
+
 def test_a_panic_is_not_slowed_by_the_stop_that_comes_with_it():
     hum = np.where(np.arange(2000) % 2, 0.3, -0.3)
     alone = guarded(hum, at_frame={960: lambda safety: safety.panic(960)})

@@ -29,6 +29,8 @@ power is estimated. Shorter bursts pass unchanged.
 """
 RELEASE_SECONDS = 0.1
 """Release time of a limited channel."""
+METER_SECONDS = 0.1
+"""Time in which a peak meter halves."""
 
 PANIC = 48
 """Frames of the ramp at a panic."""
@@ -77,6 +79,7 @@ class Safety:
         self._stage["dc_pole"] = math.exp(-2.0 * math.pi * DC_HZ / rate_hz)
         for name, seconds in (("burst", BURST_SECONDS), ("rms", RMS_SECONDS), ("release", RELEASE_SECONDS)):
             self._stage[f"{name}_share"] = 1.0 - math.exp(-1.0 / (seconds * rate_hz))
+        self._stage["peak_fall"] = 0.5 ** (1.0 / (METER_SECONDS * rate_hz))
         self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, -1.0, 1.0)
         self._peak = self._stage["peak"]
         self._level, self._opening = self._stage["level"], self._stage["opening"]
@@ -220,7 +223,7 @@ def _limit(
     for i in range(at, at + n):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
-    fall = 0.5 ** (n / 4800.0)
+    fall = stages[0].peak_fall ** n
     sounding, count = 0, 0
     for k in range(len(acceleration)):
         row = rows[k]

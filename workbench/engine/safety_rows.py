@@ -49,6 +49,7 @@ STAGE = np.dtype(
         ("burst_share", np.float64),
         ("rms_share", np.float64),
         ("release_share", np.float64),
+        ("peak_fall", np.float64),
         ("level", GAIN_RAMP),
         ("opening", GAIN_RAMP),
         ("faults", np.int64),
@@ -58,9 +59,9 @@ STAGE = np.dtype(
     ],
     align=True,
 )
-"""Shared by all rows: the DC block's pole; the weights of a frame in the two means and in a limited gain; level,
-opening, the number of values that were not finite, the number of tiles not silent throughout the last stretch,
-the end of the last stretch with such a tile, and the largest peak of a tile.
+"""Shared by all rows: the DC block's pole; the weights of a frame in the two means and in a limited gain; by what
+peak meters fall in a frame; level, opening, the number of values that were not finite, the number of tiles not silent
+throughout the last stretch, the end of the last stretch with such a tile, and the largest peak of a tile.
 """
 
 
