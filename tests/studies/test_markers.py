@@ -10,23 +10,29 @@ from underfoot.floor.layout import default_floor
 from underfoot.studies.markers import LslMarkers
 
 
-def test_forces_that_are_sent_late_have_the_time_of_their_samples(until):
-    """They had that of sending, which a busy machine delays, beside markers that have the time of their event."""
+def test_what_is_sent_late_has_the_time_of_its_samples_and_events(until):
+    """It had that of sending, which a busy machine delays."""
     pylsl = pytest.importorskip("pylsl")
+    since_s = pylsl.local_clock()
     markers = LslMarkers(default_floor(1, 3), 1000.0)  # no other test's stream is of three tiles
-    which = f"source_id='underfoot-force-{socket.gethostname()}' and channel_count=3"
-    (found,) = pylsl.resolve_bypred(which, timeout=120.0)
-    inlet = pylsl.StreamInlet(found)
-    inlet.open_stream(timeout=120.0)
-    began_s, late_s, stamps_s = pylsl.local_clock() - 2.0, itertools.cycle((0.0, 0.01, 0.02)), []
+    host = socket.gethostname()
+    inlets = []
+    for which in f"source_id='underfoot-force-{host}' and channel_count=3", f"source_id='underfoot-markers-{host}'":
+        found, *_ = pylsl.resolve_bypred(f"{which} and created_at>{since_s}", timeout=120.0)
+        inlets.append(pylsl.StreamInlet(found))
+        inlets[-1].open_stream(timeout=120.0)
+    began_s, late_s, stamps_s = pylsl.local_clock() - 2.0, itertools.cycle((0.0, 0.01, 0.02)), [[], []]
 
     def told():
         ago_s = pylsl.local_clock() - began_s - 2.0 - next(late_s)
         markers.forces(2.0, ago_s, np.ones((1, 3)))
-        stamps_s.extend(inlet.pull_chunk(0.02)[1])
-        return len(stamps_s) > 6
+        markers.mark("onset", "main.1", 2.0, ago_s)
+        for stamps, inlet in zip(stamps_s, inlets, strict=True):
+            stamps += inlet.pull_chunk(0.01)[1]
+        return min(map(len, stamps_s)) > 6
 
-    until(told, "forces come")
-    assert stamps_s == pytest.approx([began_s + 2.0] * len(stamps_s), abs=1e-3)
-    inlet.close_stream()
+    until(told, "forces and markers come")
+    for stamps, inlet in zip(stamps_s, inlets, strict=True):
+        assert stamps == pytest.approx([began_s + 2.0] * len(stamps), abs=1e-3)
+        inlet.close_stream()
     markers.close()

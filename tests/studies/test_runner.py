@@ -441,14 +441,14 @@ def test_a_trigger_that_is_plugged_in_again_gets_its_markers(tmp_path):
     trigger = SerialTrigger(str(port))
     unplug()
     for what in ("begin", "end"):
-        trigger.mark(what, "main.1", 0.0)
+        trigger.mark(what, "main.1")
         assert trigger.problem == f"no markers reach the trigger {port}: it was unplugged"
     plug()
-    trigger.mark("answer", "main.1", 0.0)
+    trigger.mark("answer", "main.1")
     assert (trigger.problem, os.read(ends[0], 9)) == ("", b"\x04")
     unplug()
     plug()
-    trigger.mark("stop", "", 0.0)
+    trigger.mark("stop", "")
     assert (trigger.problem, os.read(ends[0], 9)) == ("", b"\x05")
     trigger.close()
     unplug()

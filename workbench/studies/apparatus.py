@@ -36,9 +36,10 @@ class Apparatus:
         """Elapsed time of the session in seconds."""
         return self.session.health.frame / self.session.target.rate
 
-    def mark(self, what: str, page: Page, ago_s: float = 0.0) -> None:
-        """Send a marker for an event on this page, `ago_s` seconds ago."""
-        self.equipment.mark(what, place_of(page), ago_s)
+    def mark(self, what: str, page: Page, time_s: float | None = None) -> None:
+        """Send a marker for an event on this page, of now or of the session's `time_s`."""
+        ago_s = 0.0 if time_s is None else self.played_s - time_s
+        self.equipment.mark(what, place_of(page), time_s, ago_s)
 
 
 class TimedStimulus:

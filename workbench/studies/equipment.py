@@ -23,10 +23,10 @@ class Equipment:
     masking: Masking | None = None
     markers: Sequence[Markers] = ()
 
-    def mark(self, what: str, text: str, ago_s: float = 0.0) -> None:
-        """Send a marker for an event `ago_s` seconds ago to all recorders."""
+    def mark(self, what: str, text: str, time_s: float | None = None, ago_s: float = 0.0) -> None:
+        """Send a marker for an event of now, or of the session's `time_s`, `ago_s` ago, to all recorders."""
         for marker in self.markers:
-            marker.mark(what, text, ago_s)
+            marker.mark(what, text, time_s, ago_s)
 
     @property
     def problem(self) -> str:

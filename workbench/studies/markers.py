@@ -43,8 +43,8 @@ class Markers(Protocol):
 
     problem: str
 
-    def mark(self, what: str, text: str, ago_s: float) -> None:
-        """Receive a marker for an event `ago_s` seconds ago; `text` names the trial."""
+    def mark(self, what: str, text: str, time_s: float | None = None, ago_s: float = 0.0) -> None:
+        """Receive a marker for an event of now, or of the session's `time_s`, `ago_s` ago; `text` names the trial."""
         ...
 
     def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
@@ -76,9 +76,10 @@ class LslMarkers:
                 channel.append_child_value(key, value)
         self._markers, self._force = self._lsl.StreamOutlet(markers), self._lsl.StreamOutlet(force)
 
-    def mark(self, what: str, text: str, ago_s: float) -> None:
-        """Push a marker, such as `begin main.12`, with the time of its event."""
-        self._markers.push_sample([f"{what} {text}".strip()], self._lsl.local_clock() - ago_s)
+    def mark(self, what: str, text: str, time_s: float | None = None, ago_s: float = 0.0) -> None:
+        """Push a marker, such as `begin main.12`, with the time of its event, which is that of the forces."""
+        at_s = self._lsl.local_clock() if time_s is None else self._clock.at(time_s, ago_s)
+        self._markers.push_sample([f"{what} {text}".strip()], at_s)
 
     def forces(self, time_s: float, ago_s: float, force_n: NDArray[np.float64]) -> None:
         """Push force samples in N, [sample, tile], with the time of the last."""
@@ -104,7 +105,7 @@ class SerialTrigger:
         self._serial, self._name, self.problem = serial, port, ""
         self._port = self._opened()
 
-    def mark(self, what: str, text: str, ago_s: float) -> None:
+    def mark(self, what: str, text: str, time_s: float | None = None, ago_s: float = 0.0) -> None:
         """Send the byte of a marker; a port that was unplugged is opened again, and does not end the study."""
         byte = bytes([BYTES[what]])
         try:

@@ -161,7 +161,7 @@ class TrialRun:
         if self.interval == 0:
             self._record.begin_anew()
         self._record.first_s = first_s
-        self._apparatus.mark(BEGIN, self._page, self._apparatus.played_s - first_s)
+        self._apparatus.mark(BEGIN, self._page, None if self._page.start == "key" else first_s)
 
     def _present(self) -> Answered | Interrupted | None:
         watch, by_key = self._apparatus.watch, self._page.start == "key"
@@ -218,7 +218,7 @@ class TrialRun:
         record.measure(apparatus.presenter, apparatus.watch, self.interval, self._page.start != "key")
         apparatus.pack(record.excerpts[before:])
         if math.isfinite(record.onset_s):
-            apparatus.mark(ONSET, self._page, apparatus.played_s - record.onset_s)
+            apparatus.mark(ONSET, self._page, record.onset_s)
         apparatus.mark(END, self._page)
 
     # --- after it ---
