@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 from windows import design, end_window, noise_patch, play_on_simulator
 
 from underfoot.engine.commands import Walk
+from underfoot.engine.reports import given_up
 from underfoot.floor.layout import default_floor
 from underfoot.scenes import discover
 from underfoot.scenes.pictures import Canvas
@@ -150,6 +151,19 @@ def test_a_scene_that_fails_is_ended_and_not_the_window(scenes, window, qtbot):
     qtbot.waitUntil(lambda: scenes.stage is None)
     assert "ZeroDivisionError" in scenes.panel.state.text()
     assert window.controller.session.patch.title == "Hiss"
+
+
+def test_a_scene_ends_as_the_engine_is_given_up(scenes, window, qtbot):
+    """The last foot stood in its picture for good, and the target, which is to be chosen again, was locked."""
+    controller = window.controller
+    start(scenes, qtbot, "footprints")
+    controller.bridge.output_changed.emit(given_up("engine", "signal 9", patch_waits=False))
+    assert scenes.stage is None
+    assert scenes.panel.state.text() == "The engine has failed; choose the target again."
+    assert window.main_bar.target.isEnabled()
+    assert not scenes.panel.start.isEnabled()
+    controller.opened.emit(controller.target)
+    assert scenes.panel.start.isEnabled()
 
 
 def test_a_scene_that_fails_as_a_parameter_is_changed_is_ended(scenes, window, qtbot):

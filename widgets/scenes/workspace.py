@@ -8,7 +8,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Report
+from underfoot.engine.reports import NOTHING, OutputChanged, Report
 from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.scenes import discover
@@ -56,6 +56,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.chosen = next(iter(self.kinds))
         self.stage: Stage | None = None
         self._controller: SessionController | None = None
+        self._engine_failed = ""
         self._maker: threading.Thread | None = None
         self._requests = 0
         self._pending = 0
@@ -86,6 +87,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         bridge = context.controller.bridge
         bridge.reported.connect(self._add_reports)
         bridge.ticked.connect(self._tick)
+        bridge.output_changed.connect(self._use_output)
         context.controller.opened.connect(self._opened)
         context.controller.released.connect(self.stop)
         app = QGuiApplication.instance()
@@ -141,7 +143,9 @@ class ScenesWorkspace(ProjectingWorkspace):
     def start(self) -> None:
         """Make the chosen scene in a thread, then play it; a failure is shown."""
         controller = self._controller
-        if controller is None or controller.session is None or self.stage is not None or self.is_making:
+        if controller is None or controller.session is None or self._engine_failed:
+            return
+        if self.stage is not None or self.is_making:
             return
         kind, floor, given = self.kinds[self.chosen], controller.session.target.floor, dict(self._values[self.chosen])
         self._requests += 1
@@ -291,9 +295,16 @@ class ScenesWorkspace(ProjectingWorkspace):
     def _session_s(self) -> float:
         return self._controller.played_s if self._controller is not None else 0.0
 
+    def _use_output(self, report: OutputChanged) -> None:
+        """End a scene whose engine is given up: nobody would be seen to leave, and its target could not be chosen."""
+        if report.where == NOTHING:
+            self._engine_failed = f"{report.silence[:1].upper()}{report.silence[1:]}."
+            self._fail(self._engine_failed)
+
     def _opened(self) -> None:
         self.stop()
         session = self._session()
+        self._engine_failed = ""
         floor: Floor | None = session.target.floor if session is not None else None
         self.view.show_floor(floor)
         self.view.can_press = session is not None and session.target.kind == "simulator"
@@ -302,7 +313,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._show_availability()
 
     def _show_availability(self) -> None:
-        why_not = "" if self._session() is not None else "The session is not open yet."
+        why_not = "The session is not open yet." if self._session() is None else self._engine_failed
         self.panel.show_playing(self.stage is not None, why_not)
 
     def _send(self, command: PressTile | Walk) -> None:
