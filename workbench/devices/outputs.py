@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from underfoot.devices.sound import MAX_CHANNELS, max_channels
+from underfoot.devices.sound import MAX_CHANNELS, max_channels, pairs_up_to
 from underfoot.errors import BadValue, require
 
 FORM = 'NAME, NAME=CHANNELS, or several with "; " between, as USB A=18; USB B=18'
@@ -69,6 +69,17 @@ class CardChannels(Struct, frozen=True):
 
     def __contains__(self, channel: int) -> bool:
         return self.first <= channel < self.first + self.count
+
+    def opened(self, needed: int) -> int:
+        """Return how many of the card's channels to open where the floor needs `needed` of its own.
+
+        Whole pairs, if the card has them: a sound server would play a single channel on all outputs, and a third one
+        nowhere. Of a card whose number of channels is given, all.
+
+        >>> CardChannels(Output("USB A"), 0, 8).opened(3), CardChannels(Output("USB A", 3), 0, 3).opened(3)
+        (4, 3)
+        """
+        return self.count if self.output.channels else pairs_up_to(needed - self.first - 1, self.count)
 
     @property
     def name(self) -> str:

@@ -16,7 +16,6 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.outputs import CardChannels, card_channels
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.devices.sound import pairs_up_to
 from underfoot.engine.accelerometer_reader import reader_of
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.child_process import leave_to_session
@@ -78,7 +77,7 @@ class Engine:
             # Open only the needed pairs of channels: a sound server mixes channels that its card lacks into the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
             sound_channel = behind if has_sound and behind < most else -1
-            outputs = _in_pairs(cards, max(*channels, sound_channel) + 1)
+            outputs = _outputs(cards, max(*channels, sound_channel) + 1)
         options = replace(_options(setup, tuple(channels), sound_channel), outputs=outputs)
         try:
             if rehearsed is None or (rehearsed.patch, rehearsed.target) != (setup.patch, target):
@@ -171,15 +170,10 @@ def _rehearse(setup: Setup) -> Setup | None:
     return setup
 
 
-def _in_pairs(cards: tuple[CardChannels, ...], needed: int) -> int:
-    """Return how many channels make whole pairs up to the `needed` ones on the last of their cards, if it has them.
-
-    A sound server would play a single channel on all outputs, and a third one nowhere. Of a card whose number of
-    channels is given, all are opened.
-    """
+def _outputs(cards: tuple[CardChannels, ...], needed: int) -> int:
+    """Return how many of the floor's channels are open where it needs `needed`: on the last card, more of them."""
     last = next((card for card in reversed(cards) if card.first < needed), cards[0])
-    given = last.count if last.output.channels else pairs_up_to(needed - last.first - 1, last.count)
-    return last.first + given
+    return last.first + last.opened(needed)
 
 
 def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None) -> LoopOptions:

@@ -55,8 +55,8 @@ class SoundCard:
         channels: int = 1,
         of_floor: bool = False,
     ) -> None:
-        opened = max(channels, channel + 1)
-        self._card = CardProcess(_on_floor if of_floor else _OpenCard, output, input, channel, input_channel, opened)
+        needed = max(channels, channel + 1)
+        self._card = CardProcess(_on_floor if of_floor else _on_card, output, input, channel, input_channel, needed)
         self._is_silenced = False
 
     def press(self, press: PressRequest | None) -> None:
@@ -102,18 +102,17 @@ def channels_of(floor: Floor, tile: Tile) -> tuple[int, int]:
 
 
 class _OpenCard:
-    """A card in its process."""
+    """A card in its process, with this many `outputs` open, if it has them."""
 
-    def __init__(self, output: str, input: str, channel: int, input_channel: int, channels: int) -> None:
+    def __init__(self, output: str, input: str, channel: int, input_channel: int, outputs: int) -> None:
         require(0 <= channel <= 31, "channel", channel, "0 to 31")
         require(0 <= input_channel <= 31, "input_channel", input_channel, "0 to 31")
         self._sounddevice = portaudio()
         self._devices = (input, output)
         self._play_record: PlayRecord | None = None
         self._channel, self._input_channel = channel, input_channel
-        # Open pairs of outputs, since a server would spread a single one over all, and all inputs: of fewer, a server
-        # mixes the others in.
-        self._outputs = pairs_up_to(channels - 1, self._require_channel(output, "output", channel))
+        self._outputs = min(outputs, self._require_channel(output, "output", channel))
+        # All inputs: of fewer, a server mixes the others in.
         self._inputs = min(self._require_channel(input, "input", input_channel), MAX_CHANNELS)
 
     def open(self, sound: Sound) -> None:
@@ -157,12 +156,17 @@ class _OpenCard:
         return require_channel(found, kind, wanted)
 
 
-def _on_floor(cards: str, input: str, channel: int, input_channel: int, channels: int) -> _OpenCard:
-    """Open that of a floor's `cards` which has the floor's `channel`, of `channels`."""
-    card = next((card for card in card_channels(cards, channels) if channel in card), None)
+def _on_card(output: str, input: str, channel: int, input_channel: int, needed: int) -> _OpenCard:
+    """Open one card for a floor that needs so many of its channels."""
+    return _OpenCard(output, input, channel, input_channel, pairs_up_to(needed - 1, MAX_CHANNELS))
+
+
+def _on_floor(cards: str, input: str, channel: int, input_channel: int, needed: int) -> _OpenCard:
+    """Open that of a floor's `cards` which has the floor's `channel`, of those that it needs."""
+    card = next((card for card in card_channels(cards, needed + 1) if channel in card), None)
     if card is None:
         raise DeviceError(f"no sound device has a channel {channel + 1}; add a card under Audio")
-    return _OpenCard(card.output.name, input, channel - card.first, input_channel, card.count)
+    return _OpenCard(card.output.name, input, channel - card.first, input_channel, card.opened(needed))
 
 
 def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
