@@ -1,5 +1,6 @@
 """A thread that reads a transport, parses samples, and reopens the transport when it is gone."""
 
+import math
 import threading
 import time
 from collections import deque
@@ -81,15 +82,17 @@ class TransportReader:
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
 
     def _run(self) -> None:
-        failures = 0
+        failures, opened_s = 0, -math.inf
         while not self._stop.is_set():
             try:
                 asked(self.transport, self.transport.open)
+                opened_s = time.monotonic()
                 self.parser.resync()
                 self._read()
             except DeviceError as error:
                 if not self._is_missed:
-                    failures = 0
+                    if time.monotonic() - opened_s > MOST_RETRY_S:  # not of a hub that sends each client away
+                        failures = 0
                     self._tell_loss(f"{error}; waiting for it")
                 self._is_missed = True
                 failures += 1

@@ -7,6 +7,7 @@ import pytest
 from free_ports import free_port
 from made_frames import rows
 
+from underfoot.devices import transport_reader
 from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.recurrence import LAST, OFTEN
 from underfoot.devices.transport_reader import TransportReader
@@ -150,9 +151,11 @@ def test_the_emulator_sends_to_whoever_connected_last(sender, connect):
         first.read()
 
 
-def test_two_programs_that_take_a_hub_from_each_other_say_so_five_times(sender, connect, until, monkeypatch):
-    """They did ten times a second."""
-    monkeypatch.setattr("underfoot.devices.transport_reader.RETRY_S", 0.001)
+def test_two_programs_that_take_a_hub_from_each_other_do_so_ever_more_rarely(sender, connect, until, monkeypatch):
+    """They did ten times a second, and said so each time."""
+    failed = []
+    monkeypatch.setattr(transport_reader, "retry_s", lambda failures: failed.append(failures) or 0.001)
+    monkeypatch.setattr(transport_reader, "MOST_RETRY_S", 600.0)  # no connection lasts longer here
     transport = CountingTransport.of(sender.name)
     reader = TransportReader(transport, lambda samples, when: None)
     reader.start()
@@ -168,6 +171,7 @@ def test_two_programs_that_take_a_hub_from_each_other_say_so_five_times(sender, 
     gone = f"tcp:{sender.name} went away: the connection was closed, perhaps for another program; waiting for it"
     back = f"tcp:{sender.name} is back"
     assert lines == [*[gone, back] * (OFTEN - 1), f"{gone}; {LAST}", back]
+    assert failed[: OFTEN + 2] == list(range(1, OFTEN + 3))
 
 
 def test_the_emulator_lets_go_of_a_reader_that_takes_nothing(sender, connect):
