@@ -203,6 +203,7 @@ def test_a_folder_of_patches_is_not_rendered_into_a_sound_file(refused, folder):
 def test_a_walk_that_is_misspelt_is_refused_with_the_names_that_there_are(refused):
     for words in (("monitor", "coridor"), ("serve", "coridor"), ("render", SINE, "--force", "coridor")):
         assert "a C3D file with force plates, or a preset walk: corridor)" in refused(*words)
+    assert "recording, or a C3D file with force plates)" in refused("render", SINE, "--force", "coridor.csv")
 
 
 def test_what_serve_cannot_read_is_what_was_given(refused):

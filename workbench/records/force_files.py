@@ -29,7 +29,8 @@ def read_force_file(
     """
     path = Path(path)
     if not os.path.isfile(path):
-        raise BadFile(f"{path} cannot be read: {no_file(path)} (allowed: {forms_or_walks()})")
+        allowed = FORMS if path.suffix or path.is_absolute() else forms_or_walks()  # a word may be a walk
+        raise BadFile(f"{path} cannot be read: {no_file(path)} (allowed: {allowed})")
     if is_recording(path):
         forces, own = _recorded(path, stretch_s)
     elif path.suffix.lower() == ".c3d":
