@@ -184,15 +184,6 @@ def test_a_gap_ends_a_contact_and_what_follows_is_new(gap_s, contacts):
     assert len(rows["time_s"]) == kept[1000:2000].sum()
 
 
-def test_nan_samples_are_as_the_sample_before():
-    time_s, force_n = loads((0.0, 1.0), (500.0, 0.5), (0.0, 0.5))
-    broken = force_n.copy()
-    broken[[200, 1200, 1201, 1700], 0, 2] = np.nan
-    rows, (contact,), _ = follow(ONE_TILE, time_s, broken, 1000.0)
-    assert (contact.start_s, contact.end_s) == (1.0, 1.499)
-    np.testing.assert_allclose(rows["force_n"], np.full(500, 500.0))
-
-
 # --- feet, people, ids ---
 
 

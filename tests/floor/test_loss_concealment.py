@@ -72,11 +72,29 @@ def test_with_one_sample_in_twenty_missing_tare_and_contacts_are_found():
     np.testing.assert_allclose(tracker.baseline_n, -50.0, atol=0.3)
 
 
-def test_a_contact_on_a_tile_that_falls_silent_ends():
+def test_a_contact_on_a_tile_that_falls_silent_ends_and_is_cut_as_is_the_one_after_it():
+    """They were whole, and gave two short steps of one."""
     time_s, force_n = pressed()
-    force_n[1500:, 0] = np.nan
-    _, (contact,) = followed(time_s, force_n)
+    force_n[1500:1700, 0] = np.nan
+    _, (contact, after) = followed(time_s, force_n)
     assert contact.end_s == pytest.approx(1.540, abs=0.002)
+    assert after.start_s == time_s[1700]
+    assert contact.cut
+    assert after.cut
+    finder = StepFinder(FLOOR, 1000.0)
+    assert not finder.feed(time_s, force_n).steps + finder.finish().steps
+    assert finder.warnings() == ["2 contacts cut by gaps in the samples; they give no step"]
+
+
+def test_samples_of_which_one_sensor_is_missing_are_as_the_sample_before():
+    time_s, force_n = pressed()
+    whole = force_n.copy()
+    lost = np.array([1200, 1201, 1700])
+    whole[lost, 0] = whole[[1199, 1199, 1699], 0]
+    force_n[lost, 0, 2] = np.nan
+    (contact,), (same,) = (followed(time_s, forces)[1] for forces in (force_n, whole))
+    assert (contact.start_s, contact.end_s, contact.cut) == (1.0, 1.999, False)
+    np.testing.assert_array_equal(contact.force_n, same.force_n)
 
 
 def test_at_a_low_rate_a_single_sample_that_is_missing_lifts_no_foot():

@@ -16,7 +16,8 @@ held during a contact, and renewed after 0.5 s of quiet. Three cases have rules 
 - A steady residue that would prolong a contact for ever (0.5 s below the on-threshold, or below 100 N on an untared
   tile) is no foot. The contact ended when the load became steady, and the residue becomes the baseline.
 
-40 ms without a sample is a gap. A contact ends there, and one after it is new; both are `cut`.
+40 ms without a sample, of all tiles or of one, are a gap. A contact ends there, and one after it is new; both are
+`cut`.
 """
 
 import math
@@ -169,7 +170,7 @@ class ContactTracker:
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
         """Process the next samples: `time_s` (n,), ascending, and `force_n` (n, tiles, 4), in newtons.
 
-        A tile whose sample is NaN keeps its load. Raises `BadValue` for other shapes.
+        NaN is a gap of its tile (`LossConcealment` bridges shorter ones). Raises `BadValue` for other shapes.
         """
         times = np.ascontiguousarray(time_s, dtype=np.float64)
         forces = np.ascontiguousarray(force_n, dtype=np.float64)

@@ -16,9 +16,9 @@ _OPENING_PIECE = 8  # samples
 class LossConcealment:
     """Replaces missing samples (NaN) of single tiles before they reach a tracker, which would restart otherwise.
 
-    A tile keeps its last sample for as long as is no gap, 40 ms or two samples and a half, and then has the baseline,
-    as if empty. Before its first sample it stays NaN. A tile whose first sample comes after the stream's opening is
-    tared with it, unless it is loaded. `most` is the largest number of samples per call.
+    A tile keeps its last sample for as long as is no gap, 40 ms or two samples and a half. Before its first sample, and
+    then, it stays NaN. A tile whose first sample comes after the stream's opening is tared with it, unless it is
+    loaded. `most` is the largest number of samples per call.
     """
 
     def __init__(self, tracker: ContactTracker, most: int) -> None:
@@ -36,8 +36,8 @@ class LossConcealment:
     def follow(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> TrackedContacts:
         """Let the tracker follow any number of samples, the missing ones replaced; those given stay, for display.
 
-        Pass whole samples, too: a tile that falls silent keeps the last of them. It then has the baseline, which only
-        samples that were followed before tell: so the pieces are short until there is one.
+        Pass whole samples, too: a tile that falls silent keeps the last of them. The pieces are short until the
+        tracker's stream has begun: only then a tile can be heard late.
         """
         times, whole = np.array(time_s, np.float64), np.array(force_n, np.float64, order="C")
         found: list[TrackedContacts] = []
@@ -75,10 +75,9 @@ def conceal(
                 last[k].time_s = time_s[i]
                 for sensor in range(4):
                     last[k].force_n[sensor] = force_n[i, k, sensor]
-            elif last[k].time_s > -np.inf:
-                held = time_s[i] - last[k].time_s <= stream[0].gap_s
+            elif time_s[i] - last[k].time_s <= stream[0].gap_s:
                 for sensor in range(4):
-                    force_n[i, k, sensor] = last[k].force_n[sensor] if held else tiles[k].base_n[sensor]
+                    force_n[i, k, sensor] = last[k].force_n[sensor]
 
 
 def load_kernels() -> None:

@@ -79,14 +79,14 @@ def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
 def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
     """Follow the samples `begin` to `end`; write rows and events from the first place on.
 
-    A gap ends a contact, and may begin the next. A lost sample, which is not finite, leaves the load as it was.
+    A gap ends a contact, and may begin the next: of all tiles, or of one whose sample is not finite.
     """
     written, happened = 0, 0
     plates, tiles, ring, rows, force_n = memory.plates, memory.tiles, memory.ring, memory.rows, memory.force_n
     stream = memory.stream[0]
     for i in range(begin, end):
         now_s = memory.time_s[i]
-        gap = stream.count > 0 and now_s - stream.time_s > stream.gap_s
+        pause = stream.count > 0 and now_s - stream.time_s > stream.gap_s
         take = stream.count % stream.every == 0
         newest, oldest = window_ends(memory)
         for k in range(len(tiles)):
@@ -96,11 +96,11 @@ def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
             if take:
                 store_thinned(tile, ring[k, stream.taken % ring.shape[1]], force_n[i, k])
             lost = not math.isfinite(tile.load_n)
+            gap = pause or lost or tile.silent
+            tile.silent = lost
             if lost:
-                tile.load_n = before_n
+                tile.load_n = 0.0
                 forget_quiet(memory, k)
-                if not gap:
-                    continue
             if tile.on:  # does the contact end?
                 settled = not gap and _is_settled(tile, now_s)
                 if gap or settled or tile.load_n < tile.off_n:
