@@ -155,6 +155,16 @@ def test_a_sound_card_that_comes_back_is_heard_again_in_a_ramp(null_sink, until)
         playing.until(lambda: len(playing.of(OutputChanged)) == 3, "it is told again")
 
 
+def test_a_sound_card_that_is_there_later_than_the_session_is_found(null_sink, until):
+    """As after a power cut: the session stayed silent."""
+    null_sink.stop()
+    with live(hum(), until, sound="", latency_s=BUFFER_S) as playing:
+        assert playing.started().where == "the simulator, without sound"
+        null_sink.start()
+        playing.until(lambda: playing.of(OutputChanged), "it is found")
+        assert playing.of(OutputChanged) == [OutputChanged("the default sound device is back", "sound card")]
+
+
 def test_a_tile_without_a_channel_is_named(null_sink, until):
     tiles = default_floor(1, 3).tiles
     floor = Floor((*tiles[:2], msgspec.structs.replace(tiles[2], output=40)))

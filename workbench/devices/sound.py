@@ -3,6 +3,7 @@
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -96,6 +97,22 @@ def devices() -> list[Card]:
         channels, rate_hz = int(device["max_output_channels"]), float(device["default_samplerate"])
         cards += [Card(name + way, channels, rate_hz) for way in ways]
     return cards
+
+
+def is_loaded() -> bool:
+    """Return whether PortAudio is there, and was used in this process."""
+    return "sounddevice" in sys.modules
+
+
+def list_anew() -> None:
+    """Have PortAudio list the cards that are there now, as it does only once; no stream of this process may be open.
+
+    A card that comes back may have another number, and another card its own, by which PortAudio would open that one.
+    """
+    sounddevice = portaudio()
+    for name in ("_terminate", "_initialize"):  # sounddevice has both under private names only
+        with suppress(AttributeError, sounddevice.PortAudioError):
+            getattr(sounddevice, name)()
 
 
 def require_card(name: str) -> None:

@@ -148,6 +148,11 @@ class FurtherStreams:
             self._status.put(Field.CARDS_DRIFT_PPM, worst.drift_ppm)
 
     @property
+    def any_open(self) -> bool:
+        """Whether any of them has a stream."""
+        return any(stream.stream is not None for stream in self._streams)
+
+    @property
     def any_playing(self) -> bool:
         """Whether any of them plays."""
         return any(not stream.silence for stream in self._streams)

@@ -8,7 +8,7 @@ import numpy as np
 
 from underfoot.clock import FADE, SPAN
 from underfoot.devices.outputs import CardChannels
-from underfoot.devices.sound import Stream
+from underfoot.devices.sound import Stream, is_loaded, list_anew
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.further_streams import RETRY_S, FurtherStreams
 from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
@@ -49,7 +49,11 @@ class Pacer:
         return SOUND_CARD if plays else f"{forces_from}, without sound"
 
     def open(self) -> str:
-        """Open the sound card, if one is wanted; return the reason if that fails."""
+        """Open the sound card, if one is wanted; return the reason if that fails.
+
+        A card that is missing at the start, as where the computer is up before it, is looked for if the session plays:
+        what a person began in silence, no card that comes later lets sound.
+        """
         target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
         self._stream = None
         self._runner.has_input = False
@@ -61,6 +65,7 @@ class Pacer:
             recorded = accelerometers.recorded if accelerometers else None
             self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, recorded)
         except DeviceError as error:
+            self._is_away |= is_loaded() and bool(self._status.get(Field.PLAYING))
             self._status.put(Field.STREAM_LATENCY_S, 0.0)
             further = self._further.open()
             silent = [self._without_sound()] if self._further.any_playing else []
@@ -156,7 +161,9 @@ class Pacer:
         self._start()
 
     def _return(self) -> None:
-        """Play on the card again, if it has returned: from silence, in a ramp."""
+        """Play on the card, if it is there now: from silence, in a ramp."""
+        if not self._further.any_open:
+            list_anew()
         self.open()
         self._ramped = 0
         if self._stream is not None and self._first is not None:
