@@ -14,10 +14,12 @@ from engine_blocks import blocks, engine_of
 from made_patches import hum, stepped_bank
 
 from underfoot.devices import outputs
+from underfoot.engine import pacing
 from underfoot.engine.commands import Level, Panic, Play, Swap
 from underfoot.engine.reports import CommandApplied
 from underfoot.engine.rings import Reader
 from underfoot.engine.safety import PANIC
+from underfoot.engine.status import Field
 
 
 def test_ten_thousand_callbacks_allocate_nothing():
@@ -60,6 +62,26 @@ def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch)
         _, played = reader.read()
         assert engine.loop.out.shape[1] == 2
         assert played.any(axis=0).tolist() == [True, True, False, False]
+
+
+def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeypatch):
+    """Of each look, which takes a third of a second on some computers, the session's clock lost what it took."""
+    with engine_of(hum(), sound="no such card") as (engine, _, memory):
+        now_s = [100.0]
+
+        def pass_time(seconds):
+            now_s[0] += seconds
+            if now_s[0] > 109.0:
+                engine.pacer.leave.set()
+
+        monkeypatch.setattr(pacing.time, "monotonic", lambda: now_s[0])
+        monkeypatch.setattr(pacing.time, "sleep", pass_time)
+        monkeypatch.setattr(pacing, "list_anew", lambda: pass_time(0.3))
+        engine.pacer.open()
+        engine.pacer.run()
+        monkeypatch.undo()
+        assert abs(engine.loop.frame / 48_000 - 9.0) < 0.4
+        assert memory.status.get(Field.XRUNS) == 0.0
 
 
 THREADS = {"commands", "reports", "supervisor"}

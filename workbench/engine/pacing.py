@@ -188,8 +188,11 @@ class Pacer:
         return f"silent: {', '.join(name for name, channel in tiles if channel in self._first)}"
 
     def _run_by_clock(self) -> None:
-        """Run blocks by the clock while no stream does; after a panic, until the outputs are opened again."""
-        due = time.monotonic()
+        """Run blocks by the clock while no stream does; after a panic, until the outputs are opened again.
+
+        What looking for a card takes is caught up: the session's clock would lose it, every time.
+        """
+        due, has_looked = time.monotonic(), False
         self._runner.has_input = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
@@ -199,12 +202,14 @@ class Pacer:
                 self._return()
                 if not self._is_away:
                     return
+                has_looked = True
             self._further.keep()
             self._run_block()
             due += self._runner.block_s
             wait = due - time.monotonic()
             if wait > 0.0:
+                has_looked = False
                 time.sleep(wait)
-            elif wait < -_LATE_S:
+            elif wait < -(RETRY_S if has_looked else _LATE_S):
                 self._late += 1
                 due = time.monotonic()
