@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from underfoot.engine.commands import Mark
 from underfoot.engine.reports import (
+    NOTHING,
     CommandApplied,
     Compiling,
     Costs,
@@ -48,8 +49,8 @@ class Bridge(QObject):
     forces_tracked = Signal(object)
     """`ForceUpdate`, once per tick with force samples."""
     floor_silent = Signal(bool)
-    """Whether the floor is silent, for `SILENT_S` of the session: its line is gone, or nothing sends. An engine that
-    stands still does not make it so."""
+    """Whether the floor is silent, for `SILENT_S` of the session: its line is gone, or nothing sends; or the engine is
+    given up. One that stands still does not make it so."""
     vibration_read = Signal(int, object)
     """First session frame, and samples (n, tiles), relative to full scale."""
     response_read = Signal(int, object, object)
@@ -72,6 +73,7 @@ class Bridge(QObject):
         self._tracker: FootstepTracker | None = None
         self._ticks = 0
         self._heard_s, self._is_silent, self._rate_hz = math.inf, False, 1.0
+        self._is_given_up = False
         self._notices: set[str] = set()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -80,7 +82,7 @@ class Bridge(QObject):
 
     def attach(self, session: "Session", floor: Floor, rate_hz: float) -> None:
         """Poll this session from now on, with `rate_hz` frames per second."""
-        self._session, self._rate_hz, self._heard_s = session, rate_hz, math.inf
+        self._session, self._rate_hz, self._heard_s, self._is_given_up = session, rate_hz, math.inf, False
         self._tracker = FootstepTracker(floor, rate_hz, session.force_rate_hz)
         self._notices.clear()
         self._timer.start()
@@ -128,7 +130,7 @@ class Bridge(QObject):
         now_s = session.health.frame / self._rate_hz  # the samples until then are there already
         frames, force_n = session.force.read()
         self._heard_s = float(frames[-1]) / self._rate_hz if len(frames) else min(self._heard_s, now_s)
-        self._show_silence(now_s - self._heard_s > SILENT_S)
+        self._show_silence(self._is_given_up or now_s - self._heard_s > SILENT_S)
         tracker.add(frames, force_n)
         update, steps = tracker.track()
         if update is not None:
@@ -165,6 +167,7 @@ class Bridge(QObject):
                 self.costs_measured.emit(report)
             case Notice(text):
                 if isinstance(report, OutputChanged):
+                    self._is_given_up |= report.where == NOTHING
                     self.output_changed.emit(report)
                     text = f"{text[:1].upper()}{text[1:]}."
                 if text:

@@ -130,13 +130,16 @@ def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
         pass
 
 
-def test_an_engine_that_is_given_up_is_not_called_started_again(followed, session, monkeypatch):
-    said = []
+def test_an_engine_that_is_given_up_is_not_called_started_again_and_its_floor_is_silent(followed, session, monkeypatch):
+    """The last feet stood in Monitor for good."""
+    said, silent = [], []
     followed.notified.connect(said.append)
+    followed.floor_silent.connect(silent.append)
     given_up = OutputChanged("the engine is not started any more", "nothing")
     monkeypatch.setattr(session, "poll", lambda: [ProcessDied("engine", "killed", False), given_up])
     followed.tick()
     assert said == ["The engine is not started any more."]
+    assert silent == [True]
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process outright")
