@@ -63,6 +63,7 @@ def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(expor
     np.testing.assert_allclose(force, FORCE, rtol=1e-4)
     assert (about["SamplingFrequency"], about["StartTime"], about["Columns"]) == (1000.0, 1.5, list(CORNERS))
     assert about["t1.1"]["Units"] == "N"
+    assert about["TaskName"] == "Two trials"
     measured, about = read(beh / "sub-p1_task-Twotrials_recording-measured0002b_stim.tsv.gz")
     np.testing.assert_allclose(measured, 0.9 * VIBRATION, atol=1e-4)
     assert (about["SamplingFrequency"], about["StartTime"], about["t1"]["Units"]) == (48_000.0, 2.25, "m/s^2")

@@ -319,6 +319,18 @@ def test_a_magnitude_is_described_in_bids(tmp_path):
     assert sidecar["magnitude"]["Description"] == "Answer: a number above 0, on a scale of the participant's own."
 
 
+def test_what_bids_takes_for_its_own_has_another_name_there(tmp_path):
+    """Its validator missed the sound files of a factor, and ids and response times were those of the study's column."""
+    row = {"participant": "P1", "trial": 1, "response_s": 0.5, "response_time": "fast", "stim_file": "knock.wav"}
+    write_bids(tmp_path, [{**row, "participant.participant_id": "x", "participant.HED": "y"}], "loud")
+    header, line = (tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.tsv").read_text().splitlines()
+    cells = dict(zip(header.split("\t"), line.split("\t"), strict=True))
+    assert (cells["response_time"], cells["study.response_time"]) == ("0.5", "fast")
+    assert cells["study.stim_file"] == "knock.wav"
+    listed = (tmp_path / "participants.tsv").read_text()
+    assert listed == "participant_id\tparticipant.participant_id\tparticipant.HED\nsub-P1\tx\ty\n"
+
+
 def test_a_button_that_a_simulated_person_misses_was_there_until_it_vanished():
     rows = simulated_rows(preset_protocol("target-selection"), 0, 1, {})[0]
     assert {row["time_s"] for row in rows if row["selected"] == "no"} == {2.0}

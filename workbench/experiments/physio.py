@@ -48,7 +48,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
             path = beh / f"sub-{label}_task-{name}_recording-{kind}{number:04d}{part}_{suffix}.tsv.gz"
             write_file(path, gzip.compress(_rows(excerpt), _FASTEST, mtime=0))
             sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
-            write_file(sidecar, json.dumps(_sidecar(excerpt), indent=1).encode() + b"\n")
+            write_file(sidecar, json.dumps({"TaskName": task, **_sidecar(excerpt)}, indent=1).encode() + b"\n")
             written += [path, sidecar]
     return written
 

@@ -20,6 +20,10 @@ from underfoot.experiments.table import OF_PERSON, Row, columns_of
 from underfoot.files import make_folder, read_file, write_file
 
 _BIDS_RESPONSE_S = "response_time"
+_BIDS_OWN = (_BIDS_RESPONSE_S, "participant_id", "onset", "duration", "stim_file", "HED")
+"""Columns that mean something else in BIDS than a study's of that name: a file in its folder of stimuli, its tags."""
+_OF_STUDY = "study."
+"""Prefix of such columns in a behavioural file."""
 _TEXT_COLUMNS = (
     "participant",
     "stage",
@@ -123,7 +127,7 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
         written += [stem.with_suffix(".tsv"), _json(stem.with_suffix(".json"), {"TaskName": task, **sidecar})]
     asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
     write_file(folder / "participants.tsv", _participants(rows, labels, asked).encode())
-    sidecar = {column.removeprefix(OF_PERSON): _described(column, protocol) for column in asked}
+    sidecar = {_of_participant(column): _described(column, protocol) for column in asked}
     return [*written, folder / "participants.tsv", _json(folder / "participants.json", sidecar)]
 
 
@@ -133,11 +137,16 @@ def _participants(rows: Sequence[Row], labels: Mapping[str, str], asked: Sequenc
     lines = [
         {
             "participant_id": f"sub-{label}",
-            **{column.removeprefix(OF_PERSON): first[person].get(column, "") for column in asked},
+            **{_of_participant(column): first[person].get(column, "") for column in asked},
         }
         for person, label in labels.items()
     ]
-    return _table(lines, ["participant_id", *(column.removeprefix(OF_PERSON) for column in asked)], "\t", "n/a")
+    return _table(lines, ["participant_id", *map(_of_participant, asked)], "\t", "n/a")
+
+
+def _of_participant(column: str) -> str:
+    """Return the name in the list of participants of a column with their answers."""
+    return column if (name := column.removeprefix(OF_PERSON)) in _BIDS_OWN else name
 
 
 def bids_label(text: str) -> str:
@@ -159,8 +168,11 @@ def bids_task(title: str) -> str:
 
 
 def _bids_row(row: Row) -> dict[str, Any]:
-    """Return a row with BIDS's name for the response time."""
-    return {_BIDS_RESPONSE_S if name == RESPONSE_S else name: value for name, value in row.items()}
+    """Return a row with BIDS's name for the response time, and other names for what BIDS takes for its own."""
+    return {
+        _BIDS_RESPONSE_S if name == RESPONSE_S else f"{_OF_STUDY}{name}" if name in _BIDS_OWN else name: value
+        for name, value in row.items()
+    }
 
 
 def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
@@ -169,7 +181,8 @@ def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
     if column in questions:
         asked = questions[column]
         return {"Description": asked.text, **({"Units": asked.unit} if asked.unit else {})}
-    is_factor = protocol is not None and any(column in stimulus.factors for stimulus in protocol.stimuli.values())
+    name = column.removeprefix(_OF_STUDY)
+    is_factor = protocol is not None and any(name in stimulus.factors for stimulus in protocol.stimuli.values())
     plain = "Factor of the stimulus." if is_factor else "Answer, or fact of the trial."
     return {"Description": DESCRIPTIONS.get(RESPONSE_S if column == _BIDS_RESPONSE_S else column, plain)}
 
