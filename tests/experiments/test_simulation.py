@@ -271,19 +271,19 @@ def test_spread_falls_with_the_trials(name, estimate):
     assert by_share[0.5] > by_share[1.0]
 
 
-def test_without_statsmodels_shares_are_analysed_and_curves_name_the_extra(monkeypatch):
+def test_without_statsmodels_curves_are_fitted_and_tests_between_conditions_name_the_extra(monkeypatch):
     for module in [name for name in sys.modules if name.partition(".")[0] == "statsmodels"]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "statsmodels", None)
     found = {}
-    for name in ("identification-impact", "free-labels", "detection-threshold", "stiffness-vibration"):
+    for name in ("identification-impact", "detection-threshold", "stiffness-vibration", "compliance-rating"):
         protocol = preset_protocol(name)
         rows, _ = simulated_rows(protocol, 0, 1, {})
         try:
             found[name] = bool(analysed(rows, protocol, Settings(bootstrap=0)))
         except BadValue as error:
             found[name] = str(error)
-    needed = found.pop("stiffness-vibration")
+    needed = found.pop("compliance-rating")
     assert needed == 'the analysis needs the package statsmodels: pip install "underfoot[analysis]"'
     assert set(found.values()) == {True}
 

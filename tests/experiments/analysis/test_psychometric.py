@@ -32,13 +32,21 @@ def test_the_fit_is_where_scipys_likelihood_is_largest():
     assert (found.intercept, found.slope) == pytest.approx((best.x[0], best.x[1] / 100.0), rel=1e-5)
 
 
-def test_the_fit_and_its_covariance_are_those_of_statsmodels_with_its_own_normal_distribution():
+@pytest.mark.parametrize(
+    ("yes", "of"),
+    [
+        ([1, 3, 7, 12, 13, 15, 19], [20] * 7),
+        ([0, 2, 0, 3, 0, 9, 1], [3, 8, 0, 3, 2, 9, 2]),
+        ([9, 11, 10, 9, 9, 11, 10], [20] * 7),
+    ],
+)
+def test_the_fit_and_its_covariance_are_those_of_statsmodels(yes, of):
     import statsmodels.api as sm  # here: all processes of the tests read this file
 
-    yes = np.array([1, 3, 7, 12, 13, 15, 19])
-    model = sm.GLM(yes / 20, sm.add_constant(X), sm.families.Binomial(sm.families.links.Probit()), freq_weights=TWENTY)
-    expected, found = model.fit(), psychometric.fit(X, yes, TWENTY)
-    assert (found.intercept, found.slope) == pytest.approx(tuple(expected.params), rel=1e-9)
+    shares, design = np.array(yes) / np.maximum(of, 1), sm.add_constant(X)
+    expected = sm.GLM(shares, design, sm.families.Binomial(sm.families.links.Probit()), freq_weights=of).fit()
+    found = psychometric.fit(X, yes, of)
+    assert (found.intercept, found.slope) == pytest.approx(tuple(expected.params), rel=1e-7)
     np.testing.assert_allclose(found.covariance, expected.cov_params(), rtol=1e-6)
 
 

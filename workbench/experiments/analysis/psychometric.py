@@ -1,7 +1,7 @@
 """Psychometric curves: a cumulative normal by probit regression, its point of subjective equality, and intervals.
 
-The regression is a generalised linear model with the probit link, by statsmodels. With a lapse rate, SciPy maximises
-the likelihood instead. Intervals come from a parametric bootstrap: data are drawn from the fitted curve and fitted
+The regression is a generalised linear model with the probit link. With a lapse rate, SciPy maximises the likelihood
+instead. Intervals come from a parametric bootstrap: data are drawn from the fitted curve and fitted
 again. The faster alternative is the regression's covariance: Wald's interval for slope and intercept, and Fieller's
 (Some problems in interval estimation, 1954) for the PSE, which is a ratio. If the slope can be 0, the PSE has no
 bounds. Percentiles of ratios would then end at the draw whose slope is nearest to 0, and cover the true value too
@@ -17,7 +17,6 @@ Where at most one level has both answers, and all beyond it are alike, the likel
 """
 
 import math
-import warnings
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -28,7 +27,6 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import numbers
 from underfoot.errors import BadMeasurement, require
 from underfoot.experiments.analysis.estimate import Z_95, Estimate
-from underfoot.experiments.analysis.libraries import statsmodels
 from underfoot.kernels import Floats
 
 MOST_LAPSES = 0.1
@@ -111,7 +109,7 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = Fals
         raise BadMeasurement("the answers are all alike, or of one level only; there is no curve to fit")
     if guessed:
         return _guessing(levels, counts, totals, guessed, MOST_LAPSES if with_lapses else 0.0)
-    curve = _probit(levels, counts, totals)
+    (curve,) = _probits(levels, counts[None], totals)
     return _climbed(curve, levels, counts, totals, MOST_LAPSES) if with_lapses else curve
 
 
@@ -146,12 +144,13 @@ def estimates(
     levels, totals = np.asarray(x, np.float64), np.asarray(of, np.int64)
     random = np.random.default_rng(seed)
     chance = curve.at(levels)
-    again = []
-    for _ in range(bootstrap):
-        drawn = random.binomial(totals, chance)
-        with suppress(BadMeasurement):
-            found = fit(levels, drawn, totals, with_lapses=with_lapses, guessed=guessed)
-            again.append(_figures(found, _turn(found, levels, drawn, totals)))
+    drawn = random.binomial(totals, chance, (bootstrap, len(totals)))
+    drawn = drawn[(drawn.sum(axis=1) > 0) & (drawn.sum(axis=1) < totals.sum())]
+    if with_lapses or guessed:
+        fits = [fit(levels, one, totals, with_lapses=with_lapses, guessed=guessed) for one in drawn]
+    else:
+        fits = _probits(levels, drawn.astype(np.float64), totals.astype(np.float64))
+    again = [_figures(found, _turn(found, levels, one, totals)) for found, one in zip(fits, drawn, strict=True)]
     bounded, slope, intercept = (
         Estimate(name, value, *_bias_corrected(value, [figures[k] for figures in again]))
         for k, (name, value) in enumerate(zip(NAMES[:3], _figures(curve, None)[:3], strict=True))
@@ -267,45 +266,59 @@ def _percentiles(drawn: list[float]) -> tuple[float, float]:
     return float(low), float(high)
 
 
-class _Normal:
-    """The normal distribution as statsmodels asks for it; that of `scipy.stats` gives the same bits, but checks its
-    arguments at each call, in two thirds of the time of a fit.
+_MOST_ROUNDS, _SETTLED = 100, 1e-8
+"""Rounds of scoring, and the change of the deviance that ends them, as in the GLM of statsmodels and R."""
+
+
+def _probits(levels: Floats, counts: Floats, totals: Floats) -> list[Curve]:
+    """Return the curve of the highest likelihood for each row of `counts` [row, level], with its covariance.
+
+    Fisher's scoring (McCullagh and Nelder, Generalized Linear Models, 2nd ed., 2.5): each round is a line through the
+    answers as normal deviates, weighted by what a level says there. All rows take hardly longer than one.
     """
+    from scipy.special import ndtr, ndtri, xlogy
 
-    @staticmethod
-    def pdf(z: Floats) -> Floats:
-        return np.asarray(np.exp(-(z**2) / 2.0) / math.sqrt(2.0 * math.pi))
-
-    @staticmethod
-    def cdf(z: Floats) -> Floats:
-        from scipy.special import ndtr
-
-        return np.asarray(ndtr(z))
-
-    @staticmethod
-    def ppf(p: Floats) -> Floats:
-        from scipy.special import ndtri
-
-        return np.asarray(ndtri(p))
-
-
-def _probit(levels: Floats, counts: Floats, totals: Floats) -> Curve:
-    """Maximise the likelihood by statsmodels, with levels centred and scaled."""
-    glm = statsmodels("genmod.generalized_linear_model").GLM
-    families = statsmodels("genmod.families")
     used = totals > 0
-    middle, width = float(levels[used].mean()), float(levels[used].std())
-    scaled = (levels[used] - middle) / width
-    shares = counts[used] / totals[used]
-    design = np.column_stack([np.ones_like(scaled), scaled])
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")  # for data that a step fits exactly: the slope is then at its limit
-        model = glm(shares, design, families.Binomial(families.links.Probit(_Normal)), freq_weights=totals[used])
-        result = model.fit()
-    a, b = (float(value) for value in result.params)
-    back = np.array([[1.0, -middle / width], [0.0, 1.0 / width]])
-    (vii, vis), (_, vss) = (back @ np.asarray(result.cov_params()) @ back.T).tolist()
-    return Curve(a - b * middle / width, b / width, covariance=((vii, vis), (vis, vss)))
+    x, of = levels[used], totals[used]
+    shares = counts[:, used] / of
+    least = float(np.finfo(np.float64).eps)
+    chance = 0.5 * (shares + 0.5)
+    heights, deviance = ndtri(chance), np.full(len(shares), math.inf)
+    lines, climbing = np.ones((5, len(shares))), np.full(len(shares), fill_value=True)
+    with np.errstate(all="ignore"):  # where a step fits all: no level says anything about the slope in the end
+        for _ in range(_MOST_ROUNDS):
+            chance = np.clip(chance, least, 1.0 - least)
+            misfit = xlogy(shares, shares / chance) + xlogy(1.0 - shares, (1.0 - shares) / (1.0 - chance))
+            before, deviance = deviance, 2.0 * (misfit * of).sum(axis=1)
+            climbing &= np.abs(deviance - before) > _SETTLED
+            rise = _bell(ndtri(chance))
+            weights = of * rise**2 / (chance * (1.0 - chance))
+            aims = heights + (shares - chance) / rise
+            weight = weights.sum(axis=1)
+            middle = (weights * x).sum(axis=1) / weight  # sums, which do not depend on the other rows as @ does
+            around = x - middle[:, None]
+            spread = (weights * around**2).sum(axis=1)
+            slope = (weights * around * aims).sum(axis=1) / spread
+            found = np.array([slope, (weights * aims).sum(axis=1) / weight, middle, spread, weight])
+            climbing &= np.isfinite(found).all(axis=0)
+            if not climbing.any():
+                break
+            lines[:, climbing] = found[:, climbing]
+            heights = lines[1][:, None] + lines[0][:, None] * (x - lines[2][:, None])
+            chance = ndtr(heights)
+    return [
+        Curve(
+            height - slope * middle,
+            slope,
+            covariance=((1.0 / weight + middle**2 / spread, -middle / spread), (-middle / spread, 1.0 / spread)),
+        )
+        for slope, height, middle, spread, weight in lines.T.tolist()
+    ]
+
+
+def _bell(z: Floats) -> Floats:
+    """Return the density of the standard normal distribution."""
+    return np.asarray(np.exp(-0.5 * z**2) / math.sqrt(2.0 * math.pi))
 
 
 _STARTS = ((1.0, 0.01), (4.0, 0.05))
@@ -338,13 +351,14 @@ def _guessing(levels: Floats, counts: Floats, totals: Floats, guessed: float, mo
     used = totals > 0
     levels, counts, totals = levels[used], counts[used], totals[used]
     felt = np.clip((counts / totals - guessed) / (1.0 - guessed), 0.05, 0.95)
-    start = replace(_probit(levels, felt * totals, totals), guessed=guessed)
+    (plain,) = _probits(levels, (felt * totals)[None], totals)
+    start = replace(plain, guessed=guessed)
     curve = _climbed(start, levels, counts, totals, most_lapses)
     if most_lapses:
         return curve
     middle = float(levels.mean())
     heights, chance = curve.intercept + curve.slope * levels, curve.at(levels)
-    rise = (1.0 - guessed) * _Normal.pdf(heights)
+    rise = (1.0 - guessed) * _bell(heights)
     design = np.column_stack([np.ones_like(levels), levels - middle])
     with np.errstate(all="ignore"):
         weights = np.nan_to_num(totals * rise**2 / (chance * (1.0 - chance)), posinf=0.0)  # far out nothing is known
