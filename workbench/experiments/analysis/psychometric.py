@@ -253,7 +253,9 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
     kept = np.array([one for one in drawn if not math.isnan(one)])
     if len(kept) < _LEAST_DRAWS:
         return math.nan, math.nan
-    below = float(np.clip(np.mean(kept < value), 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
+    alike = np.isclose(kept, value, rtol=1e-6, atol=0.0)  # drawn as answered: rounding would count them as below or not
+    share = np.mean(np.where(alike, 0.5, kept < value))
+    below = float(np.clip(share, 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
     low, high = (100.0 * float(ndtr(2.0 * ndtri(below) + z)) for z in (-Z_95, Z_95))
     return float(np.percentile(kept, low, method="lower")), float(np.percentile(kept, high, method="higher"))
 
