@@ -70,6 +70,10 @@ def test_what_is_presented_again_after_a_stop_is_felt(until, tmp_path):
             runner.spoil("too soon")
         for again in (lambda: runner.spoil("a door slammed"), lambda: runner.repeat_last("slipped")):
             person.until_phase(Phase.READY)
+            if not runner.study.entries:
+                with pytest.raises(BadValue, match="plays is 0; allowed: 1 or more: nothing of this trial"):
+                    runner.spoil("nobody felt it")
+                person.present()
             runner.stop("by the experimenter")
             again()
             person.until_phase(Phase.READY)

@@ -21,8 +21,6 @@ from underfoot.widgets.experiment.session_start import ANOTHER_ID, GO_ON
 pytest.importorskip("statsmodels")
 LEFT = Qt.MouseButton.LeftButton
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
-
-
 CONSENT = {"id": "consent", "kind": "consent", "title": "Taking part", "text": "You can stop at any time."}
 AGE = {"name": "age", "text": "How old are you?", "kind": "count", "low": 18, "high": 99}
 
@@ -239,8 +237,7 @@ def test_stop_note_and_present_again_by_the_experimenter(bench):
         bench.wait(lambda: desk.pause.text() == "Go on")
         bench.click(desk.pause)
         bench.until(Phase.READY)
-    path = bench.runner.file.path
-    away = path.rename(path.with_suffix(".away"))
+    away = (path := bench.runner.file.path).rename(path.with_suffix(".away"))
     bench.key(Qt.Key.Key_F12)  # its time cannot be noted, which was an error of the program
     assert bench.runner.phase is Phase.STOPPED
     assert "is not there any more" in bench.window.status.message
@@ -250,6 +247,9 @@ def test_stop_note_and_present_again_by_the_experimenter(bench):
     bench.until(Phase.READY)
     bench.qtbot.keyClicks(desk.note_field, "shoes changed")
     bench.click(desk.note_button)
+    assert not desk.spoil.isEnabled()  # nothing was felt that could be presented again
+    bench.key(Qt.Key.Key_Space)
+    bench.wait(desk.spoil.isEnabled)
     bench.click(desk.spoil)
     bench.wait(lambda: desk.news.text() == WHY_FIRST)
     bench.qtbot.keyClicks(desk.note_field, "fire drill")

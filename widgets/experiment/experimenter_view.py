@@ -137,7 +137,7 @@ class ExperimenterView(QWidget):
         self.next.setText({Phase.PAUSE: END_PAUSE, Phase.END: CLOSE}.get(phase, "Next"))
         goes_on = phase is Phase.PAGE and not page.questions
         self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
-        self.spoil.setEnabled(runner.is_prepared and page.trial is not None)
+        self.spoil.setEnabled(page.trial is not None and runner.plays > 0)
         self.repeat.setEnabled(runner.is_prepared and runner.study.can_repeat)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
         self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)

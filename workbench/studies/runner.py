@@ -219,8 +219,9 @@ class Runner:
         self._keep({}, {"left_s": round(self.seconds_left, 1)})
 
     def spoil(self, reason: str) -> None:
-        """Spoil the current trial for a reason, and present it again, also after a stop."""
+        """Spoil the current trial for a reason, and present it again, also after a stop; it was presented before."""
         self._require_prepared()
+        require(self.plays > 0, "plays", self.plays, "1 or more: nothing of this trial was presented yet")
         self._store(self.study.spoil(reason, self._record.facts))
         self._present_anew()
 
