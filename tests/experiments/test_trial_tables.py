@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from made_studies import first_answers, preset_protocol, protocol_text, walked
+from made_studies import TD, first_answers, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
@@ -15,7 +15,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import columns_of, factors_of, rows_of
-from underfoot.experiments.trial_files import csv_text, read_csv, value_of, write_bids, write_csv
+from underfoot.experiments.trial_files import columns_of_study, csv_text, read_csv, value_of, write_bids, write_csv
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.studies.results import results_of
@@ -317,6 +317,28 @@ def test_a_magnitude_is_described_in_bids(tmp_path):
     write_bids(tmp_path, [{"participant": "P1", "magnitude": 4.0}], "loud")
     sidecar = json.loads((tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.json").read_text())
     assert sidecar["magnitude"]["Description"] == "Answer: a number above 0, on a scale of the participant's own."
+
+
+def test_tables_of_a_study_have_the_same_columns_whatever_came_first(tmp_path):
+    """A catch trial before an announced one changed their places, and a questionnaire at the end came late."""
+    protocol = preset_protocol("detection-threshold")
+    people = [simulated_rows(protocol, person, 1, {})[0] for person in (0, 3)]
+    assert columns_of(people[0]) != columns_of(people[1])
+    for rows in people:
+        assert columns_of_study(rows, protocol) == columns_of_study(people[0], protocol)
+    likert = {"id": "after", "kind": "questions", "questions": [{"name": "real", "text": "Real?"}]}
+    stages = [*json.loads(protocol_text())["stages"], likert]
+    stimuli = {"X": {}, "TD": {**TD, "factors": {"place": "toe"}}}
+    study = Study(Protocol.loads(protocol_text(stages=stages, stimuli=stimuli), REGISTRY), "P1")
+    first = study.answer(first_answers(study.page))
+    rows = rows_of(study.protocol, "P1", [first])
+    walked(study)
+    whole = [row | {"participant": "P2"} for row in rows_of(study.protocol, "P2", study.entries)]
+    assert columns_of_study(rows, study.protocol) == columns_of_study(whole, study.protocol)
+    assert columns_of_study(rows, study.protocol)[-2:] == ["place", "participant.after.real"]
+    write_bids(tmp_path, [*rows, *whole], "loud", study.protocol)
+    headers = {path.read_text().splitlines()[0] for path in tmp_path.rglob("*_beh.tsv")}
+    assert len(headers) == 1
 
 
 def test_what_bids_takes_for_its_own_has_another_name_there(tmp_path):

@@ -157,10 +157,11 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
         write_page(options.report / "power.html", f"{protocol.title}: before the first participant", [found], facts)
     if options.csv is not None:
         from underfoot.experiments.simulation import simulated_rows
-        from underfoot.experiments.trial_files import write_csv
+        from underfoot.experiments.trial_files import columns_of_study, write_csv
 
-        rows = [simulated_rows(protocol, person, options.seed, truth)[0] for person in range(people)]
-        write_csv(options.csv, [row for of_person in rows for row in of_person])
+        of_people = (simulated_rows(protocol, person, options.seed, truth)[0] for person in range(people))
+        rows = [row for of_person in of_people for row in of_person]
+        write_csv(options.csv, rows, columns_of_study(rows, protocol))
     print(json.dumps(data_of([found])) if options.as_json else text_of([found]))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from underfoot.errors import BadFile
-from underfoot.experiments.columns import DESCRIPTIONS, RESPONSE_S
+from underfoot.experiments.columns import DESCRIPTIONS, FIRST_COLUMNS, RESPONSE_S
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
 from underfoot.experiments.table import OF_PERSON, Row, columns_of
@@ -51,6 +51,20 @@ def csv_text(rows: Sequence[Row], columns: Sequence[str] = ()) -> str:
 def write_csv(path: str | Path, rows: Sequence[Row], columns: Sequence[str] = ()) -> None:
     """Write a table of trials with these columns, or with all; an interrupted write leaves no partial file."""
     write_file(path, csv_text(rows, columns).encode())
+
+
+def columns_of_study(rows: Sequence[Row], protocol: Protocol | None) -> list[str]:
+    """Return the columns of a study's table in an order that does not depend on who took part, and on what came first.
+
+    They are those that the table has of its own, as they are described, then the protocol's factors and questions, also
+    of what nobody has got to yet, then others as they appear.
+    """
+    there = columns_of(rows)
+    own = [column for column in DESCRIPTIONS if column in there]
+    if protocol is not None:
+        own += [factor for stimulus in protocol.stimuli.values() for factor in stimulus.factors]
+        own += _questions(protocol)
+    return list(dict.fromkeys([*FIRST_COLUMNS, *own, *there]))
 
 
 def read_csv(path: str | Path) -> list[Row]:
@@ -118,14 +132,19 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
             "two participants have the same id without signs and letter case; BIDS allows letters and digits only, and "
             "some file systems make no difference of case"
         )
+    in_table = columns_of_study(rows, protocol)
+    columns = [_bids_name(column) for column in in_table if column != "participant"]
     for person, label in labels.items():
-        mine = [_bids_row(row) for row in rows if str(row["participant"]) == person]
-        columns = [column for column in columns_of(mine) if column != "participant"]
+        mine = [
+            {_bids_name(name): value for name, value in row.items()}
+            for row in rows
+            if str(row["participant"]) == person
+        ]
         stem = make_folder(folder / f"sub-{label}" / "beh") / f"sub-{label}_task-{name}_beh"
         write_file(stem.with_suffix(".tsv"), _table(mine, columns, "\t", "n/a").encode())
         sidecar = {column: _described(column, protocol) for column in columns}
         written += [stem.with_suffix(".tsv"), _json(stem.with_suffix(".json"), {"TaskName": task, **sidecar})]
-    asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
+    asked = [column for column in in_table if column.startswith(OF_PERSON)]
     write_file(folder / "participants.tsv", _participants(rows, labels, asked).encode())
     sidecar = {_of_participant(column): _described(column, protocol) for column in asked}
     return [*written, folder / "participants.tsv", _json(folder / "participants.json", sidecar)]
@@ -167,12 +186,9 @@ def bids_task(title: str) -> str:
     return bids_label(title)[:80] or "study"
 
 
-def _bids_row(row: Row) -> dict[str, Any]:
-    """Return a row with BIDS's name for the response time, and other names for what BIDS takes for its own."""
-    return {
-        _BIDS_RESPONSE_S if name == RESPONSE_S else f"{_OF_STUDY}{name}" if name in _BIDS_OWN else name: value
-        for name, value in row.items()
-    }
+def _bids_name(column: str) -> str:
+    """Return BIDS's name for the response time, and another name for what BIDS takes for its own."""
+    return _BIDS_RESPONSE_S if column == RESPONSE_S else f"{_OF_STUDY}{column}" if column in _BIDS_OWN else column
 
 
 def _described(column: str, protocol: Protocol | None) -> dict[str, str]:

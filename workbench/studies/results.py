@@ -13,7 +13,7 @@ from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import Row, alike_ids, rows_of, with_levels
-from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
+from underfoot.experiments.trial_files import columns_of_study, read_csv, write_bids, write_csv
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
 
@@ -47,7 +47,7 @@ class Results:
 
     def write_csv(self, path: Path) -> None:
         """Write all trials, one per row."""
-        write_csv(path, self.rows)
+        write_csv(path, self.rows, columns_of_study(self.rows, self.protocol))
 
     def write_bids(self, folder: Path) -> None:
         """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions."""
