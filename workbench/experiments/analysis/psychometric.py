@@ -332,16 +332,25 @@ first alone, one of fifteen curves is left on a lower top.
 def _climbed(start: Curve, levels: Floats, counts: Floats, totals: Floats, most_lapses: float) -> Curve:
     """Return the curve of the highest likelihood, with up to so many lapses, and with what is guessed as in `start`."""
     from scipy.optimize import minimize
+    from scipy.special import ndtr
 
-    def loss(values: Floats) -> float:
+    def loss(values: Floats) -> tuple[float, Floats]:
+        """Return `_loss` of a curve, and its gradient, without which each step takes three curves more."""
         a, b, lapse = values
-        return _loss(Curve(a, b / width, lapse, guessed=start.guessed), levels - middle, counts, totals)
+        normal, low = ndtr(a + b * scaled), start.guessed or lapse
+        chance = np.clip(low + (1.0 - lapse - low) * normal, 1e-12, 1.0 - 1e-12)
+        missed = (totals - counts) / (1.0 - chance) - counts / chance
+        rise = missed * (1.0 - lapse - low) * _bell(a + b * scaled)
+        by_lapse = missed * (-normal if start.guessed else 1.0 - 2.0 * normal)
+        value = -(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum()
+        return float(value), np.array([rise.sum(), (rise * scaled).sum(), by_lapse.sum()])
 
     middle, width = float(levels.mean()), float(levels.std()) or 1.0
+    scaled = (levels - middle) / width
     height, steepness = start.intercept + start.slope * middle, start.slope * width
     bounds = [(-20, 20), (-50, 50), (0.0, most_lapses)]
     tops = [
-        minimize(loss, [k * height, k * steepness, min(lapse, most_lapses)], method="L-BFGS-B", bounds=bounds)
+        minimize(loss, [k * height, k * steepness, min(lapse, most_lapses)], method="L-BFGS-B", bounds=bounds, jac=True)
         for k, lapse in _STARTS
     ]
     a, b, lapse = (float(value) for value in min(tops, key=lambda top: float(top.fun)).x)
