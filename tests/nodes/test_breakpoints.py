@@ -38,11 +38,12 @@ def test_at_once_it_plays_from_the_first_frame_and_only_once():
     np.testing.assert_allclose(level, curve(np.arange(RATE) / RATE, 1), atol=1e-9)
 
 
-def test_a_start_in_the_middle_begins_again_without_a_step():
-    level, _ = played((0.0, 1.0, 0.0), (4800.0, 1.0, 0.0))
+@pytest.mark.parametrize("again", [4800.0, 4800.5])
+def test_a_start_in_the_middle_begins_again_without_a_step(again):
+    level, _ = played((0.0, 1.0, 0.0), (again, 1.0, 0.0))
     assert np.abs(np.diff(level[:9600])[1:]).max() < 2.0 / (GLIDE_S * RATE)
-    settled = 4800 + round(GLIDE_S * RATE)
-    np.testing.assert_allclose(level[settled:], curve((np.arange(RATE) - 4800) / RATE, 1)[settled:], atol=1e-9)
+    settled = 4801 + round(GLIDE_S * RATE)
+    np.testing.assert_allclose(level[settled:], curve((np.arange(RATE) - again) / RATE, 1)[settled:], atol=1e-9)
 
 
 @pytest.mark.parametrize("points", [[], [(0.1, 1.0, 100.0)], [(0.0, 1.0, 100.0), (0.0, 0.5, 100.0)]])

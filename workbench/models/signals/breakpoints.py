@@ -70,7 +70,7 @@ def run(
             ahead = 0.0
         off = 0.0
         if state.glide != 0.0:
-            first = points[0, LEVEL] if points[0, TIME] == 0.0 else 0.0
+            first = points[0, LEVEL] if points[0, TIME] == 0.0 and age >= 0.0 else 0.0
             off = (state.glide - state.strength * first) * min(max(1.0 - (now - state.onset) / glide_frames, 0.0), 1.0)
         level[i] = state.level = state.strength * ahead + off
         frequency[i] = points[at, FREQUENCY] + share * (points[after, FREQUENCY] - points[at, FREQUENCY])
