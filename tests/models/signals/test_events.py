@@ -38,6 +38,13 @@ def test_strengths_that_cancel_leave_an_event_of_none_where_the_first_was():
     assert rows_of(events).tolist() == [[5.25, 0.0, 0.0]]
 
 
+def test_strengths_that_nearly_cancel_stay_in_their_frame():
+    events = event_list(room=2)
+    emit(events, 5.25, 2.0)
+    emit(events, 5.75, -1.5)
+    assert np.floor(rows_of(events)[:, 0]).tolist() == [5.0]
+
+
 @given(st.lists(st.tuples(st.floats(0.0, 40.0), st.floats(0.01, 10.0), st.floats(0.0, 1.0)), max_size=60))
 def test_one_event_a_frame_is_left_with_all_strength_and_the_same_first_moment(drawn):
     drawn = sorted(drawn)

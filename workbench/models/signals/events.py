@@ -47,13 +47,17 @@ def append(events: Memory, time: float, strength: float, duration: float = 0.0) 
 
 @kernel
 def emit(events: Memory, time: float, strength: float, duration: float = 0.0) -> None:
-    """Append an event, or merge it with the last one if in the same frame, at their weighted time."""
+    """Append an event, or merge it with the last one if in the same frame, at their time weighted by size.
+
+    By signed strengths that nearly cancel, the time would lie frames away.
+    """
     last = len(events) - 1
     if last < 0 or math.floor(events.time[last]) != math.floor(time):
         append(events, time, strength, duration)
         return
     total = events.strength[last] + strength
     if total != 0.0:
-        events.time[last] += (time - events.time[last]) * (strength / total)
+        size = abs(events.strength[last]) + abs(strength)
+        events.time[last] += (time - events.time[last]) * (abs(strength) / size)
     events.strength[last] = total
     events.duration[last] = max(events.duration[last], duration)
