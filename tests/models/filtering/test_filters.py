@@ -11,7 +11,7 @@ from scipy import signal
 
 from underfoot.kernels import kernel
 from underfoot.models.filtering import second_order
-from underfoot.models.filtering.second_order import COEFFICIENTS, STATE
+from underfoot.models.filtering.second_order import COEFFICIENTS, MOVING_STATE, STATE
 
 RATE = 48000.0
 KINDS = ("low", "high", "band")
@@ -155,3 +155,13 @@ def test_frequencies_outside_the_range_are_held_inside(kind, frequency_hz):
         section = designed(kind, frequency_hz, second)
         assert np.isfinite(section.values).all()
         assert np.isfinite(filtered(section, np.random.default_rng(7).normal(size=3000) * 1e6)).all()
+
+
+@pytest.mark.parametrize("moved", [(250.0, 1000.0), (20.0, 10.0)])
+def test_a_band_pass_that_becomes_wide_for_its_centre_lets_go_of_its_ringing_no_louder_than_it_was(moved):
+    state, y = MOVING_STATE.zeros(), np.empty(9600)
+    x = np.sin(2.0 * np.pi * 250.0 * np.arange(9600) / RATE)
+    second_order.run_moving(x, designed("band", 250.0, 10.0), 0, state, y)
+    assert np.abs(y).max() > 0.99
+    second_order.run_moving(np.zeros(9600), designed("band", *moved), 9600, state, y)
+    assert np.abs(y).max() <= 1.0

@@ -12,6 +12,7 @@ g, k > 0, even if they change at every frame. This keeps a changing section stab
 
 import math
 
+from underfoot.clock import SPAN
 from underfoot.kernels import Floats, inlined, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
@@ -130,15 +131,28 @@ def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, 
             now.values[i] = coefficients.values[i]
     done = 0
     while done < out.size and not _same(now, coefficients):
-        at = frame + done
-        g, k = glided(now.g, coefficients.g, at), glided(now.k, coefficients.k, at)
-        gain_input = glided(now.gain_input, coefficients.gain_input, at)
-        gain_x1 = glided(now.gain_x1, coefficients.gain_x1, at)
-        gain_x2 = glided(now.gain_x2, coefficients.gain_x2, at)
-        design(g, k, gain_input, gain_x1, gain_x2, now)
+        _move(now, coefficients, frame + done, state.section)
         run(signal[done : done + 1], now, state.section, out[done : done + 1])
         done += 1
     run(signal[done:], coefficients, state.section, out[done:])
+
+
+@part
+def _move(now: Memory, coefficients: Memory, frame: int, section: Memory) -> None:
+    """Move the coefficients `now` by a frame.
+
+    Where the frequency falls, the bandwidth g k moves evenly: even steps of g and k would make a band-pass wide on its
+    way. A band-pass of little k stores ringing; as its gain, which is k, grows, that is let go no louder than it was.
+    """
+    c, before = coefficients, now.gain_x1
+    g, k, gain_x1 = glided(now.g, c.g, frame), glided(now.k, c.k, frame), glided(before, c.gain_x1, frame)
+    if c.g < now.g and (frame + 1) % SPAN != 0:
+        k, gain_x1 = glided(now.g * now.k, c.g * c.k, frame) / g, glided(now.g * before, c.g * c.gain_x1, frame) / g
+    gain_input, gain_x2 = glided(now.gain_input, c.gain_input, frame), glided(now.gain_x2, c.gain_x2, frame)
+    if gain_input == 0.0 and gain_x2 == 0.0 and gain_x1 > before:
+        section.x1 *= before / gain_x1
+        section.x2 *= before / gain_x1
+    design(g, k, gain_input, gain_x1, gain_x2, now)
 
 
 @part
