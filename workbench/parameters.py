@@ -69,8 +69,8 @@ class Number(Parameter):
 
     `wire` is "" (no), "span" (read once per span) or "audio" (one value per frame). `scale` is the spacing of its
     control: "linear", "log", or in decibels from silence on: "gain", a factor that is also shown in decibels, with a
-    detent at 0 dB; "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative
-    is set by its size, and inverted by a button.
+    detent at 0 dB; "amplitude", shown in its unit, also for other numbers of many sizes that may be 0. Files and wires
+    have the number itself. A gain that may be negative is set by its size, and inverted by a button.
 
     `default` is the value where a file has none. `added` is the value of a node added by hand, if that default would be
     too strong alone on a tile: files may leave the default out, so that it cannot change.

@@ -205,6 +205,9 @@ def test_declared_in_full(type):
             assert parameter.low < parameter.high
             assert parameter.scale != "log" or parameter.low > 0.0
             assert math.isclose(parameter.value(parameter.position(parameter.default)), parameter.default, abs_tol=1e-9)
+            has_slider = parameter.scale != "linear" or parameter.high - parameter.low < 1e5
+            if has_slider and parameter.default not in (parameter.low, parameter.high):
+                assert 0.02 < parameter.position(parameter.default) < 0.98, f"{name}: too near an end to be dragged"
 
 
 def test_a_row_that_slept_wakes_at_the_very_frame():

@@ -52,7 +52,7 @@ class Impact:
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="mass of the hammer")
     stiffness = Number(1e5, 1e3, 1e13, unit="N/m^a", scale="log", doc="contact stiffness: soft 1e4, hard 1e11")
     exponent = Number(1.5, 1.0, 4.0, doc="exponent a of the contact force: 1 is a spring, 1.5 a sphere")
-    damping = Number(0.3, 0.0, 10.0, unit="s/m", doc="contact damping mu = lambda / k")
+    damping = Number(0.3, 0.0, 10.0, unit="s/m", scale="amplitude", doc="contact damping mu = lambda / k")
     error = Number(1e-3, 1e-7, 0.1, scale="log", doc="largest relative error of the displacement")
     pitch = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all mode frequencies")
     decay = Number(1.0, 0.1, 10.0, scale="log", fades=True, doc="factor on all decays: more is drier")

@@ -21,7 +21,9 @@ class _Fibres:
     damping = Number(0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre")
     creep = Number(0.0, 0.0, 100.0, doc="damping b_R of the whole bundle")
     restructurings = Count(20, 1, 10_000, doc="restructurings n_max of a chain (inverse model)")
-    stiffening = Number(0.005, 0.0, 1.0, doc="alpha: stiffening of a chain per restructuring (inverse model)")
+    stiffening = Number(
+        0.005, 0.0, 1.0, scale="amplitude", doc="alpha: stiffening of a chain per restructuring (inverse model)"
+    )
     strength = Number(
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole bundle under quasi-static load"
     )
@@ -88,12 +90,14 @@ class FibreGrid(_Fibres):
     )
     columns = Count(3, 1, 8, doc="number of cells along the tile's x axis")
     rows = Count(3, 1, 8, doc="number of cells along the tile's y axis")
-    width = Number(0.305, 0.01, 10.0, unit="m", doc="size of the tile along x")
-    depth = Number(0.305, 0.01, 10.0, unit="m", doc="size of the tile along y")
+    width = Number(0.305, 0.01, 10.0, unit="m", scale="log", doc="size of the tile along x")
+    depth = Number(0.305, 0.01, 10.0, unit="m", scale="log", doc="size of the tile along y")
     reach = Number(
         0.08, 0.005, 1.0, unit="m", scale="log", doc="standard deviation of the foot's pressure around its centre"
     )
-    coupling = Number(0.1, 0.0, 10.0, doc="stiffness between neighbouring cells, relative to a cell's own")
+    coupling = Number(
+        0.1, 0.0, 10.0, scale="amplitude", doc="stiffness between neighbouring cells, relative to a cell's own"
+    )
     rubble = Number(0.2, 0.01, 1.0, doc="share of its stiffness that a broken cell keeps")
     events = Output(kind="event", doc="failures; at most one per frame")
     strain = Output(doc="mean strain x of the cells")

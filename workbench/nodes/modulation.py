@@ -100,7 +100,7 @@ class StepSequence:
     values = Numbers((1.0, 0.5, 0.0, 0.5), 0.0, 1.0, most=64, doc="value of each step, from 0 (low) to 1 (high)")
     pace = Choice("at its frequency", options=("at its frequency", "at events"), doc="what advances the sequence")
     frequency = Number(4.0, 0.01, 50.0, unit="Hz", scale="log", wire="span", doc="steps per second")
-    glide = Number(0.005, 0.0, 2.0, unit="s", doc="transition time between values; 0 is a jump")
+    glide = Number(0.005, 0.0, 2.0, unit="s", scale="amplitude", doc="transition time between values; 0 is a jump")
     low, high = _low(), _high()
     out = Output(doc="from low to high")
     state = steps.SEQUENCE
@@ -193,7 +193,7 @@ class SampleAndHold:
     accuracy = "exact: the frame of the event, to 1e-12"
     signal = Input(doc="any unit")
     trigger = Input(kind="event", doc="samples the signal")
-    glide = Number(0.005, 0.0, 2.0, unit="s", doc="transition time between values; 0 is a jump")
+    glide = Number(0.005, 0.0, 2.0, unit="s", scale="amplitude", doc="transition time between values; 0 is a jump")
     out = Output()
     state = steps.HELD
 
