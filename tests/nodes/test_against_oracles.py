@@ -139,6 +139,16 @@ def test_wav_player_plays_a_file_in_its_own_time_whatever_its_length(own, count,
     assert not heard[frames:].any()
 
 
+def test_a_sound_that_is_started_again_does_not_click_and_is_itself_5_ms_later(tmp_path):
+    sound = np.sin(2 * np.pi * 250.0 * np.arange(9_600) / RATE)
+    soundfile.write(tmp_path / "tone.wav", sound, int(RATE), subtype="DOUBLE")
+    patch = chain("strike", "wav-player", file="tone.wav", mode="at events", amplitude=1.0)
+    starts = [(0.0, 1.0), (1_008.5, 1.0), (1_056.0, 1.0)]  # at a crest, and at one while the former fades
+    heard = play(patch, "wav-player.out", folder=tmp_path, strikes=starts)
+    assert np.abs(np.diff(heard)).max() < np.abs(np.diff(sound)).max() + 2.0 / 240
+    np.testing.assert_array_equal(heard[1_056 + 240 :], sound[: 9_600 - 1_056][240:])
+
+
 @pytest.mark.parametrize(("own", "tone_hz"), [(24_000, 12_000.0), (96_000, 24_000.0)])
 def test_a_loop_keeps_the_amplitude_of_what_lies_at_half_of_either_rate(own, tone_hz, tmp_path):
     soundfile.write(tmp_path / "loop.wav", 0.3 * np.cos(2 * np.pi * tone_hz * np.arange(960) / own), own, "DOUBLE")

@@ -10,6 +10,7 @@ from underfoot.kernels import Floats
 from underfoot.layouts import Layout
 from underfoot.models.filtering import second_order
 from underfoot.models.signals import noise
+from underfoot.models.signals.breakpoints import GLIDE_S
 from underfoot.parameters import Choice, FilePath, Number
 from underfoot.patch.node import Input, Output, node, prepared
 
@@ -80,7 +81,10 @@ class Texture:
 
 @node("wav-player", "Sources", "WAV player")
 class WavPlayer:
-    """Play a sound file as vibration: in a loop, or once from its start at each event."""
+    """Play a sound file as vibration: in a loop, or once from its start at each event.
+
+    What a start cuts off goes to 0 in 5 ms, so that it does not click.
+    """
 
     accuracy = (
         "exact: at the file's own rate to 1e-12; otherwise band-limited resampling, to 0.2 % of a sine inside the "
@@ -93,7 +97,7 @@ class WavPlayer:
     )
     start = Input(kind="event", doc="plays from the start; strength scales the amplitude")
     out = Output("m/s^2")
-    state = Layout("wav_player", "is_playing", "next_sample", "strength")
+    state = Layout("wav_player", "is_playing", "next_sample", "strength", "level", "left", "since")
     muted_by = ("amplitude",)
 
     def lasts(values):
@@ -103,24 +107,30 @@ class WavPlayer:
     def samples(values, rate):
         return _samples(values["file"], rate, values["mode"] == "loop")
 
-    def run(samples, mode, amplitude, start, frame, state, out):
-        event = 0
+    def run(samples, mode, amplitude, start, rate, frame, state, out):
+        event, glide_frames = 0, GLIDE_S * rate
         for i in range(out.size):
             if event < len(start) and start.time[event] < frame + i + 1:
                 state.is_playing, state.next_sample, state.strength = 1.0, 0.0, start.strength[event]
+                state.left, state.since = state.level, 0.0
                 event += 1
             if mode == LOOP and state.is_playing == 0.0:
                 state.is_playing, state.next_sample, state.strength = 1.0, 0.0, 1.0
-            if state.is_playing == 0.0 or samples.size == 0:
-                out[i] = 0.0
-                continue
-            at = int(state.next_sample)
-            out[i] = samples[at] * state.strength * amplitude[i]
-            state.next_sample = at + 1.0
-            state.is_playing = 1.0 if at + 1 < samples.size else 0.0
+            state.level = 0.0
+            if state.is_playing != 0.0 and samples.size > 0:
+                at = int(state.next_sample)
+                state.level = samples[at] * state.strength
+                state.next_sample = at + 1.0
+                state.is_playing = 1.0 if at + 1 < samples.size else 0.0
+            if state.left != 0.0:
+                state.level += state.left * (1.0 - state.since / glide_frames)
+                state.since += 1.0
+                state.left = state.left if state.since < glide_frames else 0.0
+            out[i] = state.level * amplitude[i]
 
     def tail(samples, mode, state):
-        return math.inf if state.is_playing != 0.0 or (mode == LOOP and samples.size > 0) else 0.0
+        is_heard = state.is_playing != 0.0 or state.left != 0.0
+        return math.inf if is_heard or (mode == LOOP and samples.size > 0) else 0.0
 
 
 def _samples(path: str, rate: float, is_loop: bool) -> Floats:
