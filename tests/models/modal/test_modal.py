@@ -192,6 +192,17 @@ def test_new_modes_go_on_with_what_rings(form):
         np.testing.assert_allclose(out, closed_form(*after, np.arange(960)), atol=1e-9)
 
 
+def test_what_was_struck_in_every_frame_rings_at_its_own_pitch_until_there_are_new_modes():
+    row, signal = Struck(([500.0], [0.0], [1.0])), sparse_signal(960, 960)
+    ring(row, signal)
+    row.design(([700.0], [0.0], [1.0]))
+    out = np.empty(960)
+    row.ring(np.zeros(960), 960, out)
+    turns = np.arange(960) / RATE
+    phasor = (signal * np.exp(2j * np.pi * 500.0 * turns[::-1])).sum() * np.exp(2j * np.pi * 500.0 / RATE)
+    np.testing.assert_allclose(out, (phasor * np.exp(2j * np.pi * 700.0 * turns)).imag, atol=1e-9)
+
+
 def test_an_event_acts_from_the_frame_its_time_lies_in_and_a_late_one_at_once():
     modes = ([12_000.0], [0.0], [1.0])
     for time, first in ((7.999, 7), (8.0, 8), (-3.0, 0)):

@@ -77,9 +77,6 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
         is_struck = event < count and events.time[event] < frame + done + length
         straight = length == BLOCK and not is_struck  # this block need not be kept
         if start == 0:
-            if state.strikes > _FEW:
-                _add_waiting(coefficients, state)
-            state.strikes = 0.0
             if (frame + done) % _PATIENCE == 0:
                 _drop(coefficients, state)
             goal = out[done : done + BLOCK] if straight else block
@@ -91,6 +88,10 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
         if not straight:
             for i in range(length):
                 out[done + i] = block[start + i]
+        if start + length == BLOCK:  # now, as the modes may be others from the next block on
+            if state.strikes > _FEW:
+                _add_waiting(coefficients, state)
+            state.strikes = 0.0
         done += length
         state.given = (start + length) % BLOCK if state.active > 0.0 else 0.0
 
