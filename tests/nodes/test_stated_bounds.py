@@ -88,6 +88,19 @@ def test_a_footfall_is_where_the_line_between_two_frames_crosses():
     assert row.events["onset"][0][0] == pytest.approx(crossing + 240.0, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    "same", [{"scale": 25.0}, {"stiffness": 100.0, "mass": 1e-3, "damping": 0.3}], ids=["scale", "ratios"]
+)
+def test_events_of_a_bundle_depend_on_no_scale_of_strains_and_on_ratios_of_its_stiffness(same):
+    made = []
+    for values in ({}, same):
+        row = BareRow(REGISTRY["fibre-bundle"], **values)
+        row.run(0, 9600, {"force": 1000.0 * np.sin(np.linspace(0.0, np.pi, 9600))})
+        made.append(row.events["events"])
+    assert len(made[0]) > 50
+    np.testing.assert_allclose(made[1], made[0], rtol=1e-9)
+
+
 def test_a_file_at_the_floor_s_rate_is_played_as_it_is(tmp_path):
     sound = np.random.default_rng(2).uniform(-1.0, 1.0, N)
     soundfile.write(tmp_path / "noise.wav", sound, 48_000, subtype="DOUBLE")

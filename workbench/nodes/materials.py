@@ -13,13 +13,23 @@ class _Fibres:
         "exact", options=damage.MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
     thresholds = Choice("weibull", options=damage.THRESHOLDS, doc="distribution of the breaking strains")
-    fibres = Count(2000, 1, 10_000_000, doc="number of fibres N; the cost hardly depends on it")
-    shape = Number(4.0, 0.5, 50.0, scale="log", doc="Weibull shape k: higher makes thresholds more alike")
-    scale = Number(2.5, 0.01, 1000.0, scale="log", doc="scale lambda of the distribution, a strain")
-    stiffness = Number(1.0, 1e-3, 1e6, scale="log", doc="stiffness k_F of a fibre")
-    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="mass m of a fibre")
-    damping = Number(0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre")
-    creep = Number(0.0, 0.0, 100.0, doc="damping b_R of the whole bundle")
+    fibres = Count(2000, 1, 10_000_000, doc="number of fibres N: more give more cracks, each as strong")
+    shape = Number(
+        4.0, 0.5, 50.0, scale="log", doc="Weibull shape k: higher makes thresholds alike, so that all breaks at once"
+    )
+    scale = Number(
+        2.5, 0.01, 1000.0, scale="log", doc="scale lambda of the distribution, a strain; no event depends on it"
+    )
+    stiffness = Number(
+        1.0, 1e-3, 1e6, scale="log", doc="stiffness k_F of a fibre; events depend on its ratios to mass and damping"
+    )
+    mass = Number(1e-5, 1e-9, 1.0, scale="log", doc="mass m of a fibre: the strain swings at sqrt(k_F / m) / 2 pi")
+    damping = Number(
+        0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre: more slows the strain, with fewer cracks"
+    )
+    creep = Number(
+        0.0, 0.0, 100.0, doc="damping b_R of the whole bundle: more makes it yield slowly, with fewer cracks"
+    )
     restructurings = Count(20, 1, 10_000, doc="restructurings n_max of a chain (inverse model)")
     stiffening = Number(
         0.005, 0.0, 1.0, scale="amplitude", doc="alpha: stiffening of a chain per restructuring (inverse model)"
@@ -80,8 +90,8 @@ class FibreGrid(_Fibres):
     model = Choice(
         "exact", options=grid.GRID_MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
-    fibres = Count(500, 1, 10_000_000, doc="number of fibres N per cell")
-    creep = Number(0.0, 0.0, 100.0, doc="damping b_R of a whole bundle")
+    fibres = Count(500, 1, 10_000_000, doc="number of fibres N per cell: more give more cracks, each as strong")
+    creep = Number(0.0, 0.0, 100.0, doc="damping b_R of a whole bundle: more makes it yield slowly, with fewer cracks")
     strength = Number(
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole grid under uniform load"
     )
@@ -134,15 +144,40 @@ class Slip:
 
     accuracy = "exact: SciPy's solver, to 1e-9 between slips"
     force = Input("N", doc="load on the ground")
-    mass = Number(2.0, 1e-3, 1000.0, unit="kg", scale="log", doc="mass m")
-    damping = Number(500.0, 0.1, 1e6, unit="N*s/m", scale="log", doc="damping b")
-    stiffness = Number(1e5, 100.0, 1e9, unit="N/m", scale="log", doc="stiffness k1 of the elastic unit")
-    plastic_stiffness = Number(5e4, 100.0, 1e9, unit="N/m", scale="log", doc="stiffness k2 of the unit that slips")
-    threshold = Number(5.0, 0.01, 1e4, unit="N", scale="log", doc="force on the plastic unit at which it slips")
+    mass = Number(2.0, 1e-3, 1000.0, unit="kg", scale="log", doc="mass m of the ground that moves")
+    damping = Number(
+        500.0, 0.1, 1e6, unit="N*s/m", scale="log", doc="damping b: more slows the ground, with fewer slips"
+    )
+    stiffness = Number(
+        1e5,
+        100.0,
+        1e9,
+        unit="N/m",
+        scale="log",
+        doc="stiffness k1 of the elastic unit: softer ground sinks further, and slips more often",
+    )
+    plastic_stiffness = Number(
+        5e4,
+        100.0,
+        1e9,
+        unit="N/m",
+        scale="log",
+        doc="stiffness k2 of the unit that slips: stiffer gives more and weaker slips",
+    )
+    threshold = Number(
+        5.0,
+        0.01,
+        1e4,
+        unit="N",
+        scale="log",
+        doc="force on the plastic unit at which it slips: more gives fewer and stronger slips",
+    )
     spread = Number(0.3, 0.0, 1.0, doc="relative spread of the thresholds")
-    gamma = Number(1.5, 0.1, 5.0, doc="exponent of the energy distribution")
+    gamma = Number(1.5, 0.1, 5.0, doc="exponent of the energy distribution: higher gives more and weaker slips")
     least = Number(1e-6, 1e-12, 1.0, unit="J", scale="log", doc="smallest energy of a slip")
-    most = Number(1e-3, 1e-9, 100.0, unit="J", scale="log", doc="largest energy of a slip")
+    most = Number(
+        1e-3, 1e-9, 100.0, unit="J", scale="log", doc="largest energy of a slip; strengths are relative to it"
+    )
     renewal = Number(
         0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load after which the ground is intact again"
     )
