@@ -8,7 +8,6 @@ import numpy as np
 from underfoot.errors import BadFile
 from underfoot.kernels import Floats
 from underfoot.layouts import Layout
-from underfoot.models.filtering import second_order
 from underfoot.models.signals import noise
 from underfoot.models.signals.breakpoints import GLIDE_S
 from underfoot.parameters import Choice, FilePath, Number
@@ -60,7 +59,7 @@ class Texture:
     width = Number(noise.WIDTH_HZ, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="bandwidth at -3 dB")
     amplitude = Number(1.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="RMS over time, in m/s^2")
     out = Output("m/s^2")
-    state, coefficients = second_order.MOVING_STATE, noise.TEXTURE_COEFFICIENTS
+    state, coefficients = noise.TEXTURE_STATE, noise.TEXTURE_COEFFICIENTS
     muted_by = ("amplitude",)
     tail = math.inf
 
@@ -73,8 +72,7 @@ class Texture:
         noise.design_texture(interval, burst, centre, width, rate, coefficients)
 
     def run(amplitude, key, frame, coefficients, state, out):
-        noise.bursts(key, frame, coefficients, out)
-        second_order.run_moving(out, coefficients.band_pass, frame, state, out)
+        noise.run_texture(key, frame, coefficients, state, out)
         for i in range(out.size):
             out[i] *= amplitude[i]
 

@@ -5,7 +5,6 @@ import pytest
 from event_rows import rows_of
 from scipy import signal, stats
 
-from underfoot.models.filtering import second_order
 from underfoot.models.signals import noise
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
@@ -44,10 +43,9 @@ def designed_texture(mean_s=0.02, burst_s=0.001, centre_hz=300.0, width_hz=15.0,
 
 
 def texture(frames, coefficients, key=KEY, block=None):
-    state, y = second_order.STATE.zeros(), np.empty(frames)
+    state, y = noise.TEXTURE_STATE.zeros(), np.empty(frames)
     for first, count in stretches(frames, block):
-        noise.bursts(key, START + first, coefficients, y[first : first + count])
-        second_order.run(y[first : first + count], coefficients.band_pass, state, y[first : first + count])
+        noise.run_texture(key, START + first, coefficients, state, y[first : first + count])
     return y
 
 
@@ -160,6 +158,17 @@ def test_the_texture_is_its_bursts_through_the_band_pass():
     noise.bursts(KEY, START, designed_texture(), y)
     exact = signal.lfilter(*signal.iirpeak(300.0, 300.0 / 15.0, fs=RATE), y)
     assert np.abs(texture(96_000, designed_texture()) - exact).max() < 1e-9
+
+
+def test_a_texture_that_becomes_narrow_at_once_is_not_louder_on_its_way():
+    wide, narrow = (designed_texture(0.002, 0.002, width_hz=width_hz) for width_hz in (1000.0, 10.0))
+    loudest = {"before": 0.0, "after": 0.0}
+    for key in range(20):
+        state, y = noise.TEXTURE_STATE.zeros(), np.empty(4800)
+        for time, frame, coefficients in (("before", 0, wide), ("after", 4800, narrow)):
+            noise.run_texture(np.uint64(key), frame, coefficients, state, y)
+            loudest[time] = max(loudest[time], np.abs(y).max())
+    assert loudest["after"] < loudest["before"]
 
 
 @pytest.mark.parametrize(("mean_s", "width_hz", "rate"), [(0.02, 15.0, 48000.0), (0.005, 60.0, 8000.0)])

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from underfoot.clock import SPAN
 from underfoot.kernels import Floats, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.filtering import second_order
@@ -18,6 +19,8 @@ BAND_STATE = Layout("band_noise", high_pass=second_order.STATE, low_pass=second_
 BAND_COEFFICIENTS = Layout(
     "band_noise_coefficients", "gain", high_pass=second_order.COEFFICIENTS, low_pass=second_order.COEFFICIENTS
 )
+TEXTURE_STATE = Layout("texture", "gain", filter=second_order.MOVING_STATE)
+"""The gain of the last span, 0 before the first, and the band-pass."""
 TEXTURE_COEFFICIENTS = Layout("texture_coefficients", "interval", "burst", "gain", band_pass=second_order.COEFFICIENTS)
 """Mean interval and length of a burst in frames, and the gain before the band-pass."""
 
@@ -116,6 +119,25 @@ def design_texture(
     coefficients.interval = mean
     coefficients.burst = burst
     coefficients.gain = math.sqrt(mean / burst * (1.0 + b) / b)
+
+
+@kernel
+def run_texture(key: np.uint64, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
+    """Fill `out` with the texture, from session frame `frame` on.
+
+    A gain that rises, as for a band-pass that becomes narrow, waits for the span in which the band-pass moves: through
+    one that is still wide it would be too loud.
+    """
+    bursts(key, frame, coefficients, out)
+    if state.gain == 0.0:
+        state.gain = coefficients.gain
+    i = 0
+    while i < out.size and state.gain != coefficients.gain:
+        out[i] *= min(state.gain / coefficients.gain, 1.0)
+        i += 1
+        if (frame + i) % SPAN == 0:
+            state.gain = coefficients.gain
+    second_order.run_moving(out, coefficients.band_pass, frame, state.filter, out)
 
 
 @kernel
