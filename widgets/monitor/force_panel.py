@@ -88,7 +88,7 @@ class ForcePanel(QWidget):
         if len(times):
             onsets_s = [start_s for tile, start_s in self._onsets if tile == self._tile]
             self.plot.show_forces(times, forces, time.end_s, np.array(onsets_s), self._marks)
-        else:
+        elif self.plot.has_forces:  # a floor that sends nothing has nothing new
             self.plot.clear_forces()
 
     def show_readouts(self, time: ShownTime, hover_s: float) -> None:

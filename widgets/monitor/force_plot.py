@@ -72,6 +72,11 @@ class ForcePlot(Plot):
         ]
         self._show(x - now_s, y.astype(np.float64), lines)
 
+    @property
+    def has_forces(self) -> bool:
+        """Whether there are curves."""
+        return bool(len(self.drawing.series[-1].x))
+
     def clear_forces(self) -> None:
         """Show nothing."""
         self._show(np.zeros(0), np.zeros((0, 5)), [])

@@ -301,6 +301,19 @@ def test_who_stood_on_a_floor_that_is_unplugged_is_not_shown_any_more(monitor):
     assert monitor.map.grab().toImage() == nobody
 
 
+def test_the_plot_of_a_floor_that_sends_nothing_is_emptied_once(monitor):
+    monitor.add_forces(update_of())
+    monitor.draw()
+    assert sum_curve(monitor).x.size
+    drawn = []
+    for tick in range(3):  # time goes on with the vibration
+        monitor.time.advance_to(60.0 + tick)
+        monitor.draw()
+        drawn.append(monitor.force.plot.drawing)
+    assert not sum_curve(monitor).x.size
+    assert drawn[0] is drawn[1] is drawn[2]
+
+
 def test_the_times_are_written_under_the_lowest_plot_of_them(qtbot, monitor):
     """Under the spectrogram; with levels in its place, which are over frequency, under the forces."""
 
