@@ -116,6 +116,15 @@ def test_a_series_on_the_right_has_its_own_axis_in_its_colour():
     assert line.points[1, 1] == pytest.approx((frame.area.top + frame.area.bottom) / 2.0)
 
 
+def test_a_note_that_is_wider_than_the_axes_goes_on_in_the_next_line():
+    drawing = replace(LIVE, series=(), note="looking for steps…")
+    frame = framed(drawing, 150, 200)
+    shown = [shape for shape in content_of(drawing, frame, measure) if isinstance(shape, Text)]
+    assert [one.text for one in shown] == ["looking for", "steps…"]
+    assert all(measure(one.text, one.size_px) < frame.area.width for one in shown)
+    assert shown[0].y < (frame.area.top + frame.area.bottom) / 2.0 < shown[1].y
+
+
 def test_a_heat_map_lies_under_lines_and_series_and_a_note_over_all():
     heat = HeatMap(np.zeros((4, 5), np.uint8), (-5.0, 0.0), (-100.0, 1000.0))
     lines = (ReferenceLine("y", 40.0, name="felt"), ReferenceLine("x", -2.0))

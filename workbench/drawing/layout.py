@@ -107,10 +107,18 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
     if not drawing.note:
         yield from frame.above
     else:
-        x_px, y_px = (area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0
-        half = measure(drawing.note, SMALL_PX + 2) / 2.0 + 4.0
-        yield Backdrop(Box(x_px - half, y_px - 9.0, x_px + half, y_px + 9.0))
-        yield Text(drawing.note, x_px, y_px + 4.0, "muted", "middle", SMALL_PX + 2)
+        yield from _note(drawing.note, area, measure)
+
+
+def _note(note: str, area: Box, measure: Measure) -> Iterator[Shape]:
+    """Yield a note in the middle of the axes, in as many lines as it needs there: what is wider would be cut off."""
+    lines = _wrapped(note, area.width, lambda text: measure(text, SMALL_PX + 2))
+    x_px, y_px = (area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0
+    half = max(measure(line, SMALL_PX + 2) for line in lines) / 2.0 + 4.0
+    above = (len(lines) - 1) * _LINE_PX / 2.0
+    yield Backdrop(Box(x_px - half, y_px - above - 9.0, x_px + half, y_px + above + 9.0))
+    for number, line in enumerate(lines):
+        yield Text(line, x_px, y_px - above + number * _LINE_PX + 4.0, "muted", "middle", SMALL_PX + 2)
 
 
 def _legend_inside(drawing: Drawing, area: Box, measure: Measure) -> Iterator[Shape]:
