@@ -126,7 +126,7 @@ class RecordingsWorkspace(Workspace):
         self.axis.show_content(None, note)
         self.title.setText("")
         self.facts.set_full_text("")
-        self.progress.setText("")
+        self._say("")
         self.steps.show_steps(())
         self.steps.show_wait("")
         self._enable()
@@ -147,7 +147,7 @@ class RecordingsWorkspace(Workspace):
         self._enable()
         self.follower.follow(opened.path)
         if self.follower.is_written(opened.path):
-            self.progress.setText("recording…")
+            self._say("recording…")
             self.steps.show_wait("after the recording")
         elif opened.survey is None or not opened.is_drawn:
             if opened.path == self._renaming:
@@ -198,13 +198,18 @@ class RecordingsWorkspace(Workspace):
 
     def _show_progress(self, progress: Progress) -> None:
         if not progress.text:
-            self.progress.setText("")
+            self._say("")
             self.steps.show_wait("")
             self.reader.reread()
             return
-        self.progress.setText(f"{progress.text}: {100.0 * progress.share:.0f} %")
+        self._say(f"{100.0 * progress.share:.0f} %  ·  {progress.text}")
         if self.axis.content is not None and not self.axis.content.opened.is_drawn:
             self.reader.reread()
+
+    def _say(self, text: str) -> None:
+        """Show what is being done, the share first: in a narrow window the rest is cut off."""
+        self.progress.set_full_text(text)
+        self.progress.setVisible(bool(text))
 
     def _fail(self, why: str) -> None:
         self.notified.emit(why)
@@ -357,7 +362,7 @@ class RecordingsWorkspace(Workspace):
 
     def _head(self) -> list[QWidget | None]:
         self.title, self.facts = theme.label("", "title"), ElidedLabel("muted")
-        self.progress, self.export_state = theme.label("", "small"), theme.label("", "small")
+        self.progress, self.export_state = ElidedLabel("small"), theme.label("", "small")
         zoom = [
             self._button("", "−", "Show more (−)", partial(self._zoom, 1.0 / ZOOM)),
             self._button("", "+", "Show less, and finer (+)", partial(self._zoom, ZOOM)),
@@ -370,6 +375,8 @@ class RecordingsWorkspace(Workspace):
         self.export_button = self._button(
             "export", "Export…", "Write it, or the selected stretch, for other programs (Ctrl+Shift+E)", self.export
         )
+        self.progress.setMinimumWidth(6 * theme.GRID)
+        self.progress.hide()
         self._export_action = QAction("Export recording…", self)
         self._export_action.triggered.connect(self.export)
         self.stopping = self._button("stop", "", "Stop the export", self.exporting.stop)

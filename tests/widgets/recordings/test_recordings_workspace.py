@@ -20,6 +20,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QMessageBox, QStyle, QStyleOptionViewItem
 from windows import quiet_window
 
+from underfoot.engine.survey_process import Progress
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.records.summary import Summary
@@ -479,6 +480,14 @@ def test_the_list_has_room_for_when_an_hour_was_recorded(workspace, folder, walk
     margin = shown.style().pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, option, shown) + 1
     room = shown.style().subElementRect(QStyle.SubElement.SE_ItemViewItemText, option, shown).width() - 2 * margin
     assert all(shown.fontMetrics().horizontalAdvance(line) <= room for line in summary_text(hour).split("\n"))
+
+
+def test_what_is_being_done_keeps_off_the_name_in_a_narrow_window(opened):
+    opened.resize(900, 548)
+    opened.surveyor.progressed.emit(Progress("Looking for footsteps", 0.68))
+    QApplication.processEvents()
+    assert opened.title.geometry().right() < opened.progress.geometry().left()
+    assert opened.progress.text().startswith("68 %")
 
 
 def test_the_names_of_tracks_keep_off_the_figures_of_their_axes(opened):
