@@ -290,6 +290,19 @@ def test_a_gait_is_of_four_steps_or_more_of_somebody_who_is_known():
     assert math.isnan(one_legged.stance_asymmetry_percent)
 
 
+def test_the_cadence_of_who_limps_is_the_number_of_steps_in_a_minute():
+    """Steps of 0.5 and 0.9 s: their rates, 120 and 67, have a mean of 93."""
+    limps = [
+        Step(
+            k, "t1", ("left", "right")[k % 2], 0.7 * k, 600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0, person=1,
+            cadence_per_min=60.0 / (0.5, 0.9)[k % 2],
+        )
+        for k in range(20)
+    ]  # fmt: skip
+    (found,) = gait_of(limps)
+    assert found.cadence_per_min == pytest.approx(60.0 / 0.7)
+
+
 def test_steps_on_the_spot_make_no_length_asymmetric():
     """Lengths near 0 differ by any factor: of 20 and 1 mm the symmetry index is 181 %."""
     measured = (600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0)

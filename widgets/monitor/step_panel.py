@@ -20,7 +20,7 @@ from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
 CADENCE_STEPS = 8
-"""Number of steps in the mean cadence."""
+"""Number of steps in the cadence."""
 
 MAX_FILES = 100
 """Most files of unsaved footsteps that are kept."""
@@ -40,8 +40,8 @@ class StepPanel(QWidget):
         super().__init__()
         self.table = StepTable()
         self.count = theme.label("", "muted")
-        self._cadence = theme.label("", "muted")
-        for label in (self.count, self._cadence):
+        self.cadence = theme.label("", "muted")
+        for label in (self.count, self.cadence):
             label.installEventFilter(self)
         self._folder = Path.home()
         self.folder: Path | None = None
@@ -52,7 +52,7 @@ class StepPanel(QWidget):
         self.clear_button = tool_button("broom", "Clear", "Remove all footsteps from the table")
         self.clear_button.clicked.connect(self.clear)
         title = theme.label("Footsteps", "title")
-        head = [title, self.count, self._cadence, None, self.clear_button, self.export_button]
+        head = [title, self.count, self.cadence, None, self.clear_button, self.export_button]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(with_header(head, WholeRows(self.table), parent=self))
@@ -123,7 +123,9 @@ class StepPanel(QWidget):
     def _show_count(self) -> None:
         steps = self.table.steps.steps
         self.count.setText(f"{len(steps)}" if steps else "none yet")
-        cadences = [step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)]
-        self._cadence.setText(f"{np.mean(cadences):.0f} steps a minute" if cadences else "")
+        times_s = [
+            60.0 / step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)
+        ]
+        self.cadence.setText(f"{60.0 / np.mean(times_s):.0f} steps a minute" if times_s else "")
         self.export_button.setEnabled(bool(steps))
         self.clear_button.setEnabled(bool(steps))

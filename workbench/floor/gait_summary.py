@@ -27,7 +27,7 @@ _SIDES = ("left", "right", "unknown")
 
 @dataclass(frozen=True)
 class PersonGait:
-    """Means over a person's steps; NaN if not known.
+    """Means over a person's steps; NaN if not known. The cadence is one over the mean step time: steps by the minute.
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
     their mean; 0 where they are alike. That of the length leaves out steps on the spot, which with the step before lead
@@ -125,10 +125,11 @@ class _Sums:
 
     def add(self, step: Step) -> None:
         """Take a step."""
-        lengths = (step.cadence_per_min, step.step_length_mm, step.step_width_mm)
+        lengths = (step.step_length_mm, step.step_width_mm)
         leads_on = self._last_length_mm + step.step_length_mm >= 1e3 * LEAST_STRIDE_M
         onwards_mm = step.step_length_mm if leads_on else math.nan
-        figures = np.array([*lengths, step.contact_ms, step.swing_ms, step.double_support_ms, onwards_mm])
+        step_s = 60.0 / step.cadence_per_min
+        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms, onwards_mm])
         side, known = _SIDES.index(step.side), np.isfinite(figures)
         self._sum[side, known] += figures[known]
         self._known[side] += known
@@ -144,8 +145,8 @@ class _Sums:
 
     def mean_gait(self) -> PersonGait:
         """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
-        means = _ratio(self._sum.sum(axis=0), self._known.sum(axis=0))[:6].tolist()
-        return PersonGait(0, self.steps, *means)
+        step_s, *means = _ratio(self._sum.sum(axis=0), self._known.sum(axis=0))[:6].tolist()
+        return PersonGait(0, self.steps, 60.0 / step_s, *means)
 
     def gait(self, person: int) -> PersonGait:
         """Return the means and asymmetries, as those of `person`."""

@@ -210,6 +210,11 @@ def test_the_gait_of_each_person_is_told_under_the_mouse(monitor):
     assert monitor.steps.count.toolTip() == "person 2: 4 steps, stance 612 ms, stance 0 % asymmetric"
 
 
+def test_the_cadence_of_who_limps_is_the_number_of_steps_in_a_minute(monitor):
+    monitor.add_steps([replace(STEP, cadence_per_min=60.0 / step_s) for step_s in (0.5, 0.9)])
+    assert monitor.steps.cadence.text() == "86 steps a minute"
+
+
 def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp_path):
     monitor.add_steps([STEP, SPIKE])
     with qtbot.waitSignal(monitor.notified) as said:
