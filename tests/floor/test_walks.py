@@ -303,6 +303,26 @@ def test_the_cadence_of_who_limps_is_the_number_of_steps_in_a_minute():
     assert found.cadence_per_min == pytest.approx(60.0 / 0.7)
 
 
+def test_the_stride_time_varies_by_its_standard_deviation_over_its_mean():
+    """Strides, not steps: that one leg is slower is no variation. A step that was not seen is in no stride."""
+    draw = np.random.default_rng(2)
+    step_s = np.where(np.arange(60) % 2, 0.5, 0.7) + draw.normal(0.0, 0.02, 60)
+    step_s[20] = math.nan
+    steps = [
+        Step(
+            k, "t1", ("left", "right")[k % 2], 0.6 * k, 600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0, person=1,
+            cadence_per_min=60.0 / one_s,
+        )
+        for k, one_s in enumerate(step_s)
+    ]  # fmt: skip
+    (found,), (few,) = gait_of(steps), gait_of(steps[:30])
+    strides_s = step_s[1:] + step_s[:-1]
+    strides_s = strides_s[np.isfinite(strides_s)]
+    assert found.stride_variation_percent == pytest.approx(100.0 * strides_s.std(ddof=1) / strides_s.mean())
+    assert found.line().endswith(f"stride time varies by {found.stride_variation_percent:.1f} %")
+    assert math.isnan(few.stride_variation_percent)
+
+
 def test_steps_on_the_spot_make_no_length_asymmetric():
     """Lengths near 0 differ by any factor: of 20 and 1 mm the symmetry index is 181 %."""
     measured = (600.0, 700.0, 500.0, 700.0, 300.0, 8.0, 200.0, 200.0)

@@ -17,6 +17,9 @@ LEAST_STRIDE_M = 0.15
 """Two steps that lead less far are on the spot, where lengths near 0 differ by any factor: simulated
 people who step or turn there make at most 0.09 m."""
 
+LEAST_STRIDES = 30
+"""Fewest strides of which a variation is told: the standard deviation of 30 is off by an eighth, 1 / sqrt(2 n)."""
+
 MOST_TOLD = 8
 """Most persons whose gait is told one by one; more are told together."""
 
@@ -31,7 +34,8 @@ class PersonGait:
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
     their mean; 0 where they are alike. That of the length leaves out steps on the spot, which with the step before lead
-    less than `LEAST_STRIDE_M`, as it divides by the length.
+    less than `LEAST_STRIDE_M`, as it divides by the length. The variation of the stride time, two steps, is its
+    coefficient of variation (standard deviation over mean), known from `LEAST_STRIDES` on.
     """
 
     person: int
@@ -44,6 +48,7 @@ class PersonGait:
     double_support_ms: float
     stance_asymmetry_percent: float = math.nan
     length_asymmetry_percent: float = math.nan
+    stride_variation_percent: float = math.nan
 
     def line(self) -> str:
         """Return a readable line."""
@@ -61,6 +66,7 @@ class PersonGait:
             (abs(self.double_support_ms), feet + " {:.0f} ms"),
             (self.stance_asymmetry_percent, "stance {:.0f} % asymmetric"),
             (self.length_asymmetry_percent, "length {:.0f} %"),
+            (self.stride_variation_percent, "stride time varies by {:.1f} %"),
         )
         said = ", ".join(form.format(value) for value, form in figures if math.isfinite(value))
         return f"{counted(self.steps, 'step')}, {said}"
@@ -118,7 +124,8 @@ class _Sums:
     def __init__(self) -> None:
         self.steps = 0
         self.last_s = -math.inf
-        self._last_length_mm = math.nan
+        self._last_length_mm = self._last_step_s = math.nan
+        self._strides = np.zeros(3)  # sums of the stride times to the powers 0, 1 and 2
         # The seventh figure is the length of steps that lead on.
         self._sum = np.zeros((len(_SIDES), 7))
         self._known = np.zeros((len(_SIDES), 7))
@@ -135,7 +142,10 @@ class _Sums:
         self._known[side] += known
         self.steps += 1
         self.last_s = max(self.last_s, step.start_s)
-        self._last_length_mm = step.step_length_mm
+        stride_s = self._last_step_s + step_s
+        if math.isfinite(stride_s):
+            self._strides += stride_s ** np.arange(3)
+        self._last_length_mm, self._last_step_s = step.step_length_mm, step_s
 
     def merge(self, other: "_Sums") -> None:
         """Take the steps of `other`."""
@@ -153,8 +163,19 @@ class _Sums:
         left, right, _ = _ratio(self._sum, self._known)
         length, stance = (200.0 * _ratio(np.abs(left - right), left + right))[[6, 3]].tolist()
         return replace(
-            self.mean_gait(), person=person, stance_asymmetry_percent=stance, length_asymmetry_percent=length
+            self.mean_gait(),
+            person=person,
+            stance_asymmetry_percent=stance,
+            length_asymmetry_percent=length,
+            stride_variation_percent=self._stride_variation_percent(),
         )
+
+    def _stride_variation_percent(self) -> float:
+        count, total, squares = self._strides.tolist()
+        if count < LEAST_STRIDES:
+            return math.nan
+        spread = math.sqrt(max(squares - total**2 / count, 0.0) / (count - 1.0))
+        return 100.0 * spread * count / total
 
 
 def _added(of_person: dict[int, _Sums], steps: Iterable[Step]) -> dict[int, _Sums]:
