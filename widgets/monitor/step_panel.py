@@ -6,16 +6,16 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.floor.footsteps import Step
-from underfoot.floor.gait_summary import gait_of
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.gait_tip import GaitTip
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
@@ -41,8 +41,7 @@ class StepPanel(QWidget):
         self.table = StepTable()
         self.count = theme.label("", "muted")
         self.cadence = theme.label("", "muted")
-        for label in (self.count, self.cadence):
-            label.installEventFilter(self)
+        GaitTip((self.count, self.cadence), lambda: self.table.steps.steps[-GAIT_STEPS:])
         self._folder = Path.home()
         self.folder: Path | None = None
         """Where footsteps that nobody saved are kept when another session begins."""
@@ -105,13 +104,6 @@ class StepPanel(QWidget):
         self._folder = Path(path).parent
         self._is_saved = True
         self.notified.emit(f"{counted(self.table.steps.rowCount(), 'footstep')} saved as {path}.")
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Tell the gait of each person under the mouse, which is computed when it is asked for, not at each step."""
-        if event.type() == QEvent.Type.ToolTip and isinstance(watched, QWidget):
-            gaits = gait_of(self.table.steps.steps[-GAIT_STEPS:])
-            watched.setToolTip("\n".join(one.line() for one in gaits))
-        return super().eventFilter(watched, event)
 
     def _ask_for_file(self) -> None:
         dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")

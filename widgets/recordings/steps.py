@@ -13,6 +13,7 @@ from underfoot.quantities import counted
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import step_lines
 from underfoot.widgets import theme
+from underfoot.widgets.controls.gait_tip import GaitTip
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 from underfoot.widgets.plots.plot import Plot
@@ -42,6 +43,7 @@ class RecordedSteps(QWidget):
         self.plot = Plot("Force over stance")
         self.plot.setMinimumWidth(20 * theme.GRID)
         self.count = theme.label("", "muted")
+        GaitTip((self.count,), self._steps_of_person)
         self.filters = {name: QComboBox() for name in _FILTERS}
         head: list[QWidget | None] = [theme.label("Steps", "title"), self.count, None]
         for name, box in self.filters.items():
@@ -129,6 +131,11 @@ class RecordedSteps(QWidget):
     def visible_steps(self) -> list[Step]:
         """Return the steps that match the filters."""
         return [self._steps[number].step for number in self._visible]
+
+    def _steps_of_person(self) -> list[Step]:
+        """Return all steps of the chosen person, or of all: a gait is of steps that follow one another."""
+        wanted = self.filters["person"].currentData()
+        return [one.step for one in self._steps if wanted in (ALL, str(one.step.person))]
 
     def copy(self) -> None:
         """Copy the selected steps, or all that match the filters, to the clipboard as CSV."""
