@@ -162,6 +162,19 @@ def test_the_feet_of_who_lands_beside_a_seam_with_both_are_two(apart_m):
     assert [contact.tiles for contact in found] == [(0,), (1,)]
 
 
+@pytest.mark.parametrize("valley_n", [390.0, 330.0])
+def test_the_foot_of_who_walks_fast_is_one_over_a_seam(valley_n):
+    """The faster, the less it bears while the other swings by: 0.38 of its first peak is measured at an ordinary pace,
+    and was taken for two feet."""
+    floor = default_floor(1, 2)
+    seam_m, middle_m = np.mean([tile.centre_m for tile in floor.tiles], axis=0)
+    foot = gait.Footfall("left", 0.6, 0.5, seam_m - 0.13, middle_m, 0.0, 0.26, 1000.0, valley_n, 900.0)
+    time_s, force_n = walked(floor, 1.8, [foot])
+    alone = time_s < 1.5
+    (found,) = finished(contacts_of(floor, time_s[alone], force_n[alone]))
+    assert found.tiles in {(0, 1), (1, 0)}
+
+
 # Footfalls that once were taken for others', as simulated people made them: (start, duration, heel x, y, heading,
 # length, breadth, peaks and valley).
 TOES_UNDER_THE_NEXT_HEEL = (
