@@ -123,6 +123,14 @@ def test_damaged_files_are_read_or_refused_in_one_line(whole, tmp_path):
     assert 20 < refused < 200
 
 
+def test_one_that_was_copied_in_part_says_how_much_is_missing(whole):
+    """It is no other file, as which SQLite's message reads."""
+    with whole.open("r+b") as file:
+        file.truncate(round(0.6 * whole.stat().st_size))
+    with pytest.raises(BadFile, match=r"whole.uf is cut off: 40 % of it are missing; copy it again"):
+        Recording(whole)
+
+
 def test_one_that_ends_while_somebody_reads_it_is_whole_and_in_one_file_when_they_end(tmp_path):
     path = tmp_path / "followed.uf"
     writer = Writer(path, ABOUT)
