@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from given_forces import GivenForces, intake_signals, standing_forces
+from made_walks import Foot, corner_forces, touching_floor
 
 from underfoot.engine.intake import GATE_S, HOLD_S
 from underfoot.floor.contacts import ContactTracker
@@ -84,6 +85,16 @@ def test_a_contact_on_a_tile_that_falls_silent_ends_and_is_cut_as_is_the_one_aft
     finder = StepFinder(FLOOR, 1000.0)
     assert not finder.feed(time_s, force_n).steps + finder.finish().steps
     assert finder.warnings() == ["2 contacts cut by gaps in the samples; they give no step"]
+
+
+def test_a_foot_that_comes_down_on_a_silent_tile_and_beside_it_is_cut():
+    """Only the load on the other tile was seen to begin: it gave a step, later and lighter than the foot."""
+    floor, time_s = touching_floor(1, 2), np.arange(2500) / 1000.0
+    force_n = corner_forces(floor, [Foot(1.0, (0.22, 0.15), (0.38, 0.15))], time_s)
+    force_n[950:1100, 0] = np.nan
+    finder = StepFinder(floor, 1000.0)
+    assert not finder.feed(time_s, force_n).steps + finder.finish().steps
+    assert finder.warnings() == ["1 contact cut by gaps in the samples; they give no step"]
 
 
 def test_samples_of_which_one_sensor_is_missing_are_as_the_sample_before():

@@ -287,8 +287,8 @@ class ContactTracker:
             else:
                 one = self._ongoing[foot]
                 one.standing -= 1
-                one.cut = bool(one.cut or event["cut"])
                 one.end_s = max(one.end_s, float(event["time_s"]))
+            one.cut = bool(one.cut or event["cut"])
         for foot, one in self._ongoing.items():
             if len(rows):
                 mine = feet == foot
