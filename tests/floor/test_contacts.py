@@ -174,7 +174,7 @@ def test_tare_by_hand():
     assert not tracker.ongoing()
 
 
-@pytest.mark.parametrize(("gap_s", "contacts"), [(0.03, 1), (0.05, 2)])
+@pytest.mark.parametrize(("gap_s", "contacts"), [(0.03, 1), (0.04, 1), (0.05, 2)])
 def test_a_gap_ends_a_contact_and_what_follows_is_new(gap_s, contacts):
     time_s, force_n = loads((0.0, 1.0), (500.0, 1.0), (0.0, 0.5))
     kept = (time_s <= 1.3) | (time_s >= 1.3 + gap_s)

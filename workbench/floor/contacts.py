@@ -41,6 +41,9 @@ GAP_S = 0.040
 """Longest time between samples that is no gap. By then, force at audio rate has been ramped to 0
 (docs/contracts.md#signals-events-rows)."""
 
+_ROUNDING_S = 1e-6
+"""Times that differ by less are equal: samples that are 40 ms apart would be a gap or none, by when they come."""
+
 SILENT_S = 0.5
 """Time without a sample of any tile after which nobody is on the floor any more, for those who look at it while it
 runs: scenes, Monitor, other programs."""
@@ -152,7 +155,7 @@ class ContactTracker:
     def __init__(self, floor: Floor, rate_hz: float) -> None:
         require(LEAST_HZ <= rate_hz <= MOST_HZ, "rate_hz", rate_hz, f"{LEAST_HZ:g} to {MOST_HZ:g} Hz")
         self.floor = floor
-        self.memory = tracker_memory(floor, rate_hz, SLAB, max(GAP_S, 2.5 / rate_hz))
+        self.memory = tracker_memory(floor, rate_hz, SLAB, max(GAP_S, 2.5 / rate_hz) + _ROUNDING_S)
         """Memory of `tracking.follow`. Callers that have the samples in arrays of their own follow them with these in
         place of its first two."""
         self._where = addresses(self.memory)
