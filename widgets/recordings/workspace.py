@@ -51,8 +51,8 @@ SHORTCUTS = (
     ("Export the recording", "Ctrl+Shift+E"),
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
-TITLE_PX = 180
-"""Minimum width of a recording's name."""
+TITLE_PX = 100
+"""Minimum width of a longer name of a recording: at 900 pixels no more is left beside what is being done with it."""
 
 
 class RecordingsWorkspace(Workspace):
@@ -114,7 +114,7 @@ class RecordingsWorkspace(Workspace):
     def open(self, path: Path) -> None:
         """Open a recording; show errors."""
         self._close_recording(f"Opening {path.name}…")
-        self.title.setText(path.stem)
+        self._show_name(path.stem)
         self.recordings.mark(path)
         self.reader.open(path.absolute())
 
@@ -124,7 +124,7 @@ class RecordingsWorkspace(Workspace):
         self.surveyor.stop()
         self.readout.clear()
         self.axis.show_content(None, note)
-        self.title.setText("")
+        self._show_name("")
         self.facts.set_full_text("")
         self._say("")
         self.steps.show_steps(())
@@ -141,8 +141,7 @@ class RecordingsWorkspace(Workspace):
         self.recordings.mark(opened.path)
         folder = opened.about.get("target", "")
         length, tiles = time_text(opened.length_s, 0.1), counted(len(opened.floor.tiles), "tile")
-        self.title.setText(opened.path.stem)
-        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it are hidden
+        self._show_name(opened.path.stem)
         self.facts.set_full_text(f"{length}  ·  {tiles}" + (f"  ·  {folder}" if folder else ""))
         self._enable()
         self.follower.follow(opened.path)
@@ -206,6 +205,10 @@ class RecordingsWorkspace(Workspace):
         if self.axis.content is not None and not self.axis.content.opened.is_drawn:
             self.reader.reread()
 
+    def _show_name(self, name: str) -> None:
+        self.title.set_full_text(name)
+        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it are hidden
+
     def _say(self, text: str) -> None:
         """Show what is being done, the share first: in a narrow window the rest is cut off."""
         self.progress.set_full_text(text)
@@ -261,7 +264,7 @@ class RecordingsWorkspace(Workspace):
         content = self.axis.content
         if content is not None and self._is_open(old):
             content.opened = replace(content.opened, path=new)
-            self.title.setText(new.stem)
+            self._show_name(new.stem)
             self._go_on_with_survey()
         self.recordings.show_renamed(old, new)
 
@@ -361,7 +364,7 @@ class RecordingsWorkspace(Workspace):
             splitter.setChildrenCollapsible(False)
 
     def _head(self) -> list[QWidget | None]:
-        self.title, self.facts = theme.label("", "title"), ElidedLabel("muted")
+        self.title, self.facts = ElidedLabel("title"), ElidedLabel("muted")
         self.progress, self.export_state = ElidedLabel("small"), theme.label("", "small")
         zoom = [
             self._button("", "−", "Show more (−)", partial(self._zoom, 1.0 / ZOOM)),

@@ -1,14 +1,16 @@
 """A recording gets another name in the list: by F2, by the menu, and only if nothing is lost by it."""
 
 import shutil
+from itertools import pairwise
 
 import pytest
 from long_recording import write_recording
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication, QMenu, QWidget
 
+from underfoot.engine.survey_process import Progress
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
@@ -169,3 +171,20 @@ def test_a_long_list_shows_the_field_at_the_item(workspace):
     assert item.contains(inline.geometry().center())
     assert item.topLeft() != QPoint()
     QTest.keyClick(inline, Qt.Key.Key_Escape)
+
+
+def test_a_long_name_is_cut_off_and_lies_over_nothing_in_a_narrow_window(qtbot, workspace):
+    """It lay over what was being done, and over the first buttons."""
+    name = "2026-11-29 participant 17 second day"
+    type_name(workspace, name)
+    qtbot.waitUntil(lambda: workspace.title.toolTip() == name or workspace.title.text() == name)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
+    workspace.resize(900, 548)
+    for doing in ("Looking for footsteps", ""):
+        workspace.surveyor.progressed.emit(Progress(doing, 0.68))
+        QApplication.processEvents()
+        row = workspace.title.parentWidget().findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        shown = sorted((one.geometry() for one in row if one.isVisible()), key=QRect.left)
+        assert all(left.right() < right.left() for left, right in pairwise(shown))
+        assert workspace.title.text().startswith("2026-11")
+        assert workspace.title.toolTip() == name
