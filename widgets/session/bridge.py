@@ -127,10 +127,13 @@ class Bridge(QObject):
 
     def _read(self, session: "Session", tracker: FootstepTracker) -> None:
         """Read new data from the rings, which hold several seconds."""
+        if self._is_given_up:  # the feet of its last samples would stand there for good
+            self._show_silence(True)
+            return
         now_s = session.health.frame / self._rate_hz  # the samples until then are there already
         frames, force_n = session.force.read()
         self._heard_s = float(frames[-1]) / self._rate_hz if len(frames) else min(self._heard_s, now_s)
-        self._show_silence(self._is_given_up or now_s - self._heard_s > SILENT_S)
+        self._show_silence(now_s - self._heard_s > SILENT_S)
         tracker.add(frames, force_n)
         update, steps = tracker.track()
         if update is not None:

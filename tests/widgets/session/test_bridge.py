@@ -130,16 +130,22 @@ def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
         pass
 
 
-def test_an_engine_that_is_given_up_is_not_called_started_again_and_its_floor_is_silent(followed, session, monkeypatch):
-    """The last feet stood in Monitor for good."""
-    said, silent = [], []
+def test_an_engine_that_is_given_up_is_not_called_started_again_and_its_floor_is_silent(
+    followed, session, until, monkeypatch
+):
+    """The last feet stood in Monitor for good, those of samples that were read with the report as well."""
+    said, silent, told = [], [], []
     followed.notified.connect(said.append)
     followed.floor_silent.connect(silent.append)
+    followed.forces_tracked.connect(told.append)
+    frame = session.health.frame
+    until(lambda: session.health.frame > frame + 4800)  # samples wait to be read
     given_up = OutputChanged("the engine is not started any more", "nothing")
     monkeypatch.setattr(session, "poll", lambda: [ProcessDied("engine", "killed", False), given_up])
     followed.tick()
     assert said == ["The engine is not started any more."]
     assert silent == [True]
+    assert not told
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process outright")
