@@ -18,7 +18,8 @@ LEAST_STRIDE_M = 0.15
 people who step or turn there make at most 0.09 m."""
 
 LEAST_STRIDES = 30
-"""Fewest strides of which a variation is told: the standard deviation of 30 is off by an eighth, 1 / sqrt(2 n)."""
+"""Fewest strides of which a variation is told: the standard deviation of 30 is off by a sixth, sqrt(3 / 4 n), as each
+shares steps with its neighbours."""
 
 MOST_TOLD = 8
 """Most persons whose gait is told one by one; more are told together."""
