@@ -185,8 +185,12 @@ def layered_places(
 
 
 def _row_places(sizes: Mapping[str, tuple[float, float]], top: float, width: float) -> dict[str, tuple[float, float]]:
-    """Return positions in rows below `top`, which are as wide as given, or as makes them about as high as wide."""
-    width = max(width, sum((wide + GAP_BESIDE) * (high + GAP) for wide, high in sizes.values()) ** 0.5)
+    """Return positions in rows below `top`, which are as wide as given, or as makes them about as high as wide, or as
+    the widest three beside each other: of a few, one row.
+    """
+    area = sum((wide + GAP_BESIDE) * (high + GAP) for wide, high in sizes.values())
+    three = sum(sorted(wide + GAP_BESIDE for wide, _ in sizes.values())[-3:])
+    width = max(width, area**0.5, three)
     places, x, y, row_height = dict[str, tuple[float, float]](), 0.0, _on_grid(top), 0.0
     for id, (wide, high) in sizes.items():
         if x > 0.0 and x + wide > width:

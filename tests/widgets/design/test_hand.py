@@ -267,7 +267,16 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
 
 
 def test_tidying_up_puts_nodes_without_wires_in_rows(workspace):
-    """In one column, 30 of them were 3000 pixels high."""
+    """In one column, 30 of them were 3000 pixels high. Three are one row, which tidying up again leaves as it is."""
+    patch = Patch()
+    for i in range(3):
+        patch = patch.add("shaker", REGISTRY, (0.0, 300.0 * i))
+    workspace.set_patch(patch)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_L, CONTROL)
+    tidy = workspace.patch()
+    assert {node.at[1] for node in tidy.nodes} == {0.0}
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_L, CONTROL)
+    assert workspace.patch() == tidy
     patch = Patch()
     for i in range(30):
         patch = patch.add("through" if i % 2 else "shaker", REGISTRY, (0.0, 10.0 * i))
