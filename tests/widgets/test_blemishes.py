@@ -4,6 +4,7 @@ from itertools import combinations
 
 import pytest
 from design_samples import REGISTRY, sample
+from msgspec.structs import replace
 from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QAccessible
@@ -24,6 +25,7 @@ from windows import quiet_window
 from underfoot.floor.layout import default_floor
 from underfoot.network.server import Counts
 from underfoot.nodes import REGISTRY as NODES
+from underfoot.patch.groups import Note
 from underfoot.patch.patch import Patch
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
@@ -130,17 +132,19 @@ def test_a_wide_patch_is_opened_at_its_left_end_and_can_be_read(workspace):
 def test_what_is_selected_is_seen_when_zoomed_out(workspace):
     """Its border is less than a pixel wide there."""
     canvas = workspace.canvas
+    workspace.set_patch(replace(workspace.patch(), notes=(Note("note", "Walk", (240.0, 320.0)),)))
     canvas.zoom_to(0.25)
 
     def ground(id):
-        """The colour of a node below its title, beside its words."""
-        item = canvas.patch_scene.nodes[id]
-        place = canvas.mapFromScene(item.pos() + QPointF(16.0, item.geometry.height - 12.0))
+        """The colour of a node or note in its lower left corner, beside its words."""
+        item = canvas.patch_scene.movable()[id]
+        place = canvas.mapFromScene(item.pos() + QPointF(16.0, item.size[1] - 12.0))
         return canvas.viewport().grab().toImage().pixelColor(place).name()
 
     assert ground("hum") == theme.RAISED
-    canvas.patch_scene.select(["hum"])
-    assert (ground("hum"), ground("push")) == (theme.PALETTE["selected"], theme.RAISED)
+    canvas.patch_scene.select(["hum", "note"])
+    selected = theme.PALETTE["selected"]
+    assert (ground("hum"), ground("note"), ground("push")) == (selected, selected, theme.RAISED)
 
 
 def test_the_map_of_a_wide_patch_shows_its_nodes_and_the_part_that_is_seen(workspace):

@@ -166,13 +166,16 @@ class NoteItem(QGraphicsItem):
         return self._rect.adjusted(-1, -1, 1, 1)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        zoom = option.levelOfDetailFromTransform(painter.worldTransform())
+        is_far, chosen = zoom < MIN_LEGIBLE_SCALE, self.isSelected()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(QPen(QColor(theme.TEXT if self.isSelected() else theme.LINE), 1.0))
-        painter.setBrush(QColor(theme.mixed(theme.FORCE, theme.GROUND, 0.1)))
+        painter.setPen(QPen(QColor(theme.TEXT if chosen else theme.LINE), 1.0))
+        ground = theme.mixed(theme.FORCE, theme.GROUND, 0.1)
+        painter.setBrush(QColor(theme.PALETTE["selected"] if is_far and chosen else ground))  # as nodes
         painter.drawRoundedRect(self._rect, 4.0, 4.0)
         painter.setPen(QColor(theme.TEXT if self.note.text else theme.MUTED))
-        text, zoom = self.note.text or "Note", option.levelOfDetailFromTransform(painter.worldTransform())
-        if zoom < MIN_LEGIBLE_SCALE:
+        text = self.note.text or "Note"
+        if is_far:
             paint_far_note(painter, self._rect.adjusted(PAD, 0.0, -PAD, 0.0), text, zoom)
             return
         painter.setFont(theme.font())
