@@ -31,13 +31,14 @@ def snapped(x: float, y: float) -> Place:
 
 def pasted(patch: Patch, text: str, registry: Registry, folder: Path | None = None) -> tuple[Patch, list[str]]:
     """Return the patch with the nodes and notes in `text` added, slightly beside the original, and the new ids; raise
-    `BadFile` if the text is not a patch.
+    `BadFile` if the text has no patch.
 
     Paths of files in `folder` become relative to it.
     """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
-    if not text.lstrip().startswith("{") or FORMAT not in text:
+    text = _without_mail(text)
+    if not text.startswith("{") or FORMAT not in text:
         raise BadFile("the clipboard holds no patch, but other text; copy nodes first, or the whole text of a patch")
     unknown = sorted(set(Patch.unchecked(text, "the clipboard").types.values()) - set(registry))
     if unknown:
@@ -51,6 +52,17 @@ def pasted(patch: Patch, text: str, registry: Registry, folder: Path | None = No
     after = patch.paste(other, registry, (4.0 * GRID, 4.0 * GRID))
     before = {one.id for one in patch.canvas_items()}
     return after, [one.id for one in after.canvas_items() if one.id not in before]
+
+
+def _without_mail(text: str) -> str:
+    """Return the patch in a text, without what a mail puts before its lines, as marks of a quote, and around it.
+
+    >>> _without_mail('Look:\\n> {"format": "underfoot-patch",\\n>  "version": 1}\\n> Yours')
+    '{"format": "underfoot-patch",\\n"version": 1}'
+    """
+    text = re.sub(r"^[>\s\ufeff]+", "", text, flags=re.MULTILINE)
+    found = re.search(rf'\{{\s*"format":\s*"{FORMAT}".*\}}', text, re.DOTALL)
+    return found[0] if found else text
 
 
 def aligned(places: Mapping[str, Place], side: str, sizes: Sizes) -> dict[str, Place]:

@@ -42,6 +42,8 @@ def test_pasting_beside():
     after, ids = pasted(sample(), text, REGISTRY)
     assert ids == ["push1", "step1"]
     assert after.node("push1").at == (32.0, 32.0)
+    mail = "Look:\n" + "\n".join(f"> {line.replace(' ', chr(160), 1)}" for line in text.splitlines()) + "\n> Kim"
+    assert pasted(sample(), mail, REGISTRY) == (after, ids)
     for nonsense in ("", "[]", Patch().dumps().decode()):
         with pytest.raises(BadFile, match="clipboard"):
             pasted(sample(), nonsense, REGISTRY)
