@@ -57,6 +57,7 @@ class _Row(NamedTuple):
     own_port: str
     """The port of the asking node, if it has several."""
     answer: Callable[[], object]
+    removes: bool = False
 
 
 class _ConnectionList(NamedList):
@@ -67,7 +68,10 @@ class _ConnectionList(NamedList):
         self._shown: Sequence[_Row] = ()
 
     def filter_by(self, text: str) -> None:
-        """Show the rows that have all words of the text; those that begin with them come first."""
+        """Show the rows that have all words of the text; those that begin with them come first.
+
+        Enter takes no wire away unless it was stepped to, or asked for by its first word: it may be there already.
+        """
         super().filter_by(text)
         sought = text.lower().split()
         found = [row for row in self.rows() if all(word in f"{row.name} {row.own_port}".lower() for word in sought)]
@@ -76,7 +80,8 @@ class _ConnectionList(NamedList):
             self.add(str(i), row.name, row.colour, row.own_port, row.name)
         if not found:
             self.add_words("No input that fits has these words")
-        self.setCurrentRow(0)
+        is_asked = bool(sought) and "disconnect".startswith(sought[0])
+        self.setCurrentRow(-1 if found and self._shown[0].removes and not is_asked else 0)
 
     def answer(self, id: str) -> None:
         """Do what the row with this id says."""
@@ -97,7 +102,7 @@ class _ConnectionList(NamedList):
         for wire in [shown.wire for shown in item.wires]:
             is_out = node_id(wire[0]) in self._scene.members([item.node.id])
             other, own = wire[is_out], display_name(port_name(wire[not is_out]))
-            yield _Row(f"Disconnect {self._name(other)}", theme.ALARM, own, partial(do.disconnect, wire))
+            yield _Row(f"Disconnect {self._name(other)}", theme.ALARM, own, partial(do.disconnect, wire), removes=True)
 
     def _name(self, end: str) -> str:
         id = node_id(end)

@@ -37,6 +37,11 @@ def test_a_wire_is_taken_away_by_keys_at_either_of_its_ends(workspace):
         field, shown = canvas.connection_search.field, canvas.connection_search.list
         QTest.keyClick(field, Qt.Key.Key_Up)
         assert shown.currentItem().text() == f"Disconnect {other}: force"
+        QTest.keyClicks(field, other)  # to connect what is connected
+        assert shown.count() == 1
+        QTest.keyClick(field, Qt.Key.Key_Return)
+        assert workspace.patch() == before
+        field.clear()
         QTest.keyClicks(field, "disc")
         assert shown.count() == 1
         QTest.keyClick(field, Qt.Key.Key_Return)
