@@ -28,6 +28,7 @@ def test_what_is_no_quantity_is_refused(text):
         ("5 parsecs", "m", "the unit is 'parsecs'; allowed: a number, with or without m and a prefix"),
         ("5 s", "deg", "the unit is 's'; allowed: a number, with or without °"),
         ("1/0", "", "'1/0' is not a number; allowed: a number without a unit"),
+        ("1 kHz + 20 Hz", "Hz", "'1 kHz + 20 Hz' is not a number; allowed: a number, with or without Hz and a prefix"),
         ("9" + 80 * "a", "m", f"the unit is '{55 * 'a'}...'; allowed: a number, with or without m and a prefix"),
         (80 * "a", "", f"'{55 * 'a'}...' is not a number; allowed: a number without a unit"),
     ],

@@ -31,6 +31,9 @@ _UNITS = {
 _DIGIT_GROUP = "\u202f"
 _NUMBER = r"(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
 _SUM = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})+")
+_TERMS = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})*")
+_AFTER_UNIT = re.compile(r"(?<=[^\d.,^*/+-])(?<![\d.,][eE])(?=[-+])")
+"""Where a sum goes on after a term with a unit; in 1e-3 it does not."""
 _IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
 """What a unit does not begin with: by such a sign a number or a calculation goes on in a way that is not read."""
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
@@ -141,7 +144,7 @@ def parse_quantity(text: str, unit: str = "") -> float:
     """
     compact = _without_spaces(text).replace("μ", "µ")
     match = re.fullmatch(rf"([-+]?{_NUMBER})(.*)", compact)
-    if match is None or match[2].startswith(_IN_NO_UNIT):
+    if match is None or match[2].startswith(_IN_NO_UNIT) or re.search(r"[-+*/]\d", match[2]):
         raise BadValue(f"{cut_short(repr(text))} is not a number; allowed: {_form(unit)}")
     value = float(match[1].replace(",", "."))
     tail = match[2]
@@ -173,12 +176,15 @@ def _form(unit: str) -> str:
 
 
 def worked_out(text: str) -> str:
-    """Return typed text with a sum, difference, product or quotient of numbers before the unit worked out.
+    """Return typed text with a sum, difference, product or quotient of numbers before the unit worked out. Terms of a
+    sum may each have the unit.
 
     >>> worked_out("2 * 440 Hz"), worked_out("1/4 s"), worked_out("0,5+1*2"), worked_out("-6 dB"), worked_out("1/0")
     ('880.0Hz', '0.25s', '2.5', '-6 dB', '1/0')
+    >>> worked_out("100 Hz + 20 Hz"), worked_out("1e-3 s - 5e-4 s"), worked_out("1 kHz + 20 Hz")
+    ('120.0Hz', '0.0005s', '1 kHz + 20 Hz')
     """
-    compact = _without_spaces(text)
+    compact = _with_one_unit(_without_spaces(text))
     match = _SUM.match(compact)
     if match is None:
         return text
@@ -194,6 +200,16 @@ def worked_out(text: str) -> str:
         else:
             terms.append(-value if sign == "-" else value)
     return f"{sum(terms)!r}{compact[match.end() :]}"
+
+
+def _with_one_unit(compact: str) -> str:
+    """Return a sum with its unit at the end only, if its terms have no other."""
+    terms = _AFTER_UNIT.split(compact)
+    units = {_TERMS.sub("", term, count=1) for term in terms} - {""}
+    if len(terms) == 1 or len(units) != 1:
+        return compact
+    unit = units.pop()
+    return "".join(term.removesuffix(unit) for term in terms) + unit
 
 
 def _without_spaces(text: str) -> str:
