@@ -315,7 +315,7 @@ class Canvas(AskingView):
             gone = drag.displaced(self.document.patch)
             self.document.edit(*result)
             if gone:
-                gone = with_names(self.document.patch, gone)
+                gone = with_names(self.document.patch, self.registry, gone)
                 self.show_message(f"The wire from {gone} gave way: an input takes one. Mix and Join add several.")
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:

@@ -1,6 +1,7 @@
 """Edits of a patch, shared by several parts of the window. Without Qt."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -107,22 +108,31 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
         patch.connect(source, target, registry)
     except BadValue as error:
         # The wire's place in the file would mean nothing to the user.
-        text = re.sub(r"^wires\[\d+\] is ", "", with_names(patch, str(error)))
+        text = re.sub(r"^wires\[\d+\] is ", "", with_names(patch, registry, str(error)))
         return pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
     return ""
 
 
-def with_names(patch: Patch, text: str) -> str:
-    """Return a message with the names that nodes were given, instead of their ids.
+def with_names(patch: Patch, registry: Registry, text: str) -> str:
+    """Return a message with the names that the canvas shows instead of ids, which it does not; of nodes that share a
+    name with both.
 
     >>> from underfoot.nodes import REGISTRY
-    >>> with_names(Patch().add("gain", REGISTRY).name("gain", "Kies"), "gain.a; allowed: the inputs of gain: gain")
+    >>> patch = Patch().add("gain", REGISTRY).name("gain", "Kies").add("mix", REGISTRY).add("mix", REGISTRY)
+    >>> with_names(patch, REGISTRY, "gain.a; allowed: the inputs of gain: gain")
     'Kies.a; allowed: the inputs of Kies: gain'
+    >>> with_names(patch, REGISTRY, "gain <- mix1 <- gain; take one away")
+    'Kies <- Mix (mix1) <- Kies; take one away'
     """
-    for node in patch.nodes:
-        if node.label:
-            text = re.sub(rf"(?<![\w.-]){re.escape(node.id)}(?=\.\w| <-|[:;])", node.label.replace("\\", r"\\"), text)
-    return text
+    names = {node.id: node.name_in(registry) for node in patch.nodes}
+    shared = Counter(names.values())
+    ids = "|".join(map(re.escape, names))
+
+    def named(found: re.Match[str]) -> str:
+        name = names[found[0]]
+        return f"{name} ({found[0]})" if shared[name] > 1 else name
+
+    return re.sub(rf"(?<![\w.-])(?:{ids})(?=\.\w| <-|[:;])", named, text) if ids else text
 
 
 def drivers(patch: Patch) -> dict[str, dict[str, str]]:

@@ -87,7 +87,7 @@ def test_a_wire_that_takes_the_place_of_another_says_so(workspace):
     workspace.set_patch(workspace.patch().add("hum", REGISTRY, (0.0, 200.0)))
     drag(workspace, port(workspace, "hum1", "out", "out"), port(workspace, "shaker", "in", "acceleration"))
     assert ("hum.out", "shaker.acceleration") not in workspace.patch().wires
-    assert "hum.out" in workspace.canvas.message
+    assert "Hum (hum).out" in workspace.canvas.message
 
 
 def test_dragging_backwards_from_an_input_connects(workspace):

@@ -50,10 +50,10 @@ def test_messages_name_a_node_as_its_title_does(workspace):
     canvas.add("through")
     named(workspace, "hum")
     canvas.connect_ports("hum.out", "step.force")
-    assert canvas.message == f"{NAME}.out → step.force; allowed: N, not m/s²; put a Scale node between"
+    assert canvas.message == f"{NAME}.out → Step.force; allowed: N, not m/s²; put a Scale node between"
     canvas.connect_ports("hum.out", "through.signal")
     canvas.connect_ports("through.out", "hum.frequency")
-    assert canvas.message == f"wires make a cycle: {NAME} ← through ← {NAME}; take one of these wires away"
+    assert canvas.message == f"wires make a cycle: {NAME} ← Through ← {NAME}; take one of these wires away"
     canvas.connect_ports("hum.out", "shaker.acceleration")
     drag(workspace, port(workspace, "through", "out", "out"), port(workspace, "shaker", "in", "acceleration"))
     assert canvas.message.startswith(f"The wire from {NAME}.out gave way")
