@@ -14,6 +14,7 @@ from underfoot.engine.reports import (
     Fault,
     Notice,
     OutputChanged,
+    PatchRefused,
     ProcessDied,
     RecordingFile,
     Started,
@@ -172,7 +173,9 @@ class Bridge(QObject):
                 if isinstance(report, OutputChanged):
                     self._is_given_up |= report.where == NOTHING
                     self.output_changed.emit(report)
-                    text = f"{text[:1].upper()}{text[1:]}."
+                    text = f"{text}."
+                if isinstance(report, OutputChanged | PatchRefused):  # others may begin with the name of a tile
+                    text = f"{text[:1].upper()}{text[1:]}"
                 if text:
                     self.notified.emit(text)
             case ProcessDied(process, reason, is_restarted=True):

@@ -10,7 +10,7 @@ import pytest
 from live import live
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Fault, Notice, OutputChanged, ProcessDied
+from underfoot.engine.reports import Fault, Notice, OutputChanged, PatchRefused, ProcessDied
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -163,7 +163,7 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
 def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
     nothing = np.zeros(0), np.zeros((0, 4, 4))
     gone, back = OutputChanged("a card has gone", "udp, without sound", "no card"), OutputChanged("it is back", "")
-    reports = [Fault("noise", "t1", 0), Notice("udp is back"), Notice(""), gone, back]
+    reports = [Fault("noise", "t1", 0), Notice("udp is back"), Notice(""), gone, back, PatchRefused.because("no x.wav")]
     patch = Patch().add("noise", REGISTRY).name("noise", "Hiss")
     session = SimpleNamespace(
         poll=lambda: reports,
@@ -180,5 +180,5 @@ def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
     made.tick()
     made.detach()
     assert said[0].startswith("Hiss produced a value that is not finite on tile t1")
-    assert said[1:] == ["udp is back", "A card has gone.", "It is back."] * 2
+    assert said[1:] == ["udp is back", "A card has gone.", "It is back.", "The patch is not played: no x.wav"] * 2
     assert outputs == [gone, back] * 2
