@@ -1,5 +1,6 @@
 """Controls made from the declaration of a parameter alone; each edits a value, independent of its use."""
 
+import os
 from functools import singledispatch
 from pathlib import Path
 
@@ -8,8 +9,10 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.errors import BadValue
+from underfoot.files import no_file
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
 from underfoot.quantities import parse_numbers
+from underfoot.widgets import theme
 from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
 from underfoot.widgets.controls.file_dialog import file_dialog
@@ -123,11 +126,14 @@ class NumbersEditor(TextEditor):
 
 
 class FileEditor(TextEditor):
-    """The path of a file: typed, chosen in a dialog, or that of a file that is dropped here."""
+    """The path of a file: typed, chosen in a dialog, or that of a file that is dropped here. The label says where there
+    is no such file.
+    """
+
+    _folder: Path | None = None  # of the class: the path is shown before an editor is made
 
     def __init__(self, parameter: FilePath, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self._folder: Path | None = None
         self.setAcceptDrops(True)
         self.field.setAcceptDrops(False)  # it would take the file's address as text
         look = QToolButton(self)
@@ -143,6 +149,27 @@ class FileEditor(TextEditor):
     def set_folder(self, folder: Path | None) -> None:
         """Set the folder to which paths below it are shown relative, so that the folder can be moved."""
         self._folder = folder
+        self._show_whether_there()
+
+    def set_mixed(self, values: str) -> None:
+        super().set_mixed(values)
+        self._show_whether_there()
+
+    def _show(self) -> None:
+        super()._show()
+        self._show_whether_there()
+
+    def _typed(self, text: str) -> None:
+        super()._typed(text)
+        self._show_whether_there()
+
+    def _show_whether_there(self) -> None:
+        if self._mixed:
+            return
+        path, label = Path(self._folder or "", self._value), self.parameter.label
+        lacks = bool(self._value) and path.is_absolute() and not os.path.isfile(path)  # which raises nothing
+        self.label.setText(f"{label}: {no_file(path)}" if lacks else label)
+        theme.set_role(self.label, "alarm" if lacks else "muted")
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if local_files(event.mimeData()):

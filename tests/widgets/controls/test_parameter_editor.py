@@ -149,6 +149,25 @@ def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     assert editor.value() == "/elsewhere/rain.wav"
 
 
+def test_the_field_of_a_file_says_that_there_is_no_such_file(qtbot, tmp_path):
+    editor = editor_for(FilePath(""))
+    qtbot.addWidget(editor)
+    said = []
+    (tmp_path / "rain.wav").touch()
+    editor.set_value("rain.wav")
+    said.append(editor.label.text())  # a patch without a folder has no file by that name
+    editor.set_folder(tmp_path / "moved")
+    said.append(editor.label.text())
+    editor.set_folder(tmp_path)
+    said.append(editor.label.text())
+    editor.choose(str(tmp_path))
+    said.append(editor.label.text())
+    editor.set_value("")
+    said.append(editor.label.text())
+    label = editor.parameter.label
+    assert said == [label, f"{label}: no such file", label, f"{label}: it is a folder", label]
+
+
 def test_the_wheel_changes_a_choice_only_with_the_focus(qtbot):
     window = QWidget()
     qtbot.addWidget(window)
