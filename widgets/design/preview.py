@@ -158,6 +158,7 @@ class PreviewPanel(QWidget):
         line = self._told if is_narrow else self._head
         if line.indexOf(self.output) < 0:
             line.insertWidget(1, self.output)
+            line.insertWidget(2, self.distributions)
         self.title.set_full_text("" if is_narrow else name)
 
     def show_preview(self, preview: Preview) -> None:

@@ -286,8 +286,9 @@ def test_in_a_narrow_panel_no_button_is_cut(shown, qtbot, width_px, beside):
     def is_arranged():
         assert all(widget.width() >= widget.sizeHint().width() for widget in row)
         assert all(shown.rect().contains(widget.geometry()) for widget in row)
-        assert shown.output.y() == row[1].y() or shown.output.y() >= row[1].geometry().bottom() + 4
-        assert abs(shown.output.geometry().center().y() - getattr(shown, beside).geometry().center().y()) <= 2
+        for widget in row[:2]:  # with the name, or the row of buttons is wider than a window of 900 pixels leaves
+            assert widget.y() == row[2].y() or widget.y() >= row[2].geometry().bottom() + 4
+            assert abs(widget.geometry().center().y() - getattr(shown, beside).geometry().center().y()) <= 2
 
     qtbot.waitUntil(is_arranged)
 
