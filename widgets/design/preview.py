@@ -19,6 +19,9 @@ from underfoot.widgets.design.preview_plots import NARROW_PX, PreviewPlots
 from underfoot.widgets.design.preview_signal import PreviewSignal, event_rows, signal_of
 from underfoot.widgets.design.tile_pad import TilePad
 
+_LEAST_NAME_PX = 192
+"""Room for a name in a narrow panel: a longer one is cut short, rather than making all of Design wider."""
+
 
 class PreviewPanel(QWidget):
     """Shows one output of one node. It requests nothing: `expect` announces a preview, and `show_preview` shows it."""
@@ -38,7 +41,7 @@ class PreviewPanel(QWidget):
         self._is_late = False
         self.node = self._why_silent = ""
         self.title = ElidedLabel("title")
-        self.short_title = theme.label("", "heading")
+        self.short_title = ElidedLabel("heading")
         self.note = ElidedLabel("small")
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
@@ -152,7 +155,8 @@ class PreviewPanel(QWidget):
 
     def _name(self, name: str) -> None:
         is_narrow = self.width() < NARROW_PX
-        self.short_title.setText(name)
+        self.short_title.set_full_text(name)
+        self.short_title.setMinimumWidth(min(self.short_title.sizeHint().width(), _LEAST_NAME_PX))
         self.short_title.setVisible(is_narrow)
         self._told.setContentsMargins(16, 4 if is_narrow else 0, 8, 2)
         line = self._told if is_narrow else self._head
@@ -250,5 +254,5 @@ class PreviewPanel(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._name(self.short_title.text())
+        self._name(self.short_title.full_text)
         self.plots.arrange_for(self.width(), self.height())

@@ -237,6 +237,11 @@ def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogra
     assert shown.short_title.isVisible()
     assert shown.short_title.text() == "Hum"
     assert shown.title.text() == ""
+    shown.expect("hum", REGISTRY["hum"], label=10 * "Slips of stones ")
+    QApplication.sendPostedEvents()
+    assert shown.width() == 552  # which it would leave for the room that a longer name asks for
+    assert shown.short_title.text().startswith("Slips of stones")
+    shown.expect("hum", REGISTRY["hum"])
     shown.resize(900, 300)
     qtbot.waitUntil(lambda: bool(named()))
     assert shown.title.text() == "Hum"
