@@ -1,7 +1,7 @@
 """A field over the canvas with the list that it searches."""
 
 from PySide6.QtCore import QPoint, QSize, Qt, Signal
-from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QListWidgetItem, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.design.named_list import NamedList
@@ -29,9 +29,10 @@ class SearchPopup(QFrame):
         )
         self.setFixedSize(_SIZE)
         self.field = SearchField("", self, closes=True)
+        self.setFocusProxy(self.field)  # or a click in the list gives the focus to the canvas, which closes the list
         shown.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         shown.setDragEnabled(False)
-        shown.itemClicked.connect(lambda: self._close(shown.current()))
+        shown.itemClicked.connect(self._take)
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.GRID, theme.GRID, theme.GRID, theme.GRID)
         column.setSpacing(theme.GRID)
@@ -71,6 +72,11 @@ class SearchPopup(QFrame):
     def give_up(self) -> None:
         """Close without a choice."""
         self._close("")
+
+    def _take(self, clicked: QListWidgetItem) -> None:
+        """Use the row that was clicked; a heading is none."""
+        if id := clicked.data(Qt.ItemDataRole.UserRole):
+            self._close(id)
 
     def _take_current(self) -> None:
         """Use the current row. Words that none has stay, with what the list says of them, to be corrected."""

@@ -302,6 +302,17 @@ def test_the_list_says_why_what_was_typed_is_not_in_it(line):
     assert ("hum.out", "through1.signal") in line.patch().wires
 
 
+def test_a_click_in_the_list_chooses_its_row_and_on_a_heading_nothing(line):
+    search = line.canvas.search
+    QTest.keyClick(line.canvas, Qt.Key.Key_Slash)
+    QTest.keyClick(search.field, Qt.Key.Key_Down)
+    for words, nodes in (("FLOOR", 3), ("Beat", 4)):
+        (row,) = search.list.findItems(words, Qt.MatchFlag.MatchExactly)
+        QTest.mouseClick(search.list.viewport(), LEFT, NONE, search.list.visualItemRect(row).center())
+        assert (search.isVisible(), len(line.patch().nodes)) == (words == "FLOOR", nodes)
+    assert line.canvas.hasFocus()
+
+
 def test_the_list_is_no_higher_than_the_canvas(line):
     line.canvas.setFixedHeight(240)
     QTest.keyClick(line.canvas, Qt.Key.Key_Slash)
