@@ -54,6 +54,7 @@ class SearchPopup(QFrame):
         self.field.setPlaceholderText(hint)
         self.field.setAccessibleName(hint)
         self.list.filter_by("")
+        self.list.scrollToTop()  # not where it was left the last time
         self._fit()
         self.show()
         self.raise_()

@@ -313,10 +313,15 @@ def test_a_click_in_the_list_chooses_its_row_and_on_a_heading_nothing(line):
     assert line.canvas.hasFocus()
 
 
-def test_the_list_is_no_higher_than_the_canvas(line):
+def test_the_list_is_no_higher_than_the_canvas_and_begins_at_its_top(line):
+    search = line.canvas.search
     line.canvas.setFixedHeight(240)
     QTest.keyClick(line.canvas, Qt.Key.Key_Slash)
-    assert line.canvas.rect().contains(line.canvas.search.geometry())
+    assert line.canvas.rect().contains(search.geometry())
+    search.list.scrollToBottom()
+    QTest.keyClick(search.field, Qt.Key.Key_Escape)
+    QTest.keyClick(line.canvas, Qt.Key.Key_Slash)
+    assert search.list.visualItemRect(search.list.item(0)).top() == 0
 
 
 @pytest.mark.parametrize(
