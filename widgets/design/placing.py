@@ -147,7 +147,7 @@ def framed_places(
     contents: dict[str, dict[str, tuple[float, float]]] = {}
 
     def arranged(ids: Iterable[str]) -> dict[str, tuple[float, float]]:
-        ends = [(unit_of[a], unit_of[b]) for a, b in wires if a in unit_of and b in unit_of]
+        ends = [(unit_of.get(a, a), unit_of.get(b, b)) for a, b in wires]
         return layered_places({id: units[id] for id in ids}, ends)
 
     around, above = pads
@@ -171,13 +171,16 @@ def layered_places(
     are in rows below.
 
     A node is as far left as its sources allow, but next to its targets. Within a column, nodes follow the order and
-    approximate height of their neighbours.
+    approximate height of their neighbours. Wires to what is not arranged count: beside a node they need their room.
 
     >>> layered_places(dict.fromkeys("abcd", (96.0, 80.0)), [("a", "b")])
     {'a': (0.0, 0.0), 'b': (160.0, 0.0), 'c': (0.0, 96.0), 'd': (120.0, 96.0)}
+    >>> layered_places(dict.fromkeys("ab", (96.0, 80.0)), [("a", "elsewhere"), ("elsewhere", "b")])
+    {'a': (0.0, 0.0), 'b': (0.0, 96.0)}
     """
-    edges = _without_cycles(sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b}))
-    wired = {id for edge in edges for id in edge}
+    between = {(a, b) for a, b in wires if a != b}
+    edges = _without_cycles(sorted((a, b) for a, b in between if a in sizes and b in sizes))
+    wired = {id for ends in between for id in ends if id in sizes}
     places = _column_places({id: size for id, size in sizes.items() if id in wired}, edges) if wired else {}
     right, bottom = (max((places[id][i] + sizes[id][i] for id in places), default=-GAP) for i in (0, 1))
     loose = {id: size for id, size in sizes.items() if id not in wired}

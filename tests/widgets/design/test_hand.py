@@ -287,6 +287,15 @@ def test_tidying_up_puts_nodes_without_wires_in_rows(workspace):
     assert not [pair for pair in combinations(boxes(workspace), 2) if pair[0].intersects(pair[1])]
 
 
+def test_tidying_up_leaves_room_for_wires_to_what_is_not_arranged(line):
+    """Beside each other, in a sub-patch, two nodes looked as if one fed the other."""
+    patch = line.patch().add("shaker", REGISTRY, (760.0, 160.0))
+    line.set_patch(patch.connect("hum.out", "shaker1.acceleration", REGISTRY))
+    line.canvas.patch_scene.select(["shaker", "shaker1"])
+    QTest.keyClick(line.canvas, Qt.Key.Key_L, CONTROL)
+    assert [line.patch().node(id).at[0] for id in ("shaker", "shaker1")] == [560.0, 560.0]
+
+
 def test_the_list_says_why_what_was_typed_is_not_in_it(line):
     start = port(line, "hum", "out", "out")
     drag(line, start, start + QPoint(0, 120))
