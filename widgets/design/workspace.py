@@ -356,6 +356,7 @@ class DesignWorkspace(Workspace):
                 self.inspector.ensureWidgetVisible(at)
                 return
             at = at.nextInFocusChain()
+        self.canvas.show_message("What is selected has no parameters to change")
 
     def _publish(self, group: str, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"

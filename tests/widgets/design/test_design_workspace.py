@@ -471,6 +471,9 @@ def test_a_key_leads_from_the_canvas_to_the_parameters_and_back(workspace):
     QTest.keyClick(field, Qt.Key.Key_F6)
     assert workspace.canvas.hasFocus()
     assert workspace.patch().node("hum").parameters == {"frequency": 60.0}
+    workspace.canvas.patch_scene.select(["hum", "push"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F6)
+    assert workspace.canvas.message == "What is selected has no parameters to change"
 
 
 # --- copies in other folders ---
