@@ -118,12 +118,22 @@ def test_intervals_of_bootstrap_and_of_covariance_agree_where_there_are_many_tri
         assert (one.low, one.high) == pytest.approx((other.low, other.high), abs=0.15 * width)
 
 
-@pytest.mark.parametrize(("yes", "unit"), [([0, 2, 2, 5, 6], 3.0), ([0, 0, 3, 5, 6], 0.7), ([0, 1, 3, 4, 6], 0.7)])
-def test_an_interval_of_few_trials_does_not_hang_on_the_unit_of_the_levels(yes, unit):
+@pytest.mark.parametrize(
+    ("yes", "first", "unit"),
+    [
+        ([0, 2, 2, 5, 6], 1.0, 3.0),
+        ([0, 0, 3, 5, 6], 1.0, 0.7),
+        ([0, 1, 3, 4, 6], 1.0, 0.7),
+        ([1, 2, 3, 4, 5], -2.0, 0.1),  # alike on both sides of a level of 0, as of decibels: PSE and intercept are 0
+        ([0, 2, 3, 4, 6], 5.0, 0.7),  # a half at a level
+    ],
+)
+def test_an_interval_of_few_trials_does_not_hang_on_the_unit_of_the_levels(yes, first, unit):
     """One draw in twenty is as the answers were: rounding said whether it lies below them."""
-    levels = np.arange(1.0, 6.0)
-    found, other = (psychometric.estimates(x, yes, np.full(5, 6), bootstrap=199)[1] for x in (levels, unit * levels))
-    assert (found.low, found.high) == pytest.approx((unit * other.low, unit * other.high), rel=1e-5)
+    levels = np.arange(first, first + 5.0)
+    found, other = (psychometric.estimates(x, yes, np.full(5, 6), bootstrap=199) for x in (levels, unit * levels))
+    for one, its, factor in zip(found, other, (unit, 1.0 / unit, 1.0), strict=True):
+        assert (factor * one.low, factor * one.high) == pytest.approx((its.low, its.high), rel=1e-5)
 
 
 def test_fiellers_interval_of_the_pse_holds_it_as_often_as_it_says():

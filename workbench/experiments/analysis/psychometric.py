@@ -143,7 +143,7 @@ def estimates(
         return replace(plain, value=pse), slope, intercept, *rate
     levels, totals = np.asarray(x, np.float64), np.asarray(of, np.int64)
     random = np.random.default_rng(seed)
-    chance = curve.at(levels)
+    chance = curve.at(levels).round(12)  # of 0.5 and of its last bit more, NumPy draws other answers
     drawn = random.binomial(totals, chance, (bootstrap, len(totals)))
     drawn = drawn[(drawn.sum(axis=1) > 0) & (drawn.sum(axis=1) < totals.sum())]
     if with_lapses or guessed:
@@ -151,8 +151,10 @@ def estimates(
     else:
         fits = _probits(levels, drawn.astype(np.float64), totals.astype(np.float64))
     again = [_figures(found, _turn(found, levels, one, totals)) for found, one in zip(fits, drawn, strict=True)]
+    width = float(levels.std())
+    units = (width, 1.0 / width, 1.0)
     bounded, slope, intercept = (
-        Estimate(name, value, *_bias_corrected(value, [figures[k] for figures in again]))
+        Estimate(name, value, *_bias_corrected(value, [figures[k] for figures in again], units[k]))
         for k, (name, value) in enumerate(zip(NAMES[:3], _figures(curve, None)[:3], strict=True))
     )
     if slope.covers(0.0):
@@ -243,8 +245,8 @@ def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
     return Estimate("pse", curve.pse, low, high), found[0], found[1]
 
 
-def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
-    """Return bias-corrected percentiles (Efron 1981); infinite where too many draws are.
+def _bias_corrected(value: float, drawn: list[float], unit: float) -> tuple[float, float]:
+    """Return bias-corrected percentiles (Efron 1981); infinite where too many draws are. `unit` sets what is alike.
 
     Curves fitted to few trials are too steep, and bootstrapped ones more so.
     """
@@ -253,7 +255,7 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
     kept = np.array([one for one in drawn if not math.isnan(one)])
     if len(kept) < _LEAST_DRAWS:
         return math.nan, math.nan
-    alike = np.isclose(kept, value, rtol=1e-6, atol=0.0)  # drawn as answered: rounding would count them as below or not
+    alike = np.isclose(kept, value, rtol=1e-6, atol=1e-6 * unit)  # rounding would count these as below or not
     share = np.mean(np.where(alike, 0.5, kept < value))
     below = float(np.clip(share, 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
     low, high = (100.0 * float(ndtr(2.0 * ndtri(below) + z)) for z in (-Z_95, Z_95))
