@@ -159,6 +159,8 @@ SENSORS_M = uf.default_floor().tiles[0].sensors_m
     (lambda patch: patch.remove("knock"), """ids is 'knock'; allowed: a list of ids, such as ["tone"]"""),
     (lambda patch: patch.disconnect(("knock.out", "out.level")),
      """wires is ('knock.out', 'out.level'); allowed: a list, such as [("tone.out", "gain.signal")]"""),
+    (lambda patch: patch.remove(["knok"]), "there is no 'knok'; allowed: either, hand, knock, out, rhythm, step, tile"),
+    (lambda patch: uf.Patch().mark([3], "muted", on=True), "there is no 3; allowed: none, the patch is empty"),
     (lambda patch: patch.remove(3), """ids is 3; allowed: a list of ids, such as ["tone"]"""),
     (lambda patch: patch.part(3), """ids is 3; allowed: a list of ids, such as ["tone"]"""),
     (lambda patch: patch.disconnect(3), """wires is 3; allowed: a list, such as [("tone.out", "gain.signal")]"""),

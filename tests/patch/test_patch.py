@@ -89,7 +89,8 @@ def test_removing_a_node_takes_its_wires_and_no_others():
     patch = chain().remove(["low-pass"])
     assert all("low-pass" not in end for wire in patch.wires for end in wire)
     assert len(patch.wires) == len(chain().wires) - 2
-    assert chain().remove(["nobody"]) == chain()
+    with pytest.raises(BadValue, match=r"^there is no 'nobody'; allowed: .*low-pass, "):  # it did nothing, silently
+        chain().remove(["low-pass", "nobody"])
 
 
 def test_a_second_wire_at_an_input_takes_the_place_of_the_first():

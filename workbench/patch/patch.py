@@ -157,8 +157,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
 
     def remove(self, ids: Iterable[str]) -> "Patch":
-        """Remove these nodes and notes, and the wires at them; of a group, only the frame."""
-        gone = _set_of(ids)
+        """Remove these nodes and notes, and the wires at them; of a group, only the frame; `BadValue` for other ids."""
+        gone = _ids_of(self, ids)
         return msgspec.structs.replace(
             self,
             nodes=tuple(node for node in self.nodes if node.id not in gone),
@@ -190,14 +190,14 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.with_item(changed)
 
     def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":
-        """Set or clear one of `MARKS` on these nodes.
+        """Set or clear one of `MARKS` on these nodes; `BadValue` for an id that is not here.
 
         >>> from underfoot.nodes import REGISTRY
         >>> Patch().add("tone", REGISTRY).mark(["tone"], "muted", on=True).node("tone").marks
         ('muted',)
         """
         choice("mark", name, MARKS)
-        marked = _set_of(ids)
+        marked = _ids_of(self, ids)
         value = {name: True if on else msgspec.UNSET}
         nodes = tuple(msgspec.structs.replace(n, **value) if n.id in marked else n for n in self.nodes)
         return msgspec.structs.replace(self, nodes=nodes)
@@ -410,6 +410,14 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
     require(source.kind == target.kind, place, text, f"{target.kind}s only, and {wire[0]} gives {source.kind}s")
     if source.unit and target.unit and source.unit != target.unit:
         raise BadValue(f"{place} is {text!r}; allowed: {target.unit}, not {source.unit}; put a Scale node between")
+
+
+def _ids_of(patch: Patch, ids: Iterable[str]) -> set[str]:
+    """Return these ids; `BadValue` for one that the patch does not have, as where a script has a word misspelt."""
+    chosen, known = _set_of(ids), patch.ids()
+    for id in sorted(chosen - known, key=str):
+        raise BadValue(f"there is no {id!r}; allowed: {', '.join(sorted(known)) or 'none, the patch is empty'}")
+    return chosen
 
 
 def _set_of(given: Iterable[_T], name: str = "ids", allowed: str = 'a list of ids, such as ["tone"]') -> set[_T]:
