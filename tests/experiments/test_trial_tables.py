@@ -298,6 +298,13 @@ def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_i
     assert listed == ["participant_id\tafter.real\tafter.remarks", "sub-P1\tagree\tcold, wet"]
     asked = json.loads((tmp_path / "bids" / "participants.json").read_text())
     assert asked["after.remarks"] == {"Description": "Remarks?"}
+    made = json.loads((tmp_path / "bids" / "dataset_description.json").read_text())["GeneratedBy"]
+    assert [one["Name"] for one in made] == ["Underfoot"]
+    readme = tmp_path / "bids" / "README"
+    assert readme.read_text().startswith("A study\n")
+    readme.write_text("of the people who had the study")
+    write_bids(tmp_path / "bids", rows, "A study", study.protocol)
+    assert readme.read_text() == "of the people who had the study"
 
 
 @pytest.mark.parametrize("name", preset_files.protocols())
@@ -344,11 +351,13 @@ def test_tables_of_a_study_have_the_same_columns_whatever_came_first(tmp_path):
 def test_what_bids_takes_for_its_own_has_another_name_there(tmp_path):
     """Its validator missed the sound files of a factor, and ids and response times were those of the study's column."""
     row = {"participant": "P1", "trial": 1, "response_s": 0.5, "response_time": "fast", "stim_file": "knock.wav"}
+    row["TaskName"] = "of a factor"
     write_bids(tmp_path, [{**row, "participant.participant_id": "x", "participant.HED": "y"}], "loud")
     header, line = (tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.tsv").read_text().splitlines()
     cells = dict(zip(header.split("\t"), line.split("\t"), strict=True))
     assert (cells["response_time"], cells["study.response_time"]) == ("0.5", "fast")
     assert cells["study.stim_file"] == "knock.wav"
+    assert json.loads((tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.json").read_text())["TaskName"] == "loud"
     listed = (tmp_path / "participants.tsv").read_text()
     assert listed == "participant_id\tparticipant.participant_id\tparticipant.HED\nsub-P1\tx\ty\n"
 

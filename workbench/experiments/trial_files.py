@@ -18,12 +18,18 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
 from underfoot.experiments.table import OF_PERSON, Row, columns_of
 from underfoot.files import make_folder, read_file, write_file
+from underfoot.version import __version__
 
 _BIDS_RESPONSE_S = "response_time"
-_BIDS_OWN = (_BIDS_RESPONSE_S, "participant_id", "onset", "duration", "stim_file", "HED")
-"""Columns that mean something else in BIDS than a study's of that name: a file in its folder of stimuli, its tags."""
+_BIDS_OWN = (_BIDS_RESPONSE_S, "participant_id", "onset", "duration", "stim_file", "HED", "TaskName")
+"""Columns that mean something else in BIDS than a study's of that name: a file in its folder of stimuli, its tags, what
+the file is of."""
 _OF_STUDY = "study."
 """Prefix of such columns in a behavioural file."""
+_README = """A study of vibration under feet. sub-*/beh/ has a row for each trial of a participant (_beh.tsv), whose
+columns are described beside it, and what was recorded of the trial: forces (_physio.tsv.gz) and vibration
+(_stim.tsv.gz). participants.tsv has what participants were asked of themselves, and in questionnaires.
+"""
 _TEXT_COLUMNS = (
     "participant",
     "stage",
@@ -121,8 +127,13 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
     folder = Path(folder)
     name = bids_task(task)
     written = []
-    description = {"Name": task, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
+    maker = {"Name": "Underfoot", "Version": __version__}
+    description = {"Name": task, "BIDSVersion": "1.10.0", "DatasetType": "raw", "GeneratedBy": [maker]}
     written.append(_json(make_folder(folder) / "dataset_description.json", description))
+    if not any(folder.glob("README*")):  # who has the data set may have written a better one
+        about = "" if protocol is None else f"{protocol.about}\n\n"
+        write_file(folder / "README", f"{task}\n\n{about}{_README}".encode())
+        written.append(folder / "README")
     people = list(dict.fromkeys(str(row["participant"]) for row in rows))
     labels = {person: bids_label(person) for person in people}
     if "" in labels.values():
