@@ -86,14 +86,14 @@ def test_a_distribution_is_plotted(folder):
     assert np.interp(median, slips.duration.points, slips.duration.cdf) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("script", SCRIPTS[5:-1])
+@pytest.mark.parametrize("script", SCRIPTS[5:-2])
 def test_the_rest_of_the_page_runs(script, folder, capsys):
     run(script)
     assert "inputs of tile-output" in capsys.readouterr().out
 
 
 def test_a_script_plays_live_and_finds_its_marks_in_the_recording(folder):
-    run(SCRIPTS[-1])["main"]()
+    run(SCRIPTS[-2])["main"]()
     with uf.Recording("live.underfoot") as recording:
         marks = recording.marks()
         changes = [frame for frame, kind, _ in recording.commands() if kind == "Set"]
@@ -102,6 +102,11 @@ def test_a_script_plays_live_and_finds_its_marks_in_the_recording(folder):
         assert recording.span[1] > marks[-1].frame
     assert [mark.text for mark in marks] == ["stiffness 10000", "stiffness 1e+06"]
     assert all(change <= mark.frame for change, mark in zip(changes, marks, strict=True))
+
+
+def test_a_script_runs_a_study_without_the_window(folder, underfoot):
+    run(SCRIPTS[-1])["main"]()
+    assert re.findall(r"^ +(TD|WC) +rating +50$", underfoot("analyse", "P1.session").out, re.M) == ["TD", "WC"]
 
 
 @pytest.mark.parametrize(("line", "files"), list(zip(LINES, (2, 6), strict=True)))
