@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.errors import BadFile, BadValue, UnderfootError, require, shown
+from underfoot.errors import BadFile, BadValue, UnderfootError, refusal, require, shown
 from underfoot.files import path_of, replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
@@ -62,8 +62,13 @@ class Table(Mapping[str, NDArray[Any]]):
     __eq__, __hash__ = object.__eq__, object.__hash__  # arrays have no one truth value that a mapping could compare
 
     def __init__(self, what: str, columns: Mapping[str, ArrayLike]) -> None:
-        require(isinstance(columns, Mapping), "columns", columns, 'arrays by name, such as {"force_n": force_n}')
-        self._what, self._columns = what, {name: np.asarray(column) for name, column in columns.items()}
+        allowed = 'arrays by name, such as {"force_n": force_n}'
+        are_named = isinstance(columns, Mapping) and all(isinstance(name, str) for name in columns)
+        require(are_named, "columns", columns, allowed)
+        try:
+            self._what, self._columns = what, {name: np.asarray(column) for name, column in columns.items()}
+        except ValueError:  # of lists of unequal length
+            raise refusal("columns", columns, allowed) from None
         lengths = {name: len(column) if column.ndim else None for name, column in self._columns.items()}
         is_table = None not in lengths.values() and len(set(lengths.values())) <= 1
         require(is_table, "the length of columns", lengths, "one length of all")
