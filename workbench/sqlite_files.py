@@ -7,6 +7,8 @@ from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import quote
 
+from underfoot.errors import BadFile
+
 
 def uri_of(path: PurePath) -> str:
     """Return the address of an absolute path, to which options are added.
@@ -49,18 +51,20 @@ def is_gone(path: Path) -> bool:
     return False
 
 
-def missing_share(path: Path, application_id: int) -> float:
-    """Return which share of this application's file is missing at its end, as if it was copied in part; else 0.
+def require_whole(path: Path, application_id: int) -> None:
+    """Raise `BadFile` for a file of this application of which the end is missing, as if it was copied in part.
 
     The file's first page tells how many pages there are (sqlite.org/fileformat.html, 1.3).
     """
     with path.open("rb") as file:
         head = file.read(100)
     if len(head) < 100 or head[:16] != b"SQLite format 3\0" or int.from_bytes(head[68:72], "big") != application_id:
-        return 0.0
+        return
     page = int.from_bytes(head[16:18], "big")
     whole = (page if page > 1 else 65536) * int.from_bytes(head[28:32], "big")
-    return max(1.0 - path.stat().st_size / max(whole, 1), 0.0)
+    share = 1.0 - path.stat().st_size / max(whole, 1)
+    if share > 0.0:
+        raise BadFile(f"{path} is cut off: {max(100.0 * share, 1.0):.0f} % of it are missing; copy it again")
 
 
 def _connected(where: str, asked: tuple[str, ...], options: dict[str, Any]) -> sqlite3.Connection:

@@ -346,6 +346,14 @@ def test_what_is_no_session_is_said_in_one_line(tmp_path):
         assert "\n" not in str(raised.value)
 
 
+def test_a_session_that_was_copied_in_part_says_how_much_is_missing(tmp_path):
+    path = tmp_path / "P1.session"
+    SessionFile.create(path, made_protocol("rating"), "P1").close()
+    os.truncate(path, path.stat().st_size // 2)
+    with pytest.raises(BadFile, match=r"P1.session is cut off: 50 % of it are missing; copy it again"):
+        SessionFile.open(path)
+
+
 def test_a_session_of_a_newer_version_is_refused(tmp_path):
     made(tmp_path / "a.session").close()
     base = sqlite3.connect(tmp_path / "a.session")

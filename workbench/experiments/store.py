@@ -33,7 +33,7 @@ from underfoot.files import make_folder, no_file, read_file, replaced, write_fil
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import is_gone, opened, uri_of
+from underfoot.sqlite_files import is_gone, opened, require_whole, uri_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -163,6 +163,7 @@ class SessionFile:
                 if version > VERSION:
                     raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
             except (sqlite3.Error, UnicodeDecodeError) as error:
+                require_whole(path, APPLICATION_ID)
                 raise BadFile(f"{path} is not a session of a study: {in_one_line(error)}") from None
             unless_opened.pop_all()
         return SessionFile(path, base)

@@ -16,7 +16,7 @@ from underfoot.arguments import choice, integer
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
-from underfoot.sqlite_files import missing_share, opened
+from underfoot.sqlite_files import opened, require_whole
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
@@ -70,10 +70,7 @@ class Recording:
                 room = "what its writer left has to be put in order first, which takes some room on its disk"
                 raise BadFile(f"{path} cannot be read: {error}; {room}") from None
             except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
-                if share := missing_share(self.path, APPLICATION_ID):
-                    raise BadFile(
-                        f"{path} is cut off: {100.0 * share:.0f} % of it are missing; copy it again"
-                    ) from None
+                require_whole(self.path, APPLICATION_ID)
                 raise BadFile(f"{path} is not a recording: {in_one_line(error)}") from None
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
             if missing:
