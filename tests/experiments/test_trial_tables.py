@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from made_studies import TD, first_answers, preset_protocol, protocol_text, walked
+from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
@@ -346,6 +346,17 @@ def test_tables_of_a_study_have_the_same_columns_whatever_came_first(tmp_path):
     write_bids(tmp_path, [*rows, *whole], "loud", study.protocol)
     headers = {path.read_text().splitlines()[0] for path in tmp_path.rglob("*_beh.tsv")}
     assert len(headers) == 1
+
+
+def test_a_study_and_the_csv_of_it_are_analysed_by_the_same_factors_in_the_same_order(tmp_path):
+    """The one followed the stimulus that came first; two with as many values took each other's place as the axis."""
+    pairs = ({"hard": 1, "wide": 3}, {"wide": 1, "hard": 2}, {"wide": 2, "hard": 3})
+    stimuli = {f"S{k}": {**TD, "factors": factors} for k, factors in enumerate(pairs)}
+    protocol = made_protocol("rating", {"blocks": 2}, {**stimuli, "X": {}})
+    for person in range(4):
+        rows = simulated_rows(protocol, person, 1, {})[0]
+        write_csv(tmp_path / "a.csv", rows, columns_of_study(rows, protocol))
+        assert factors_of(rows) == factors_of(read_csv(tmp_path / "a.csv")) == ("level_m_s2", "hard", "wide")
 
 
 def test_what_bids_takes_for_its_own_has_another_name_there(tmp_path):

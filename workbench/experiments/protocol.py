@@ -183,6 +183,11 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return tuple(order)
 
     @property
+    def factors(self) -> tuple[str, ...]:
+        """The names of its stimuli's factors, in the order in which it has them."""
+        return tuple(dict.fromkeys(name for stimulus in self.stimuli.values() for name in stimulus.factors))
+
+    @property
     def follows_number(self) -> bool:
         """Whether an order is counterbalanced, and follows the number in a participant's id."""
         uses = (stage.method.parameters for stage in self.stages if stage.method is not None)

@@ -146,7 +146,8 @@ def _row(
             stimulus = protocol.stimuli[judged.stimulus]
             row["gain_db"] = judged.gain_db + gain_db
             row[LEVEL] = _level(stimulus, judged.gain_db + gain_db)
-            row |= {name: value for name, value in stimulus.factors.items() if name not in row}
+            mine = [name for name in protocol.factors if name in stimulus.factors and name not in row]
+            row |= {name: stimulus.factors[name] for name in mine}  # whichever stimulus came first, in one order
     if other is not None:
         row["other"] = other.stimulus
     return {**row, **dict(trial.facts), **dict(entry.answers), **dict(entry.facts)}

@@ -68,8 +68,7 @@ def columns_of_study(rows: Sequence[Row], protocol: Protocol | None) -> list[str
     there = columns_of(rows)
     own = [column for column in DESCRIPTIONS if column in there]
     if protocol is not None:
-        own += [factor for stimulus in protocol.stimuli.values() for factor in stimulus.factors]
-        own += _questions(protocol)
+        own += [*protocol.factors, *_questions(protocol)]
     return list(dict.fromkeys([*FIRST_COLUMNS, *own, *there]))
 
 
@@ -208,8 +207,7 @@ def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
     if column in questions:
         asked = questions[column]
         return {"Description": asked.text, **({"Units": asked.unit} if asked.unit else {})}
-    name = column.removeprefix(_OF_STUDY)
-    is_factor = protocol is not None and any(name in stimulus.factors for stimulus in protocol.stimuli.values())
+    is_factor = protocol is not None and column.removeprefix(_OF_STUDY) in protocol.factors
     plain = "Factor of the stimulus." if is_factor else "Answer, or fact of the trial."
     return {"Description": DESCRIPTIONS.get(RESPONSE_S if column == _BIDS_RESPONSE_S else column, plain)}
 
