@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import choice
 from underfoot.drawing.look import COLOURS
 from underfoot.errors import require
 
@@ -111,8 +112,8 @@ def series(
     """
     across, up = np.asarray(x, dtype=np.float64).ravel(), np.asarray(y, dtype=np.float64).ravel()
     require(across.size == up.size, "y", _Words(f"{up.size} values"), f"as many as x, {across.size}")
-    require(style in STYLES, "style", style, ", ".join(STYLES))
-    require(colour in COLOURS, "colour", colour, ", ".join(COLOURS))
+    choice("style", style, STYLES)
+    choice("colour", colour, COLOURS)
     ends = None if to is None else np.asarray(to, dtype=np.float64).reshape(across.size, 2)
     require((ends is not None) == (style == "arrows"), "to", style, "ends for arrows, and for nothing else")
     return Series(name, across, up, style, colour, ends)

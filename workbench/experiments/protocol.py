@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
+from underfoot.arguments import choice
 from underfoot.documents import parse, placed, refusals
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.columns import NOT_FACTORS
@@ -253,7 +254,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if stage.method is None:
             raise BadValue(f"{place}.method is missing; allowed: {', '.join(METHODS)}")
         kind = stage.method.kind
-        require(kind in METHODS, f"{place}.method.kind", kind, ", ".join(METHODS))
+        choice(f"{place}.method.kind", kind, METHODS)
         rule = stage.method.rule
         try:
             given = stage.method.given(self.stimuli)

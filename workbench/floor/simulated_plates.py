@@ -10,17 +10,17 @@ a triangle further away, is a crossfade of `FADE` frames.
 
 import hashlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args
 
 import msgspec
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from underfoot.arguments import choice
 from underfoot.array_cache import ArrayCache
 from underfoot.array_tables import F2, F3, F4, addresses, borrow
 from underfoot.clock import FADE, LONG_AGO, SPAN
-from underfoot.errors import require
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import copy, inlined, intrinsic, kernel, part
@@ -101,7 +101,7 @@ class SimulatedPlates:
         self, floor: Floor, parameters: TileParameters | None, channels: list[int], rate_hz: float, block: int,
         measured_at: PlateOutput = "accelerometer",
     ) -> None:  # fmt: skip
-        require(measured_at in ("accelerometer", "foot"), "measured_at", measured_at, "accelerometer, foot")
+        choice("measured_at", measured_at, get_args(PlateOutput))
         drawn = [_drawn(tile, parameters) for tile in floor.tiles]
         tiles = len(floor.tiles)
         self.out = np.zeros((block, tiles), np.float32)

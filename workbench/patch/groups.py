@@ -5,6 +5,7 @@ from numbers import Real
 
 import msgspec
 
+from underfoot.arguments import choice
 from underfoot.errors import BadValue, require
 from underfoot.parameters import require_identifier
 from underfoot.patch.wiring import node_id, renamed_end
@@ -131,7 +132,7 @@ def check_notes_and_groups(
     for i, group in enumerate(groups):
         _check_id(f"groups[{i}]", group.id, seen)
         check_label(f"groups[{i}].title", group.title)
-        require(group.colour in COLOURS, f"groups[{i}].colour", group.colour, ", ".join(COLOURS))
+        choice(f"groups[{i}].colour", group.colour, COLOURS)
         check_place(f"groups[{i}]", group.at)
         for end in group.published:
             known = node_id(end) in group.members and end in parameters

@@ -12,6 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from underfoot.arguments import choice
 from underfoot.engine.commands import Level
 from underfoot.engine.reports import Notice, ProcessDied, Report
 from underfoot.engine.session import Session
@@ -191,7 +192,7 @@ class Runner:
         require(
             self.phase is Phase.PAGE and kind in ("learn", "level"), "page", kind, "one of learning, or of the level"
         )
-        require(stimulus in self.protocol.stimuli, "stimulus", stimulus, ", ".join(self.protocol.stimuli))
+        choice("stimulus", stimulus, self.protocol.stimuli)
         self._stimulus.begin(self._stimuli.presented(Presentation(stimulus), self.study.gain_db))
 
     def set_level(self, gain_db: float) -> None:
