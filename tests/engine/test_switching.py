@@ -1,5 +1,7 @@
 """What is played is exchanged for something else: from the start again, for the other slot, for one node alone."""
 
+import math
+
 import numpy as np
 import pytest
 from loops import FLOOR, loop_of, played
@@ -14,6 +16,7 @@ from underfoot.engine.outlines import outlines
 from underfoot.engine.preview import longest_s, previewed
 from underfoot.engine.render import render_source
 from underfoot.engine.reports import COMMANDED, MEASURED
+from underfoot.errors import BadValue
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.audition import attenuated, auditioned
@@ -235,6 +238,9 @@ def test_a_node_of_a_plug_in_says_by_itself_how_long_a_preview_takes(monkeypatch
     swell = replace(REGISTRY["tone"], type="swell", lasts=lambda values: 100.0 / values["frequency"])
     monkeypatch.setitem(REGISTRY, "swell", swell)
     assert longest_s(Patch().add("swell", frequency=50.0)) == longest_s(Patch().add("attack-decay", duration=2.0))
+    monkeypatch.setitem(REGISTRY, "swell", replace(swell, lasts=lambda values: math.nan))
+    with pytest.raises(BadValue, match="lasts of swell is nan; allowed: seconds, 0 or more"):
+        longest_s(Patch().add("swell"))
 
 
 def test_outlines_are_the_extremes_of_what_previews_of_each_node_show():

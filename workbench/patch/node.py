@@ -31,6 +31,7 @@ split into stretches.
 
 import builtins
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from importlib import import_module
@@ -38,6 +39,7 @@ from typing import Any
 
 from msgspec import Struct
 
+from underfoot.arguments import number
 from underfoot.drawing import Drawing
 from underfoot.errors import require
 from underfoot.parameters import Number, Parameter, require_identifier
@@ -170,9 +172,13 @@ class NodeType(Struct, frozen=True, dict=True):
             return self.distributions(values) if self.distributions else ()
 
     def lasting_s(self, values: Values) -> float:
-        """Return the seconds of `lasts`, infinity without end; `BadFile` names the node's file if it fails."""
+        """Return the seconds of `lasts`, infinity without end; `BadFile` names the node's file if it fails.
+
+        `BadValue` for what it returns and is none.
+        """
         with self.binding.faults("lasts"):
-            return float(self.lasts(values)) if self.lasts else 0.0
+            found = self.lasts(values) if self.lasts else 0.0
+        return number(f"lasts of {self.type}", found, 0.0, math.inf, "seconds, 0 or more")
 
     def values(self, given: Values) -> dict[str, Any]:
         """Return every parameter's value: the given ones checked, the others at their defaults."""
