@@ -368,7 +368,8 @@ def test_what_bids_takes_for_its_own_has_another_name_there(tmp_path):
     cells = dict(zip(header.split("\t"), line.split("\t"), strict=True))
     assert (cells["response_time"], cells["study.response_time"]) == ("0.5", "fast")
     assert cells["study.stim_file"] == "knock.wav"
-    assert json.loads((tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.json").read_text())["TaskName"] == "loud"
+    sidecar = json.loads((tmp_path / "sub-P1" / "beh" / "sub-P1_task-loud_beh.json").read_text())
+    assert (sidecar["TaskName"], sidecar["response_time"]["Units"]) == ("loud", "s")
     listed = (tmp_path / "participants.tsv").read_text()
     assert listed == "participant_id\tparticipant.participant_id\tparticipant.HED\nsub-P1\tx\ty\n"
 

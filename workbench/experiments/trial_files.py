@@ -207,9 +207,11 @@ def _described(column: str, protocol: Protocol | None) -> dict[str, str]:
     if column in questions:
         asked = questions[column]
         return {"Description": asked.text, **({"Units": asked.unit} if asked.unit else {})}
+    if column == _BIDS_RESPONSE_S:  # without its unit, the validator takes it for text
+        return {"Description": DESCRIPTIONS[RESPONSE_S], "Units": "s"}
     is_factor = protocol is not None and column.removeprefix(_OF_STUDY) in protocol.factors
     plain = "Factor of the stimulus." if is_factor else "Answer, or fact of the trial."
-    return {"Description": DESCRIPTIONS.get(RESPONSE_S if column == _BIDS_RESPONSE_S else column, plain)}
+    return {"Description": DESCRIPTIONS.get(column, plain)}
 
 
 def _questions(protocol: Protocol) -> dict[str, Question]:
