@@ -12,6 +12,7 @@ from scipy import signal
 from underfoot.kernels import kernel
 from underfoot.models.filtering import second_order
 from underfoot.models.filtering.second_order import COEFFICIENTS, MOVING_STATE, STATE
+from underfoot.models.signals import envelopes
 
 RATE = 48000.0
 KINDS = ("low", "high", "band")
@@ -165,3 +166,37 @@ def test_a_band_pass_that_becomes_wide_for_its_centre_lets_go_of_its_ringing_no_
     assert np.abs(y).max() > 0.99
     second_order.run_moving(np.zeros(9600), designed("band", *moved), 9600, state, y)
     assert np.abs(y).max() <= 1.0
+
+
+@kernel
+def thrown(centres, widths, is_strain, x, coefficients, state, y):
+    for s in range(widths.size):
+        if is_strain:
+            envelopes.design_strain_rate(centres[s], 1.0, widths[s], RATE, coefficients)
+        else:
+            second_order.design_band_pass(centres[s], widths[s], RATE, coefficients)
+        span = slice(32 * s, 32 * s + 32)
+        second_order.run_moving(x[span], coefficients, 32 * s, state, y[span])
+
+
+def moved(x, centres, widths, is_strain=False):
+    y = np.empty(x.size)
+    thrown(centres, widths, is_strain, x, COEFFICIENTS.zeros(), MOVING_STATE.zeros(), y)
+    return y
+
+
+def test_a_band_pass_keeps_its_level_however_it_moves():
+    draw, n = np.random.default_rng(8), 6000
+    centres, widths = np.full(n, 250.0), 10.0 ** draw.uniform(1, 3, n)
+    sine = math.sqrt(2.0) * np.sin(2.0 * np.pi * 250.0 * np.arange(32 * n) / RATE)
+    assert 0.97 < moved(sine, centres, widths)[9600:].std() < 1.03
+    noise, centres, widths = draw.normal(size=32 * n), 10.0 ** draw.uniform(1.3, 3.7, n), np.full(n, 20.0)
+    assert 0.8 < moved(noise, centres, widths).std() / moved(noise, np.full(n, 500.0), widths).std() < 1.2
+
+
+@pytest.mark.parametrize("is_strain", [False, True])
+def test_a_load_that_stands_is_not_felt_as_the_section_moves(is_strain):
+    draw, n, still = np.random.default_rng(9), 3000, 1500
+    centres, widths = 10.0 ** draw.uniform(1.3, 3, n), 10.0 ** draw.uniform(1, 3, n)
+    centres[:still], widths[:still] = 100.0, 100.0
+    assert np.abs(moved(np.full(32 * n, 800.0), centres, widths, is_strain)[32 * still :]).max() < 1e-6

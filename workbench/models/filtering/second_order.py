@@ -21,8 +21,9 @@ STATE = Layout("section", "x1", "x2")
 COEFFICIENTS = Layout("section_coefficients", "a1", "a2", "a3", "gain_input", "gain_x1", "gain_x2", "g", "k")
 """Coefficients of the recursion, the output gains of input, x1 and x2, then g and k."""
 
-MOVING_STATE = Layout("moving_section", section=STATE, now=COEFFICIENTS)
-"""State of a section whose coefficients change frame by frame, with the present coefficients."""
+MOVING_STATE = Layout("moving_section", "mean", section=STATE, now=COEFFICIENTS)
+"""State of a section whose coefficients change frame by frame, with the present coefficients, and the mean of the input
+of a band-pass."""
 
 BUTTERWORTH = math.sqrt(0.5)
 """Q of a maximally flat second-order low-pass or high-pass."""
@@ -31,6 +32,8 @@ LOWEST, HIGHEST = 1e-7, 0.49
 """Frequencies and widths are limited to these fractions of the rate."""
 LEAST_Q, MOST_Q = 0.01, 1e4
 """Q is limited to these values."""
+_MEAN_PACE = 1.0 / 512.0
+"""Weight of a frame in the mean of the input, which has 11 ms at 48 kHz: long for what is felt, short for a load."""
 
 
 @kernel
@@ -123,36 +126,61 @@ def _step(u: float, section: _Section, x1: float, x2: float) -> tuple[float, flo
 def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, out: Floats) -> None:
     """Filter as `run` does, from session frame `frame` on, with a `MOVING_STATE`: no jumps when coefficients change.
 
-    g, k and the gains move to their new values over a span, because steps of the gains would be steps of the output.
+    g, g k and the gains move to their new values over a span, because steps of the gains would be steps of the output.
     """
-    now = state.now
+    now, is_band = state.now, coefficients.gain_x1 == coefficients.k
     if now.k == 0.0:
-        for i in range(now.values.size):  # in Numba, assigning a slice brings the code for strings of its error
-            now.values[i] = coefficients.values[i]
+        _copy(coefficients, now)
     done = 0
     while done < out.size and not _same(now, coefficients):
-        _move(now, coefficients, frame + done, state.section)
+        before = now.k
+        _move(now, coefficients, frame + done)
+        if is_band:
+            _keep_level(state, before)
+            _follow(signal[done : done + 1], state)
         run(signal[done : done + 1], now, state.section, out[done : done + 1])
         done += 1
+    if is_band:
+        _follow(signal[done:], state)
     run(signal[done:], coefficients, state.section, out[done:])
 
 
 @part
-def _move(now: Memory, coefficients: Memory, frame: int, section: Memory) -> None:
-    """Move the coefficients `now` by a frame.
-
-    Where the frequency falls, the bandwidth g k moves evenly: even steps of g and k would make a band-pass wide on its
-    way. A band-pass of little k stores ringing; as its gain, which is k, grows, that is let go no louder than it was.
-    """
-    c, before = coefficients, now.gain_x1
-    g, k, gain_x1 = glided(now.g, c.g, frame), glided(now.k, c.k, frame), glided(before, c.gain_x1, frame)
-    if c.g < now.g and (frame + 1) % SPAN != 0:
-        k, gain_x1 = glided(now.g * now.k, c.g * c.k, frame) / g, glided(now.g * before, c.g * c.gain_x1, frame) / g
+def _move(now: Memory, c: Memory, frame: int) -> None:
+    """Move the coefficients `now` by a frame; the bandwidth g k moves evenly, as k would make it wide on its way."""
+    if (frame + 1) % SPAN == 0:
+        _copy(c, now)
+        return
+    g = glided(now.g, c.g, frame)
+    k, gain_x1 = glided(now.g * now.k, c.g * c.k, frame) / g, glided(now.g * now.gain_x1, c.g * c.gain_x1, frame) / g
     gain_input, gain_x2 = glided(now.gain_input, c.gain_input, frame), glided(now.gain_x2, c.gain_x2, frame)
-    if gain_input == 0.0 and gain_x2 == 0.0 and gain_x1 > before:
-        section.x1 *= before / gain_x1
-        section.x2 *= before / gain_x1
     design(g, k, gain_input, gain_x1, gain_x2, now)
+
+
+@part
+def _keep_level(state: Memory, before: float) -> None:
+    """Keep the level of what rings in a band-pass as its gain k moves from `before`: as if k were before the filter.
+
+    The mean of the input rests in x2, and does not ring: a foot that stands must not be felt when the band moves. Nor
+    does what x2 holds beyond critical damping, k = 2.
+    """
+    section, k = state.section, state.now.k
+    section.x1 *= before / k
+    section.x2 = state.mean + (section.x2 - state.mean) * (min(before, 2.0) / min(k, 2.0))
+
+
+@part
+def _follow(signal: Floats, state: Memory) -> None:
+    mean = state.mean
+    for i in range(signal.size):
+        mean += _MEAN_PACE * (signal[i] - mean)
+    state.mean = mean
+
+
+@part
+def _copy(source: Memory, target: Memory) -> None:
+    for i in range(target.values.size):  # in Numba, assigning a slice brings the code for strings of its error
+        target.values[i] = source.values[i]
 
 
 @part
