@@ -16,6 +16,7 @@ from underfoot.engine.render import render_source
 from underfoot.engine.safety import DC_HZ
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.parameters import Number
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -87,6 +88,14 @@ def test_a_patch_says_what_it_is_and_is_written_as_the_window_writes_it(name):
     assert patch.title
     assert patch.comment.endswith(".")
     assert PATCHES[name].read_bytes() == patch.dumps()
+
+
+def test_the_numbers_of_patches_lie_where_a_slider_can_be_dragged():
+    for node in (node for name in PATCHES for node in load(name).nodes):
+        for key, parameter in REGISTRY[node.type].parameters.items():
+            value = node.parameters.get(key, parameter.default)
+            if isinstance(parameter, Number) and value not in (parameter.low, parameter.high):
+                assert 0.01 < parameter.position(value) < 0.99, f"{node.type} {key}"
 
 
 @pytest.mark.parametrize("name", PATCHES)

@@ -28,7 +28,11 @@ class _Fibres:
         0.003, 1e-6, 100.0, scale="log", doc="damping b_F of a fibre: more slows the strain, with fewer cracks"
     )
     creep = Number(
-        0.0, 0.0, 100.0, doc="damping b_R of the whole bundle: more makes it yield slowly, with fewer cracks"
+        0.0,
+        0.0,
+        100.0,
+        scale="amplitude",
+        doc="damping b_R of the whole bundle: more makes it yield slowly, with fewer cracks",
     )
     restructurings = Count(20, 1, 10_000, doc="restructurings n_max of a chain (inverse model)")
     stiffening = Number(
@@ -91,7 +95,13 @@ class FibreGrid(_Fibres):
         "exact", options=grid.GRID_MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
     fibres = Count(500, 1, 10_000_000, doc="number of fibres N per cell: more give more cracks, each as strong")
-    creep = Number(0.0, 0.0, 100.0, doc="damping b_R of a whole bundle: more makes it yield slowly, with fewer cracks")
+    creep = Number(
+        0.0,
+        0.0,
+        100.0,
+        scale="amplitude",
+        doc="damping b_R of a whole bundle: more makes it yield slowly, with fewer cracks",
+    )
     strength = Number(
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole grid under uniform load"
     )
