@@ -147,6 +147,9 @@ def test_a_sound_that_is_started_again_does_not_click_and_is_itself_5_ms_later(t
     heard = play(patch, "wav-player.out", folder=tmp_path, strikes=starts)
     assert np.abs(np.diff(heard)).max() < np.abs(np.diff(sound)).max() + 2.0 / 240
     np.testing.assert_array_equal(heard[1_056 + 240 :], sound[: 9_600 - 1_056][240:])
+    dense = play(patch, "wav-player.out", folder=tmp_path, strikes=[(48.0 * k, 1.0) for k in range(20)])
+    dense = [dense, play(patch, "wav-player.out", folder=tmp_path, strikes=[(40.0 + k, 1.0) for k in range(900)])]
+    assert np.abs(dense).max() <= 1.0 + 1e-9
 
 
 @pytest.mark.parametrize(("own", "tone_hz"), [(24_000, 12_000.0), (96_000, 24_000.0)])

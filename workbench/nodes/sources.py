@@ -121,9 +121,11 @@ class WavPlayer:
                 state.next_sample = at + 1.0
                 state.is_playing = 1.0 if at + 1 < samples.size else 0.0
             if state.left != 0.0:
-                state.level += state.left * (1.0 - state.since / glide_frames)
                 state.since += 1.0
-                state.left = state.left if state.since < glide_frames else 0.0
+                fading = state.left * max(1.0 - state.since / glide_frames, 0.0)
+                most = max(abs(state.level), abs(fading))  # not the sum, which grows where starts come fast
+                state.level = min(max(state.level + fading, -most), most)
+                state.left = state.left if fading != 0.0 else 0.0
             out[i] = state.level * amplitude[i]
 
     def tail(samples, mode, state):
