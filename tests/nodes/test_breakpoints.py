@@ -46,6 +46,12 @@ def test_a_start_in_the_middle_begins_again_without_a_step(again):
     np.testing.assert_allclose(level[settled:], curve((np.arange(RATE) - again) / RATE, 1)[settled:], atol=1e-9)
 
 
+def test_starts_that_come_fast_do_not_add_up():
+    row = BareRow(BREAKPOINTS, RATE, points=[(0.0, 0.0, 50.0), (5e-4, 1.0, 50.0), (0.1, 0.0, 50.0)])
+    row.run(0, 4800, events={"start": [(24.0 * k, 1.0, 0.0) for k in range(200)]})
+    assert 0.9 < np.abs(row.outputs["out"]).max() <= 1.0
+
+
 @pytest.mark.parametrize("points", [[], [(0.1, 1.0, 100.0)], [(0.0, 1.0, 100.0), (0.0, 0.5, 100.0)]])
 def test_curves_of_no_length_are_finite_and_end(points):
     row = BareRow(BREAKPOINTS, RATE, points=points)

@@ -72,7 +72,9 @@ def run(
         if state.glide != 0.0:
             first = points[0, LEVEL] if points[0, TIME] == 0.0 and age >= 0.0 else 0.0
             off = (state.glide - state.strength * first) * min(max(1.0 - (now - state.onset) / glide_frames, 0.0), 1.0)
-        level[i] = state.level = state.strength * ahead + off
+        own = state.strength * ahead
+        most = max(abs(own), abs(state.glide))  # not the sum, which grows where starts come fast
+        level[i] = state.level = min(max(own + off, -most), most)
         frequency[i] = points[at, FREQUENCY] + share * (points[after, FREQUENCY] - points[at, FREQUENCY])
 
 
