@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from engine_blocks import blocks, engine_of
 from made_patches import hum, stepped_bank
 
@@ -65,9 +66,16 @@ def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch)
 
 
 def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeypatch):
-    """Of each look, which takes a third of a second on some computers, the session's clock lost what it took."""
+    """Of each look, which takes a third of a second on some computers, the session's clock lost what it took.
+
+    Nor is it looked for every two seconds for ever: each new list of cards takes memory that is not released.
+    """
     with engine_of(hum(), sound="no such card") as (engine, _, memory):
-        now_s = [100.0]
+        now_s, looked_s = [100.0], []
+
+        def look():
+            looked_s.append(now_s[0] - 100.0)
+            pass_time(0.3)
 
         def pass_time(seconds):
             now_s[0] += seconds
@@ -76,11 +84,12 @@ def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeyp
 
         monkeypatch.setattr(pacing.time, "monotonic", lambda: now_s[0])
         monkeypatch.setattr(pacing.time, "sleep", pass_time)
-        monkeypatch.setattr(pacing, "list_anew", lambda: pass_time(0.3))
+        monkeypatch.setattr(pacing, "list_anew", look)
         engine.pacer.open()
         engine.pacer.run()
         monkeypatch.undo()
         assert abs(engine.loop.frame / 48_000 - 9.0) < 0.4
+        assert looked_s == pytest.approx([2.0, 6.3], abs=0.01)
         assert memory.status.get(Field.XRUNS) == 0.0
 
 

@@ -17,6 +17,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 
 _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
+_MOST_RETRY_S = 30.0  # each new list of cards costs PortAudio some 12 kB for good: every 2 s that is half a GB a day
 
 
 class Pacer:
@@ -34,7 +35,7 @@ class Pacer:
         self._own_channels = runner.loop.out[:, :width]
         self._out = runner.loop.out if width in (0, runner.loop.out.shape[1]) else self._own_channels.copy()
         self._address = self._out.ctypes.data
-        self._asked_s, self._is_away = 0.0, False
+        self._asked_s, self._retry_s, self._is_away = 0.0, RETRY_S, False
         self._late = 0
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
         self._ramped = FADE  # frames of the ramp that have been played in a reopened stream
@@ -155,15 +156,16 @@ class Pacer:
         ended.close()
         self.open()
         self._ramped = 0
-        self._is_away = self._stream is None
+        self._is_away, self._retry_s = self._stream is None, RETRY_S
         if self._is_away and self._first is not None:
             self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
         self._start()
 
     def _return(self) -> None:
-        """Play on the card, if it is there now: from silence, in a ramp."""
+        """Play on the card, if it is there now: from silence, in a ramp. Cards are listed anew ever more rarely."""
         if not self._further.any_open:
             list_anew()
+            self._retry_s = min(2.0 * self._retry_s, _MOST_RETRY_S)
         self.open()
         self._ramped = 0
         if self._stream is not None and self._first is not None:
@@ -198,7 +200,7 @@ class Pacer:
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
                 self._resume(self._stream)
                 return
-            if self._is_away and time.monotonic() - self._asked_s >= RETRY_S:
+            if self._is_away and time.monotonic() - self._asked_s >= self._retry_s:
                 self._return()
                 if not self._is_away:
                     return
