@@ -194,24 +194,25 @@ class Pacer:
 
         What looking for a card takes is caught up: the session's clock would lose it, every time.
         """
-        due, has_looked = time.monotonic(), False
+        due, late_s = time.monotonic(), _LATE_S
         self._runner.has_input = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
                 self._resume(self._stream)
                 return
-            if self._is_away and time.monotonic() - self._asked_s >= self._retry_s:
+            began_s = time.monotonic()
+            if self._is_away and began_s - self._asked_s >= self._retry_s:
                 self._return()
                 if not self._is_away:
                     return
-                has_looked = True
+                late_s += time.monotonic() - began_s
             self._further.keep()
             self._run_block()
             due += self._runner.block_s
             wait = due - time.monotonic()
             if wait > 0.0:
-                has_looked = False
+                late_s = _LATE_S
                 time.sleep(wait)
-            elif wait < -(RETRY_S if has_looked else _LATE_S):
+            elif wait < -late_s:
                 self._late += 1
-                due = time.monotonic()
+                due, late_s = time.monotonic(), _LATE_S
