@@ -17,10 +17,11 @@ from made_patches import hum, stepped_bank
 from underfoot.devices import outputs
 from underfoot.engine import pacing
 from underfoot.engine.commands import Level, Panic, Play, Swap
-from underfoot.engine.reports import CommandApplied
+from underfoot.engine.reports import CommandApplied, Notice
 from underfoot.engine.rings import Reader
 from underfoot.engine.safety import PANIC
 from underfoot.engine.status import Field
+from underfoot.errors import DeviceError
 
 
 def test_ten_thousand_callbacks_allocate_nothing():
@@ -65,6 +66,20 @@ def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch)
         assert played.any(axis=0).tolist() == [True, True, False, False]
 
 
+def clock_of(engine, monkeypatch, end_s):
+    """Let time pass for the engine only where it waits, until `end_s`; return the time, and what lets it pass."""
+    now_s = [0.0]
+
+    def pass_time(seconds):
+        now_s[0] += seconds
+        if now_s[0] > end_s:
+            engine.pacer.leave.set()
+
+    monkeypatch.setattr(pacing.time, "monotonic", lambda: now_s[0])
+    monkeypatch.setattr(pacing.time, "sleep", pass_time)
+    return now_s, pass_time
+
+
 @pytest.mark.parametrize(("block_s", "late"), [(0.0, 0), (0.0032, 27)])
 def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeypatch, block_s, late):
     """Of each look, which takes a third of a second on some computers, the session's clock lost what it took.
@@ -73,15 +88,11 @@ def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeyp
     that take longer than they last are late also after a look.
     """
     with engine_of(hum(), sound="no such card") as (engine, _, memory):
-        now_s, looked_s, run = [100.0], [], engine.runner.run
-
-        def pass_time(seconds):
-            now_s[0] += seconds
-            if now_s[0] > 109.0:
-                engine.pacer.leave.set()
+        looked_s, run = [], engine.runner.run
+        now_s, pass_time = clock_of(engine, monkeypatch, 9.0)
 
         def look():
-            looked_s.append(now_s[0] - 100.0)
+            looked_s.append(now_s[0])
             pass_time(0.3)
 
         def run_block():
@@ -89,8 +100,6 @@ def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeyp
             pass_time(block_s)
 
         monkeypatch.setattr(engine.runner, "run", run_block)
-        monkeypatch.setattr(pacing.time, "monotonic", lambda: now_s[0])
-        monkeypatch.setattr(pacing.time, "sleep", pass_time)
         monkeypatch.setattr(pacing, "list_anew", look)
         engine.pacer.open()
         engine.pacer.run()
@@ -98,6 +107,25 @@ def test_looking_for_a_card_that_is_missing_costs_no_time_of_the_session(monkeyp
         assert looked_s == pytest.approx([2.0, 6.3], abs=0.01)
         assert memory.status.get(Field.XRUNS) == late
         assert late or abs(engine.loop.frame / 48_000 - 9.0) < 0.4
+
+
+def test_why_a_card_that_has_come_does_not_play_is_said_once(monkeypatch):
+    """One with too few channels, or taken by another program: it was tried for ever without a word."""
+    with engine_of(hum(), sound="later") as (engine, *_):
+        refusals = iter(("not there", "not there", "too few channels", "too few channels"))
+
+        def refuse(*_):
+            raise DeviceError(next(refusals))
+
+        clock_of(engine, monkeypatch, 15.0)
+        monkeypatch.setattr(pacing, "Stream", refuse)
+        for name in ("list_anew", "require_card"):
+            monkeypatch.setattr(pacing, name, lambda *_: None)
+        monkeypatch.setattr(engine.runner, "run", lambda: None)
+        assert engine.pacer.open() == "not there"
+        engine.pacer.run()
+        monkeypatch.undo()
+        assert list(engine.listener.notices) == [Notice("too few channels")]
 
 
 THREADS = {"commands", "reports", "supervisor"}

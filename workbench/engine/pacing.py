@@ -3,12 +3,13 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from underfoot.clock import FADE, SPAN
 from underfoot.devices.outputs import CardChannels
-from underfoot.devices.sound import Stream, is_loaded, list_anew
+from underfoot.devices.sound import Stream, is_loaded, list_anew, require_card
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.further_streams import RETRY_S, FurtherStreams
 from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
@@ -36,7 +37,7 @@ class Pacer:
         self._out = runner.loop.out if width in (0, runner.loop.out.shape[1]) else self._own_channels.copy()
         self._address = self._out.ctypes.data
         self._asked_s, self._retry_s, self._is_away = 0.0, RETRY_S, False
-        self._late = 0
+        self._late, self._refusal = 0, ""
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
         self._ramped = FADE  # frames of the ramp that have been played in a reopened stream
         self._stream: Stream | None = None
@@ -70,7 +71,8 @@ class Pacer:
             self._status.put(Field.STREAM_LATENCY_S, 0.0)
             further = self._further.open()
             silent = [self._without_sound()] if self._further.any_playing else []
-            return "; ".join((str(error), *silent, *further))
+            self._refusal = str(error)
+            return "; ".join((self._refusal, *silent, *further))
         self._status.put(Field.ROUND_TRIP_S, target.round_trip_frames / target.rate)
         self._publish_latency(self._stream)
         if accelerometers:
@@ -166,13 +168,22 @@ class Pacer:
         if not self._further.any_open:
             list_anew()
             self._retry_s = min(2.0 * self._retry_s, _MOST_RETRY_S)
+        before = self._refusal
         self.open()
         self._ramped = 0
+        if self._stream is None and self._refusal != before:
+            self._tell_refusal()
         if self._stream is not None and self._first is not None:
             self._is_away = False
             self._start()
             if not self._is_away:
                 self._tell_output(f"{self._first.name} is back")
+
+    def _tell_refusal(self) -> None:
+        """Say why a card does not play that is there now, as where it has too few channels."""
+        with suppress(DeviceError):
+            require_card(self._first.output.name if self._first else "")
+            self._notify(Notice(self._refusal))
 
     def _tell_output(self, line: str) -> None:
         """Report the state of a card, and the tiles that are silent now."""
