@@ -62,6 +62,7 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
         re.findall("<th>([^<]+)</th><td>([^<]+)</td>", page)
     )
     assert json.loads((measured / "out" / "centroid.json").read_text())["tile"] == "t1"
+    assert "<title>Places of t1</title>" in page
     errors = re.findall(
         r"<td>Error(?: of sensor \d)?</td><td>[^<]+</td><th>([^<]*)", (measured / "out" / "fsr.html").read_text()
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from underfoot.calibration.files.measurements import table
 from underfoot.calibration.result import Result
-from underfoot.calibration.results.labels import label_of, unit_of
+from underfoot.calibration.results.labels import label_of, title_of, unit_of
 from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
@@ -24,7 +24,7 @@ def write_report(result: Result, folder: Path, profile: Profile, operator: str =
     # All is made before the first file is written: whoever interrupts what takes long leaves no half of a report.
     made = {f"{result.kind}-{name}.csv": table(header, rows, profile.tile) for name, header, rows in result.raw}
     made[f"{result.kind}.json"] = json.dumps({"tile": profile.tile, **figures(result)}, indent=1).encode() + b"\n"
-    made[f"{result.kind}.html"] = page(result.title, _body(result, profile, operator)).encode()
+    made[f"{result.kind}.html"] = page(title_of(result.kind, profile.tile), _body(result, profile, operator)).encode()
     make_folder(folder)
     for name, data in made.items():
         write_file(folder / name, data)

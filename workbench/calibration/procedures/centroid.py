@@ -115,7 +115,7 @@ class CentroidProcedure(PagedProcedure):
         self._must_let_go = False
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
-        super().__init__(Page("setup", "Contact centroid", instruction, questions=_setup_questions(tile)))
+        super().__init__(Page("setup", "Places", instruction, questions=_setup_questions(tile)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return a tare, each position with each load, and a release at the end."""

@@ -128,7 +128,7 @@ class FsrProcedure(PagedProcedure):
         self._full_n = DEFAULT_FULL_N
         self._reference = reference
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
-        super().__init__(Page("setup", "FSR linearisation", instruction, questions=_setup_questions(reference)))
+        super().__init__(Page("setup", "Forces", instruction, questions=_setup_questions(reference)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the steps of all sensors, with a load cell or with known weights."""

@@ -112,7 +112,7 @@ class PlateProcedure(PagedProcedure):
             f"The plate is on tile {tile.id}. Its servo goes to each position, and you step on it, as in a walk. "
             "Nobody stands on it while it moves."
         )
-        super().__init__(Page("setup", "Stiffness of a plate", instruction, questions=_setup_questions()))
+        super().__init__(Page("setup", "Stiffness", instruction, questions=_setup_questions()))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return, for each position, the servo's move and the footsteps."""
@@ -161,7 +161,7 @@ class PlateProcedure(PagedProcedure):
         from underfoot.calibration.results.plate import inconclusive
 
         lines, samples = self._footsteps()
-        return inconclusive(lines, samples, reason, self.drawings) if lines else None
+        return inconclusive(lines, samples, reason, self.drawings, self._tile.id) if lines else None
 
     def feed(self, readings: Readings) -> None:
         """Take readings; with the tile's force for that of a load cell, if so chosen."""

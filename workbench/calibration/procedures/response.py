@@ -142,7 +142,7 @@ class ResponseProcedure(SoundProcedure):
             f"Tile {tile.id}: fix the accelerometer on the plate, halfway from its middle to an edge, and plug it "
             "into the input. Nobody stands on the tile."
         )
-        super().__init__(Page("setup", "Frequency response", instruction, questions=_setup_questions(sensitivity)))
+        super().__init__(Page("setup", "Vibration", instruction, questions=_setup_questions(sensitivity)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the sounds, and for each load a page to get into place."""
@@ -221,7 +221,8 @@ class ResponseProcedure(SoundProcedure):
 
         if not self._measured:
             return None
-        return inconclusive(self._measured, self._settings["sensitivity"], self._tones, reason, self.drawings)
+        sensitivity, tile = self._settings["sensitivity"], self._tile.id
+        return inconclusive(self._measured, sensitivity, self._tones, reason, self.drawings, tile)
 
     def _sound(self, key: str, title: str, instruction: str, signal: Floats) -> Step:
         return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)

@@ -7,6 +7,7 @@ import numpy as np
 
 from underfoot.calibration.files.measurements import Presses
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.labels import title_of
 from underfoot.calibration.science.centroid import ALLOWED_M, SHEAR_SHARE, CentroidAccuracy, edge_distance_m
 from underfoot.calibration.science.press_plausibility import load_groups
 from underfoot.drawing import Drawing, Series, series
@@ -36,7 +37,7 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling: Presses | None
     places = np.column_stack([found.at_m, found.force_n, found.before_m, found.after_m])
     return Result(
         kind="centroid",
-        title=_title(found.tile.id),
+        title=title_of("centroid", found.tile.id),
         quantities=quantities,
         verdict=verdict_of(found),
         good=found.good,
@@ -51,11 +52,7 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling: Presses | None
 def inconclusive(presses: Presses, falling: Presses, reason: str, drawings: tuple[Drawing, ...]) -> Result:
     """Return the presses alone, which led to no accuracy for this reason."""
     raw = _raw(presses, falling)
-    return Result("centroid", _title(presses.tile), (), reason, False, drawings=drawings, raw=raw)
-
-
-def _title(tile: str) -> str:
-    return f"Contact centroid of {tile}"
+    return Result("centroid", title_of("centroid", presses.tile), (), reason, False, drawings=drawings, raw=raw)
 
 
 def _raw(presses: Presses, falling: Presses | None) -> tuple[tuple[str, str, Floats], ...]:

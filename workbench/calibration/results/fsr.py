@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import PAIR_HEADER, Pairs
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.labels import title_of
 from underfoot.calibration.science.linearisation import ALLOWED_PERCENT, Linearisation, SensorFit
 from underfoot.calibration.science.sensor_characteristics import (
     SensorCharacteristics,
@@ -50,7 +51,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
     """Return the result of a linearisation against `reference`, whose name goes to the profile."""
     return Result(
         kind="fsr",
-        title=_title(found.tile),
+        title=title_of("fsr", found.tile),
         quantities=quantities_of(found),
         verdict=verdict_of(found),
         good=found.good,
@@ -64,11 +65,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
 
 def inconclusive(tile: str, pairs: Pairs, reason: str, drawings: tuple[Drawing, ...]) -> Result:
     """Return the pairs alone, of a linearisation that was refused for this reason."""
-    return Result("fsr", _title(tile), (), reason, False, drawings=drawings, raw=_raw(pairs.rows()))
-
-
-def _title(tile: str) -> str:
-    return f"FSR linearisation of {tile}"
+    return Result("fsr", title_of("fsr", tile), (), reason, False, drawings=drawings, raw=_raw(pairs.rows()))
 
 
 def _raw(rows: NDArray[np.float64]) -> tuple[tuple[str, str, NDArray[np.float64]], ...]:

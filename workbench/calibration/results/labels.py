@@ -1,9 +1,11 @@
-"""Readable labels and units of figures.
+"""Titles of results, and readable labels and units of figures.
 
 Names of figures are keys of profiles and of JSON output; they end with their unit, as in `mean_after_mm`.
 """
 
 import re
+
+from underfoot.floor.profile_parts import PARTS
 
 _UNITS = {
     "n_per_mm": "N/mm", "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2",
@@ -51,6 +53,15 @@ _WORDS = {
     "latency_ms": "delay_of_the_recording",
 }
 """Labels of figures whose names are not clear enough."""
+
+
+def title_of(kind: str, tile: str) -> str:
+    """Return the title of a result: what people call the calibration, and its tile, if that is known.
+
+    >>> title_of("fsr", "t1"), title_of("plate", "")
+    ('Forces of t1', 'Stiffness')
+    """
+    return f"{PARTS[kind]} of {tile}" if tile else PARTS[kind]
 
 
 def label_of(name: str) -> str:

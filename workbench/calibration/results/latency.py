@@ -5,6 +5,7 @@ from datetime import date
 import numpy as np
 
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.labels import title_of
 from underfoot.calibration.science.clicks import ClickDelays
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.profile import Latency
@@ -57,7 +58,7 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
     )
     return Result(
         kind="latency",
-        title="Latency of the round trip",
+        title=title_of("latency", tile),
         quantities=quantities,
         verdict=verdict,
         good=good,

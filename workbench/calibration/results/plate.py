@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.labels import title_of
 from underfoot.calibration.science.plate_stiffness import ALLOWED_ERROR, FootstepLine, PlateFit, drawings_of, plate_fit
 from underfoot.drawing import Drawing
 from underfoot.floor.profile import PlateStiffness
@@ -17,7 +18,6 @@ METHOD = (
     "The error is how far a line is off the mean of the others at its position. Between positions the logarithm of the "
     "stiffness is interpolated."
 )
-_TITLE = "Stiffness of a plate"
 
 
 def result_of(
@@ -58,7 +58,7 @@ def result_of(
     )
     return Result(
         kind="plate",
-        title=_TITLE,
+        title=title_of("plate", tile),
         quantities=figures if error is None else (("mean_error_percent", error, "%"), *figures),
         verdict=verdict,
         good=fit.good,
@@ -74,9 +74,10 @@ def inconclusive(
     samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
     reason: str,
     drawings: tuple[Drawing, ...],
+    tile: str,
 ) -> Result:
     """Return the footsteps alone, which led to no stiffness for this reason."""
-    return Result("plate", _TITLE, (), reason, False, drawings=drawings, raw=_raw(lines, samples))
+    return Result("plate", title_of("plate", tile), (), reason, False, drawings=drawings, raw=_raw(lines, samples))
 
 
 def error_words(fit: PlateFit) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.labels import title_of
 from underfoot.calibration.science.response import (
     ALLOWED_DB,
     INNER_HZ,
@@ -34,7 +35,6 @@ METHOD = (
     "are in dB re the tile's level; a change is the largest from 60 to 700 Hz. Distortion is that of the sweep, and "
     f"of tones of rising level, at {TONE_HZ:g} Hz. The noise floor is the RMS of silence."
 )
-_TITLE = "Frequency response and equaliser"
 LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "corner": "a foot on a corner"}
 _WITH = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
@@ -70,7 +70,7 @@ def result_of(found: ResponseMeasurements, tile: str = "") -> Result:
     part = _part(found, values, after, good, verdict)
     return Result(
         kind="response",
-        title=_TITLE,
+        title=title_of("response", tile),
         quantities=quantities,
         verdict=verdict,
         good=good,
@@ -96,10 +96,11 @@ def inconclusive(
     tones: DistortionOverLevel | None,
     reason: str,
     drawings: tuple[Drawing, ...],
+    tile: str,
 ) -> Result:
     """Return the responses alone, which led to no equaliser for this reason."""
     raw = _raw(measured, sensitivity, tones)
-    return Result("response", _TITLE, (), reason, False, drawings=drawings, raw=raw)
+    return Result("response", title_of("response", tile), (), reason, False, drawings=drawings, raw=raw)
 
 
 def _otherwise(found: ResponseMeasurements, values: Mapping[str, float]) -> str:
