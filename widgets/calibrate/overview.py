@@ -125,8 +125,8 @@ class Overview(QWidget):
         self.picture.set_tile(tile)
         now, then = _figures(part), _figures(earlier)
         shown = part or earlier
-        units = {} if shown is None else {"error": shown.error_unit}
-        quantities = [(name, now.get(name, float("nan")), units.get(name, unit_of(name))) for name in {**now, **then}]
+        unit = "" if shown is None else shown.error_unit
+        quantities = [(name, now.get(name, float("nan")), unit_of(name, unit)) for name in {**now, **then}]
         self.table.show_quantities(
             quantities,
             "in use" if part is None else part.made,

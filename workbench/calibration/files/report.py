@@ -76,7 +76,7 @@ def _compared(kind: str, profile: Profile) -> list[str]:
     part = getattr(then, kind)
     rows = ["<tr><th></th><th>then</th><th>now</th></tr>"]
     for name, values in profile.compare(places[-1]).items():
-        unit = part.error_unit if name == "error" else unit_of(name)
+        unit = unit_of(name, part.error_unit)
         old, new = (html.escape(quantity(value, unit)) if math.isfinite(value) else "–" for value in values)
         rows.append(f"<tr><td>{html.escape(label_of(name))}</td><td>{old}</td><td>{new}</td></tr>")
     return [f"<h2>Compared with the one replaced on {then.replaced}</h2><table>", *rows, "</table>"]

@@ -8,10 +8,12 @@ import re
 from underfoot.floor.profile_parts import PARTS
 
 _UNITS = {
-    "n_per_mm": "N/mm", "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2",
-    "per_unit": "m/s^2", "n": "N", "m": "m", "s": "s",
+    "n_per_mm": "N/mm", "percent_decade": "% a decade", "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms",
+    "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N", "m": "m", "s": "s",
 }  # fmt: skip
 """Units as suffixes of the names of figures."""
+_ERRORS = re.compile("(error|bound|hysteresis|repeatability)_percent")
+"""Figures in % that are errors; others, as spread and distortion, are of something else."""
 _WORDS = {
     "round_trip_99_ms": "round_trip,_99 %",
     "round_trip_worst_ms": "round_trip,_worst",
@@ -85,13 +87,19 @@ def label_of(name: str) -> str:
     return plain[:1].upper() + plain[1:]
 
 
-def unit_of(name: str) -> str:
+def unit_of(name: str, error_unit: str = "") -> str:
     """Return the unit at the end of a figure's name; "" if it has none.
+
+    `error_unit` is that of the error of its part: other errors in % are of the same whole.
 
     >>> unit_of("full_scale_n"), unit_of("error_percent_2"), unit_of("sensors"), unit_of("mean_mm_at_150_n")
     ('N', '%', '', 'mm')
     >>> unit_of("distortion_2_percent"), unit_of("at_50_hz_db")
     ('%', 'dB')
+    >>> unit_of("error", "mm"), [unit_of(f"{name}_percent", "% of full scale") for name in ("hysteresis", "spread")]
+    ('mm', ['% of full scale', '%'])
     """
+    if name == "error" or (error_unit.startswith("%") and _ERRORS.search(name)):
+        return error_unit
     found = re.search(rf"_({'|'.join(_UNITS)})(?=_|$)", re.sub(r"_\d+_(n|hz)(?=_|$)", "", name))
     return _UNITS[found[1]] if found else ""
