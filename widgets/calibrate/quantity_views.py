@@ -31,6 +31,9 @@ def part_text(part: Part | None) -> str:
 
     >>> part_text(None), part_text(Part(made="2026-03-04", error=1.25, error_unit="mm"))
     ('not calibrated yet', '2026-03-04 · errs by 1.25 mm')
+    >>> from underfoot.floor.profile import Latency
+    >>> part_text(Latency(made="2026-03-04", error=0.02, error_unit="ms", round_trip_ms=20.0))
+    '2026-03-04 · wavers by 0.02 ms'
     """
     return " · ".join(filter(None, ("" if part is None else part.made, error_text(part))))
 
@@ -39,7 +42,7 @@ def error_text(part: Part | None) -> str:
     """Describe how accurate a part of a profile is; "" where that is not known."""
     if part is None:
         return "not calibrated yet"
-    return f"errs by {quantity(part.error, part.error_unit)}" if part.error_unit else ""
+    return f"{part.errs} {quantity(part.error, part.error_unit)}" if part.error_unit else ""
 
 
 class QuantityRow(QWidget):

@@ -10,6 +10,7 @@ import os
 from collections.abc import Mapping
 from datetime import date
 from pathlib import Path
+from typing import ClassVar
 
 import msgspec
 import numpy as np
@@ -56,6 +57,8 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     verdict: str = ""
     figures: dict[str, float] = msgspec.field(default_factory=dict)
     simulated: bool | msgspec.UnsetType = msgspec.UNSET
+    errs: ClassVar[str] = "errs by"
+    """The words before its error."""
 
     def __post_init__(self) -> None:
         _require_date("made", self.made)
@@ -128,7 +131,12 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How long what is played takes to come back on an input: the median, on a card at `rate_hz` in such blocks."""
+    """How long what is played takes to come back on an input: the median, on a card at `rate_hz` in such blocks.
+
+    Its error is the jitter.
+    """
+
+    errs: ClassVar[str] = "wavers by"
 
     round_trip_ms: float
     rate_hz: int = 48000
@@ -315,7 +323,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
             if part.simulated and not simulated:
                 found.append(f"{PARTS[kind]} of {self.tile}: measured on a simulated tile; measure this one")
             if not part.good or part.error > part.error_allowed > 0.0:
-                errs = f"errs by {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
+                errs = f"{part.errs} {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
                 if part.error <= part.error_allowed:  # as where one sensor of four errs more
                     errs += ", but not all of it is good: read its verdict"
                 found.append(f"{PARTS[kind]} of {self.tile}: {errs if part.error_unit else 'its error is not known'}")
