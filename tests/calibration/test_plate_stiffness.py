@@ -15,8 +15,10 @@ from underfoot.calibration.science import plate_stiffness
 from underfoot.calibration.science.plate_stiffness import FootstepLine, line_of, plate_fit
 from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadFile, BadMeasurement
+from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import PlateStiffness, Profile
 from underfoot.models.gait import vertical_force
+from underfoot.widgets.calibrate.part_drawings import drawings_of
 
 TRUTH = {0.0: 40.0, 0.25: 62.0, 0.5: 90.0, 0.75: 122.0, 1.0: 160.0}
 
@@ -138,6 +140,9 @@ def test_errors_are_told_in_percent_and_three_are_allowed(stiffer, good):
     samples = [(np.linspace(0.0, 500.0, 20), np.linspace(0.0, 500.0, 20) / line.stiffness_n_mm) for line in lines]
     result = result_of(lines, samples, "a load cell")
     part = result.apply(Profile(tile="t1")).plate
+    in_use = drawings_of(default_floor().tiles[0], part)[0]
+    assert in_use.y_log, "as it is interpolated"
+    assert result.drawings[0].y_log
     others = (stiffer - 1.0) / (0.5 + 0.5 * stiffer) / 2.0
     mean_percent = 100 * ((stiffer - 1.0) + 2.0 * others) / 3.0
     assert (part.error, part.error_allowed, part.good) == (pytest.approx(mean_percent, rel=0.02), 3.0, good)

@@ -43,7 +43,8 @@ def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> t
         case Centroid():
             return (Drawing("Correction of the centroid", "x, mm", "y, mm", tuple(curves), equal=True),)
         case PlateStiffness():
-            return (Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", tuple(curves)),)
+            title, y = "Stiffness over position", "stiffness, N/mm"
+            return (Drawing(title, "position of the servo", y, tuple(curves), y_log=True),)  # as it is interpolated
         case _:
             title, y = "Acceleration of the plate at full scale", "acceleration, m/s^2"
             return (Drawing(title, "frequency, Hz", y, tuple(curves), x_log=True, y_log=True),)

@@ -111,11 +111,14 @@ def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
 
 
 def drawings_of(fit: PlateFit, profiles: Sequence[tuple[Floats, Floats]]) -> tuple[Drawing, ...]:
-    """Return stiffness over position, and a footstep of each position with its line."""
+    """Return stiffness over position, and a footstep of each position with its line.
+
+    Its logarithm is interpolated between positions: a straight line on this axis.
+    """
     at = [line.position for line in fit.lines]
     every = series("footsteps", at, [line.stiffness_n_mm for line in fit.lines], "dots", "force")
     mean = series("calibration", fit.calibration.positions, fit.calibration.stiffness_n_mm)
-    over = Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", (every, mean))
+    over = Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", (every, mean), y_log=True)
     return over, profiles_drawn(fit.lines, profiles)
 
 
