@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.results.labels import label_of
 from underfoot.floor.layout import Tile
-from underfoot.parameters import Numbers
+from underfoot.parameters import Numbers, Parameter
 from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.quantity_views import QuantityRow
@@ -33,7 +33,7 @@ class PageView(QWidget):
         self._page = Page("", "", "")
         self._entered: dict[str, dict[str, Any]] = {}
         self._calibration = ""
-        self._set_up: dict[str, dict[str, tuple[Any, Any]]] = {}
+        self._set_up: dict[str, dict[str, tuple[Parameter, Any]]] = {}
         self._input_error = ""
         self.editors: list[ParameterEditor] = []
         self.title = theme.label("", "title")
@@ -162,13 +162,16 @@ class PageView(QWidget):
         page, values = self._page, dict(self.values())
         self._entered[page.key] = values
         if page.share == 0.0 and self._calibration:
-            self._set_up[self._calibration] = {ask.name: (ask.default, values[ask.name]) for ask in page.questions}
+            self._set_up[self._calibration] = {ask.name: (ask, values[ask.name]) for ask in page.questions}
 
     def _set_up_before(self, page: Page) -> dict[str, Any]:
-        """Return what was entered on a first page, unless this tile has another default, as of its accelerometer."""
+        """Return what was entered on a first page, unless this tile is asked for something else.
+
+        That is another default, as of its accelerometer, or another range, as of places on a tile of another size.
+        """
         before = self._set_up.get(self._calibration, {}) if page.share == 0.0 else {}
-        defaults = {ask.name: ask.default for ask in page.questions}
-        return {name: value for name, (default, value) in before.items() if defaults.get(name) == default}
+        asked = {ask.name: ask for ask in page.questions}
+        return {name: value for name, (ask, value) in before.items() if asked.get(name) == ask}
 
 
 def plays_sound(page: Page) -> bool:
