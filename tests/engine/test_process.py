@@ -14,6 +14,7 @@ import pytest
 from engine_blocks import blocks, engine_of
 from made_patches import hum, stepped_bank
 
+from underfoot.clock import FADE
 from underfoot.devices import outputs
 from underfoot.engine import pacing
 from underfoot.engine.commands import Level, Panic, Play, Swap
@@ -126,6 +127,22 @@ def test_why_a_card_that_has_come_does_not_play_is_said_once(monkeypatch):
         engine.pacer.run()
         monkeypatch.undo()
         assert list(engine.listener.notices) == [Notice("too few channels")]
+
+
+def test_output_ramps_up_after_the_engine_stood_still(monkeypatch):
+    """The card's buffer had run out, and shakers were struck by a step."""
+    with engine_of(hum()) as (engine, _, memory):
+        now_s, _ = clock_of(engine, monkeypatch, np.inf)
+        reader, out = Reader(memory.vibration), []
+        for stood_s in (*[0.0] * 100, 0.5, 3.0, *[0.0] * 4):
+            now_s[0] += stood_s
+            engine.pacer.fill()
+            out.append(engine.loop.out.copy())
+        monkeypatch.undo()
+        _, computed = reader.read()
+        ramp = np.append(np.ones(128), np.clip(np.arange(640) / (FADE - 1), 0.0, 1.0))
+        assert computed[-640:].any(axis=0).all()
+        np.testing.assert_allclose(np.concatenate(out[-6:]), computed[-768:] * ramp[:, None], atol=1e-6)
 
 
 THREADS = {"commands", "reports", "supervisor"}

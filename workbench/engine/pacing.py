@@ -1,5 +1,6 @@
 """Pacing of the engine's blocks: by a sound card's stream, or by the clock where there is none or it has ended."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -18,6 +19,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 
 _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
+_STOOD_S = 1.0  # time without a block, as of a process that stood still, in which every card's buffer has run out
 _MOST_RETRY_S = 30.0  # each new list of cards costs PortAudio some 12 kB for good: every 2 s that is half a GB a day
 
 
@@ -39,7 +41,8 @@ class Pacer:
         self._asked_s, self._retry_s, self._is_away = 0.0, RETRY_S, False
         self._late, self._refusal = 0, ""
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
-        self._ramped = FADE  # frames of the ramp that have been played in a reopened stream
+        self._ramped = FADE  # frames of the ramp from silence that have been played
+        self._filled_s = math.inf
         self._stream: Stream | None = None
         self._status.put(Field.LATENCY_S, runner.block_s + SPAN / target.rate)
 
@@ -110,10 +113,17 @@ class Pacer:
         self._further.close()
 
     def fill(self) -> int:
-        """Return the address of the next block, or 0 to end the stream and drop its buffer; the stream's callback."""
+        """Return the address of the next block, or 0 to end the stream and drop its buffer; the stream's callback.
+
+        A block ramps up where the card was silent before it.
+        """
         if self.leave.is_set() or self._runner.silenced:
             return 0
         self._runner.has_input = True
+        now_s = time.monotonic()
+        if now_s - self._filled_s > _STOOD_S:
+            self._ramped = 0
+        self._filled_s = now_s
         self._run_block()
         if self._out is not self._runner.loop.out:
             np.copyto(self._out, self._own_channels)
