@@ -130,7 +130,7 @@ class TransportReader:
                 self._stop.wait(_BATCH_S)
 
     def _tell_loss(self, line: str) -> None:
-        """Tell that the transport is gone. Two programs that take a hub from each other do so ten times a second."""
+        """Tell that the transport is gone, not each time: two programs that take a hub from each other never end."""
         self.trouble = line
         self._is_loss_told = self._losses.says(time.monotonic())
         if self._is_loss_told:
