@@ -114,14 +114,16 @@ def require_same_sweep(response: Floats, rate_hz: float, grid_hz: Floats, noise:
     low, high = float(grid_hz[0]), float(grid_hz[-1])
     if high < 4.0 * _DISPERSED_FROM_HZ:
         return
-    spectrum, f = np.fft.fft(response), np.fft.fftfreq(response.size, 1.0 / rate_hz)
+    size = 2 * response.size  # a low band's envelope begins before the response; its peak may be there
+    spectrum, f = np.fft.fft(response, size), np.fft.fftfreq(size, 1.0 / rate_hz)
+    times_ms = np.fft.fftfreq(size, rate_hz / size / 1000.0)
     arrivals = []
     for begin, end in pairwise(np.geomspace(max(low, _DISPERSED_FROM_HZ), high, 5)):
         inside = (f >= begin) & (f < end)
         heard = float(np.sum(np.abs(spectrum[inside]) ** 2))
         if heard > _HEARD * float(np.sum(np.interp(f[inside], grid_hz, np.nan_to_num(noise)) ** 2)):
             envelope = np.abs(np.fft.ifft(np.where(inside, spectrum, 0.0)))
-            arrivals.append(1000.0 * float(np.argmax(envelope)) / rate_hz)
+            arrivals.append(float(times_ms[np.argmax(envelope)]))
     apart_ms = max(arrivals, default=0.0) - min(arrivals, default=0.0)
     if apart_ms > _MOST_DISPERSED_MS:
         raise BadMeasurement(
