@@ -33,7 +33,7 @@ def part_text(part: Part | None) -> str:
     ('not calibrated yet', '2026-03-04 · errs by 1.25 mm')
     >>> from underfoot.floor.profile import Latency
     >>> part_text(Latency(made="2026-03-04", error=0.02, error_unit="ms", round_trip_ms=20.0))
-    '2026-03-04 · wavers by 0.02 ms'
+    '2026-03-04 · jitter 0.02 ms'
     """
     return " · ".join(filter(None, ("" if part is None else part.made, error_text(part))))
 

@@ -136,7 +136,7 @@ class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     Its error is the jitter.
     """
 
-    errs: ClassVar[str] = "wavers by"
+    errs: ClassVar[str] = "jitter"
 
     round_trip_ms: float
     rate_hz: int = 48000
