@@ -153,17 +153,22 @@ def test_a_scene_that_fails_is_ended_and_not_the_window(scenes, window, qtbot):
     assert window.controller.session.patch.title == "Hiss"
 
 
-def test_a_scene_ends_as_the_engine_is_given_up(scenes, window, qtbot):
+def test_a_scene_ends_as_the_engine_is_given_up(scenes, window, qtbot, monkeypatch):
     """The last foot stood in its picture for good, and the target, which is to be chosen again, was locked."""
-    controller = window.controller
+    controller, session = window.controller, window.controller.session
     start(scenes, qtbot, "footprints")
-    controller.bridge.output_changed.emit(given_up("engine", "signal 9", patch_waits=False))
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "poll", lambda: [given_up("engine", "signal 9", patch_waits=False)])
+        controller.bridge.tick()
     assert scenes.stage is None
     assert scenes.panel.state.text() == "The engine has failed; choose the target again."
     assert window.main_bar.target.isEnabled()
+    controller.opened.emit(controller.target)  # as where the workspace is made only now
     assert not scenes.panel.start.isEnabled()
+    controller.bridge.detach()  # as where the target is chosen again
     controller.opened.emit(controller.target)
     assert scenes.panel.start.isEnabled()
+    controller.bridge.attach(session, session.target.floor, session.target.rate)
 
 
 def test_a_scene_that_fails_as_a_parameter_is_changed_is_ended(scenes, window, qtbot):

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.floor.footsteps import Step
+from underfoot.floor.gait_summary import cadence_of
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
@@ -115,9 +115,7 @@ class StepPanel(QWidget):
     def _show_count(self) -> None:
         steps = self.table.steps.steps
         self.count.setText(f"{len(steps)}" if steps else "none yet")
-        times_s = [
-            60.0 / step.cadence_per_min for step in steps[-CADENCE_STEPS:] if math.isfinite(step.cadence_per_min)
-        ]
-        self.cadence.setText(f"{60.0 / np.mean(times_s):.0f} steps a minute" if times_s else "")
+        cadence_per_min = cadence_of(steps[-CADENCE_STEPS:])
+        self.cadence.setText(f"{cadence_per_min:.0f} steps a minute" if math.isfinite(cadence_per_min) else "")
         self.export_button.setEnabled(bool(steps))
         self.clear_button.setEnabled(bool(steps))

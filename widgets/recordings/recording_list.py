@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.errors import UnderfootError
+from underfoot.files import reason_of
 from underfoot.floor.layout import Floor, grid_of
 from underfoot.quantities import counted
 from underfoot.records.recording_format import SUFFIXES
@@ -268,7 +269,7 @@ class RecordingList(QWidget):
         try:
             path.unlink()
         except OSError as error:
-            self.notified.emit(f"{path} cannot be deleted: {(error.strerror or str(error)).lower()}")
+            self.notified.emit(f"{path} cannot be deleted: {reason_of(error)}")
         else:
             self.notified.emit(f"{path.name} was deleted.")
         self.refresh()

@@ -56,7 +56,6 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.chosen = next(iter(self.kinds))
         self.stage: Stage | None = None
         self._controller: SessionController | None = None
-        self._engine_failed = ""
         self._maker: threading.Thread | None = None
         self._requests = 0
         self._pending = 0
@@ -143,7 +142,7 @@ class ScenesWorkspace(ProjectingWorkspace):
     def start(self) -> None:
         """Make the chosen scene in a thread, then play it; a failure is shown."""
         controller = self._controller
-        if controller is None or controller.session is None or self._engine_failed:
+        if controller is None or controller.session is None or self._why_not():
             return
         if self.stage is not None or self.is_making:
             return
@@ -298,13 +297,11 @@ class ScenesWorkspace(ProjectingWorkspace):
     def _use_output(self, report: OutputChanged) -> None:
         """End a scene whose engine is given up: nobody would be seen to leave, and its target could not be chosen."""
         if report.where == NOTHING:
-            self._engine_failed = f"{report.silence[:1].upper()}{report.silence[1:]}."
-            self._fail(self._engine_failed)
+            self._fail(self._why_not())
 
     def _opened(self) -> None:
         self.stop()
         session = self._session()
-        self._engine_failed = ""
         floor: Floor | None = session.target.floor if session is not None else None
         self.view.show_floor(floor)
         self.view.can_press = session is not None and session.target.kind == "simulator"
@@ -312,9 +309,15 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._show_walker()
         self._show_availability()
 
+    def _why_not(self) -> str:
+        """Return why no scene can play; "" if one can."""
+        if self._controller is None or self._controller.session is None:
+            return "The session is not open yet."
+        failure = self._controller.bridge.engine_failure
+        return f"{failure[:1].upper()}{failure[1:]}." if failure else ""
+
     def _show_availability(self) -> None:
-        why_not = "The session is not open yet." if self._session() is None else self._engine_failed
-        self.panel.show_playing(self.stage is not None, why_not)
+        self.panel.show_playing(self.stage is not None, self._why_not())
 
     def _send(self, command: PressTile | Walk) -> None:
         session = self._session()

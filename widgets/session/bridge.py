@@ -74,7 +74,8 @@ class Bridge(QObject):
         self._tracker: FootstepTracker | None = None
         self._ticks = 0
         self._heard_s, self._is_silent, self._rate_hz = math.inf, False, 1.0
-        self._is_given_up = False
+        self.engine_failure = ""
+        """Why no engine plays any more, until the session is detached; "" while one does."""
         self._notices: set[str] = set()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -83,7 +84,7 @@ class Bridge(QObject):
 
     def attach(self, session: "Session", floor: Floor, rate_hz: float) -> None:
         """Poll this session from now on, with `rate_hz` frames per second."""
-        self._session, self._rate_hz, self._heard_s, self._is_given_up = session, rate_hz, math.inf, False
+        self._session, self._rate_hz, self._heard_s = session, rate_hz, math.inf
         self._tracker = FootstepTracker(floor, rate_hz, session.force_rate_hz)
         self._notices.clear()
         self._timer.start()
@@ -92,6 +93,7 @@ class Bridge(QObject):
         """Stop polling."""
         self._timer.stop()
         self._session = self._tracker = None
+        self.engine_failure = ""
         self._show_silence(False)
 
     def want_vibration(self, wanted: bool) -> None:
@@ -128,7 +130,7 @@ class Bridge(QObject):
 
     def _read(self, session: "Session", tracker: FootstepTracker) -> None:
         """Read new data from the rings, which hold several seconds."""
-        if self._is_given_up:  # the feet of its last samples would stand there for good
+        if self.engine_failure:  # the feet of its last samples would stand there for good
             self._show_silence(True)
             return
         now_s = session.health.frame / self._rate_hz  # the samples until then are there already
@@ -171,7 +173,8 @@ class Bridge(QObject):
                 self.costs_measured.emit(report)
             case Notice(text):
                 if isinstance(report, OutputChanged):
-                    self._is_given_up |= report.where == NOTHING
+                    if report.where == NOTHING:
+                        self.engine_failure = report.silence
                     self.output_changed.emit(report)
                     text = f"{text}."
                 if isinstance(report, OutputChanged | PatchRefused):  # others may begin with the name of a tile

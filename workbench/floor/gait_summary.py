@@ -87,6 +87,14 @@ def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
     return [sums.gait(person) for person, sums in sorted(_added({}, steps).items()) if sums.steps >= LEAST_STEPS]
 
 
+def cadence_of(steps: Iterable[Step]) -> float:
+    """Return the cadence of these steps of one person, steps by the minute; NaN if it is not known."""
+    sums = _Sums()
+    for step in steps:
+        sums.add(step)
+    return sums.mean_gait().cadence_per_min
+
+
 class GaitTotals:
     """Gait of all who walk in a stream, in sums: what is kept does not grow with the stream."""
 

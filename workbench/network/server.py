@@ -279,7 +279,7 @@ class NetworkServer:
         try:
             way.sendto(datagram, to)
         except OSError as error:  # no route, or no buffer space; the next frame replaces this one
-            return (error.strerror or "refused").lower()
+            return reason(error)
         self.counts.sent += 1
         return ""
 

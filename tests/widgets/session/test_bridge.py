@@ -140,7 +140,7 @@ def test_an_engine_that_is_given_up_is_not_called_started_again_and_its_floor_is
     followed.forces_tracked.connect(told.append)
     frame = session.health.frame
     until(lambda: session.health.frame > frame + 4800)  # samples wait to be read
-    given_up = OutputChanged("the engine is not started any more", "nothing")
+    given_up = OutputChanged("the engine is not started any more", "nothing", "the engine has failed")
     monkeypatch.setattr(session, "poll", lambda: [ProcessDied("engine", "killed", False), given_up])
     followed.tick()
     assert said == ["The engine is not started any more."]
