@@ -38,6 +38,8 @@ NAMES = ("pse", "slope", "intercept", "lapses")
 """Estimates of a curve; the last one with lapses only."""
 _LEAST_DRAWS = 20
 """Least number of bootstrap draws for an interval."""
+_LEAST_CHANCE = 1e-12
+"""Least chance of either answer in a likelihood: 0 would rule a curve out by one answer."""
 _CERTAIN = 6
 """Answers that are alike by chance in fewer than 2.5 % of cases, if one answer is no likelier than the other."""
 
@@ -176,16 +178,16 @@ def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike]], guessed: 
         with suppress(BadMeasurement):
             plain, lapsing = (fit(x, yes, of, with_lapses=lapses, guessed=guessed) for lapses in (False, True))
             if _turn(plain, x, yes, of) is None:
-                gain += 2.0 * max(_loss(plain, x, yes, of) - _loss(lapsing, x, yes, of), 0.0)
+                gain += 2.0 * max(_loss(plain.at(x), yes, of) - _loss(lapsing.at(x), yes, of), 0.0)
                 count += 1
     weights = [float(bdtr(k, count, 0.5) - (bdtr(k - 1, count, 0.5) if k else 0.0)) for k in range(count + 1)]
     return sum(weight * float(chdtrc(k, gain) if k else gain <= 0.0) for k, weight in enumerate(weights))
 
 
-def _loss(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> float:
-    """Return the negative logarithm of the likelihood of answers."""
+def _loss(chance: Floats, yes: ArrayLike, of: ArrayLike) -> float:
+    """Return the negative logarithm of the likelihood of answers of which each is "yes" by this chance."""
     counts, totals = np.asarray(yes, np.float64), np.asarray(of, np.float64)
-    chance = np.clip(curve.at(x), 1e-12, 1.0 - 1e-12)
+    chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
     return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
 
 
@@ -337,15 +339,14 @@ def _climbed(start: Curve, levels: Floats, counts: Floats, totals: Floats, most_
     from scipy.special import ndtr
 
     def loss(values: Floats) -> tuple[float, Floats]:
-        """Return `_loss` of a curve, and its gradient, without which each step takes three curves more."""
+        """Return the loss of a curve, and its gradient, without which each step takes three curves more."""
         a, b, lapse = values
         normal, low = ndtr(a + b * scaled), start.guessed or lapse
-        chance = np.clip(low + (1.0 - lapse - low) * normal, 1e-12, 1.0 - 1e-12)
+        chance = np.clip(low + (1.0 - lapse - low) * normal, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
         missed = (totals - counts) / (1.0 - chance) - counts / chance
         rise = missed * (1.0 - lapse - low) * _bell(a + b * scaled)
         by_lapse = missed * (-normal if start.guessed else 1.0 - 2.0 * normal)
-        value = -(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum()
-        return float(value), np.array([rise.sum(), (rise * scaled).sum(), by_lapse.sum()])
+        return _loss(chance, counts, totals), np.array([rise.sum(), (rise * scaled).sum(), by_lapse.sum()])
 
     middle, width = float(levels.mean()), float(levels.std()) or 1.0
     scaled = (levels - middle) / width
