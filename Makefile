@@ -66,7 +66,7 @@ tour:
 	@mkdir -p $(TOUR) && rm -f $(TOUR)/*
 	$(BIN)/underfoot render presets/patches/gravel.json --seconds 10 -o $(TOUR)/gravel.wav
 	$(BIN)/underfoot monitor simulator --patch presets/patches/gravel.json --seconds 8 --record $(TOUR)/walk.underfoot --steps $(TOUR)/steps.csv
-	QT_QPA_PLATFORM=offscreen $(BIN)/underfoot --patch presets/patches/gravel.json --screenshot $(TOUR)
+	QT_QPA_PLATFORM=offscreen $(BIN)/underfoot --patch presets/patches/gravel.json --recording $(TOUR)/walk.underfoot --screenshot $(TOUR)
 	@ls $(TOUR)
 
 .venv/ready: pyproject.toml
