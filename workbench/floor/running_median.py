@@ -27,12 +27,17 @@ def insert(middle: np.record, ascending: Floats, value: float) -> None:
     if value < middle.low:
         middle.below += 1
     elif value <= middle.high:
-        at = middle.kept
-        while at > 0 and ascending[at - 1] > value:
-            ascending[at] = ascending[at - 1]
-            at -= 1
-        ascending[at] = value
-        middle.kept += 1
+        kept = middle.kept
+        middle.kept = kept + 1
+        if kept == 0 or ascending[kept - 1] <= value:
+            ascending[kept] = value
+            return
+        ascending[kept] = ascending[kept - 1]
+        for i in range(kept - 1, 0, -1):  # the middle one of both and `value`, in vectors
+            before, here = ascending[i - 1], ascending[i]
+            lower = here if here < value else value
+            ascending[i] = before if before > lower else lower
+        ascending[0] = min(ascending[0], value)
 
 
 @inlined
@@ -65,8 +70,9 @@ def _exchange_kept(middle: np.record, ascending: Floats, old: float, new: float)
         return
     if middle.low <= old <= middle.high:
         last = int(middle.kept) - 1
-        for i in range(_first_not_below(ascending[: last + 1], old), last):
-            ascending[i] = ascending[i + 1]
+        for i in range(last):  # in vectors, too
+            here, above = ascending[i], ascending[i + 1]
+            ascending[i] = here if here < old else above
         middle.kept = last
     if middle.low <= new <= middle.high:
         insert(middle, ascending, new)
