@@ -89,12 +89,13 @@ def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
         pause = stream.count > 0 and now_s - stream.time_s > stream.gap_s
         take = stream.count % stream.every == 0
         newest, oldest = window_ends(memory)
+        place = stream.taken % ring.shape[1]
         for k in range(len(tiles)):
             tile = tiles[k]
             before_n = tile.load_n
             weigh(tile, force_n[i, k])
             if take:
-                store_thinned(tile, ring[k, stream.taken % ring.shape[1]], force_n[i, k])
+                store_thinned(tile, ring[k, place], force_n[i, k])
             lost = not math.isfinite(tile.load_n)
             gap = pause or lost or tile.silent
             tile.silent = lost
