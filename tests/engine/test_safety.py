@@ -184,6 +184,19 @@ def test_any_block_size_gives_the_same_bytes():
         assert whole == guarded(signal, blocks, at_frame=calls).tobytes()
 
 
+def test_a_block_in_parts_gives_the_same_bytes_and_nothing_of_the_block_before():
+    signal = np.concatenate([np.zeros(1200), sine(3.0, seconds=0.1), np.zeros(3 * RATE), sine(0.5, seconds=0.1)])
+    safety, parts = Safety(list(USUAL), [0], RATE, 1200, 1), ((0, 300), (300, 400), (700, 500))
+    safety.open(True, -FADE)
+    heard = []
+    for block in range(0, len(signal), 1200):
+        for at, n in parts:
+            part = FULL * signal[None, block + at : block + at + n]
+            safety.apply(part, np.array([not part.any()], np.uint8), block + at, at, n)
+        heard.append(safety.out.copy())
+    assert np.concatenate(heard).tobytes() == guarded(signal, [1200]).tobytes()
+
+
 def test_what_decays_in_silence_is_as_if_each_frame_had_been_looked_at():
     loud, silence = sine(3.0, seconds=1.5), np.zeros(90_000)
     faint = 1e-9 * (-1.0) ** np.arange(silence.size)

@@ -220,9 +220,11 @@ def _limit(
     """Implement `Safety.apply`: groups of neighbouring rows, those that are not silent."""
     m = _memory_at(where)
     out, rows, stages, members, work = m.out, m.rows, m.stage, m.members, _work_at(m.work, ())
-    for i in range(at, at + n):
+    for i in range(at, min(at + n, stages[0].written)):
         for j in range(out.shape[1]):
             out[i, j] = 0.0
+    if stages[0].written <= at + n:
+        stages[0].written = min(stages[0].written, at)
     fall = stages[0].peak_fall ** n
     sounding, count = 0, 0
     for k in range(len(acceleration)):
@@ -242,6 +244,7 @@ def _limit(
         count += 1
     if count > 0:
         limit_group(acceleration, out, rows, members, count, stages[0], work, (frame, at, n))
+        stages[0].written = max(stages[0].written, at + n)
     stages[0].sounding, stages[0].peak = sounding, 0.0
     if sounding > 0:
         stages[0].sounded_until = frame + n

@@ -56,12 +56,14 @@ STAGE = np.dtype(
         ("sounding", np.int64),
         ("sounded_until", np.int64),
         ("peak", np.float64),
+        ("written", np.int64),
     ],
     align=True,
 )
 """Shared by all rows: the DC block's pole; the weights of a frame in the two means and in a limited gain; by what
 peak meters fall in a frame; level, opening, the number of values that were not finite, the number of tiles not silent
-throughout the last stretch, the end of the last stretch with such a tile, and the largest peak of a tile.
+throughout the last stretch, the end of the last stretch with such a tile, and the largest peak of a tile. All frames of
+the output are zero from number `written` on.
 """
 
 
