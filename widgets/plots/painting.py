@@ -96,7 +96,7 @@ def _heat_pixels(low: float, high: float, colours: str) -> NDArray[np.uint32]:
 
 
 def _paint_heat(painter: QPainter, shape: HeatImage) -> None:
-    pixels = _heat_pixels(shape.low, shape.high, theme.NAME)[np.ascontiguousarray(shape.levels[::-1])]
+    pixels = _heat_pixels(shape.low, shape.high, theme.NAME).take(shape.levels[::-1], mode="clip")  # no test per pixel
     rows, columns = pixels.shape
     image = QImage(pixels.data, columns, rows, 4 * columns, QImage.Format.Format_ARGB32_Premultiplied)
     painter.drawImage(rectangle(shape.box), image)
