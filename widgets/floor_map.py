@@ -66,6 +66,7 @@ class FloorMap(PressedFloor):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._chosen_tile = ""
         self._background: QPixmap | None = None
         self._figures: list[tuple[QRectF, str]] = []
@@ -213,8 +214,8 @@ class FloorMap(PressedFloor):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.GROUND))
         if self._floor is None:
+            painter.fillRect(self.rect(), QColor(theme.GROUND))
             return
         if self._background is None:
             self._transform = self.to_screen()
@@ -279,7 +280,7 @@ class FloorMap(PressedFloor):
     def _paint_background(self) -> QPixmap:
         """Paint what does not move: tiles, their names, and a scale."""
         assert self._floor is not None
-        picture = blank_picture(self.size(), self.devicePixelRatioF(), Qt.GlobalColor.transparent)
+        picture = blank_picture(self.size(), self.devicePixelRatioF(), QColor(theme.GROUND))
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(theme.font(theme.SMALL_PX))
