@@ -7,7 +7,7 @@ the window.
 import hashlib
 import math
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 
@@ -109,9 +109,14 @@ class RecordedForces:
 def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
     """Find contacts and footsteps; `progress` is given what there is so far, and says whether to go on."""
     forces = RecordedForces(recording)
+    return survey_of(forces.found(), forces.length_s, progress)
+
+
+def survey_of(stream: Iterable[Detections], length_s: float, progress: Callable[[Survey], bool]) -> Survey:
+    """Collect what is found in forces of this length, as `survey` does."""
     made = Survey()
     curves: dict[int, tuple[float, ...]] = {}
-    for found in forces.found():
+    for found in stream:
         for contact in found.finished:
             made.contacts.append(_span(contact))
             if is_step(contact):
@@ -121,7 +126,7 @@ def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
             made.until_s = float(found.rows.time_s[-1])
         if not progress(made):
             return made
-    made.until_s, made.whole = forces.length_s, True
+    made.until_s, made.whole = length_s, True
     return made
 
 

@@ -153,10 +153,15 @@ def contact_table(path: str | Path, floor: Floor, *, live: bool = False) -> Iter
         yield lambda rows: lines(_contact_lines(rows, floor))
 
 
-@contextmanager
-def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
+def require_table_name(path: str | Path) -> None:
+    """Raise `BadFile` for a name that says that the file is something else than a table."""
     if path_of(path).suffix.lower() not in ("", ".csv", ".txt"):
         raise BadFile(f"{path} cannot be written: tables are CSV; allowed: a name that ends in .csv")
+
+
+@contextmanager
+def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
+    require_table_name(path)
     with replaced(path) as part:
         with written(path):
             file = part.open("w", encoding="utf-8", newline="\n")

@@ -1,0 +1,265 @@
+"""Recordings, feet or persons compared: the same measures side by side, and the mean force over the stance of each."""
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict, replace
+from numpy.typing import ArrayLike, NDArray
+
+from underfoot.arguments import choice
+from underfoot.drawing import Drawing, Series
+from underfoot.files import replaced, written
+from underfoot.floor.gait_summary import gait_of
+from underfoot.records.survey import STANCE, Stance
+from underfoot.records.tables import require_table_name
+
+BY = ("recording", "side", "person")
+"""What groups differ in; those by side and by person are of each recording."""
+STEP_MEASURES = (
+    "contact_ms",
+    "peak1_n",
+    "valley_n",
+    "peak2_n",
+    "impulse_ns",
+    "loading_kn_s",
+    "path_mm",
+    "net_mm",
+    "cadence_per_min",
+    "step_length_mm",
+    "step_width_mm",
+    "swing_ms",
+    "double_support_ms",
+)
+"""Measures of a `Step` of which a mean says something; that of a heading, a time or a number does not."""
+GAIT_MEASURES = ("stance_asymmetry_percent", "length_asymmetry_percent", "stride_variation_percent")
+"""Measures of a `PersonGait` that no single step has: their means are over persons. Feet apart have none."""
+PERCENT = np.linspace(0.0, 100.0, STANCE)
+"""The share of stance at each value of a curve."""
+SPREAD_AXIS = "mean force ± 1 SD, N"
+STANCE_SUFFIX = ".stance.csv"
+
+_NO_SHARE = ("double_support_ms", *GAIT_MEASURES)
+_COLOURS = ("force", "vibration", "events", "contact", "measured", "muted")
+
+
+class Figures(Struct, frozen=True):
+    """Mean and standard deviation (of a sample) of `count` values; NaN if there are too few.
+
+    `difference` is the mean's from that of the first group, and `difference_percent` the same in % of the first mean;
+    NaN for a measure that is in percent, or can be negative: a share of it says nothing.
+    """
+
+    count: int
+    mean: float
+    sd: float
+    difference: float = math.nan
+    difference_percent: float = math.nan
+
+
+class StanceCurve(Struct, frozen=True):
+    """Mean and standard deviation, N, of `count` steps at 0 to 100 % of stance: `STANCE` values; NaN if too few."""
+
+    count: int
+    mean_n: NDArray[np.float64]
+    sd_n: NDArray[np.float64]
+
+
+class Group(Struct, frozen=True):
+    """Steps that are compared with others; `persons` are those who are known. `figures` are by the measure's name."""
+
+    name: str
+    steps: int
+    persons: int
+    figures: dict[str, Figures]
+    stance: StanceCurve
+
+
+def compared(recordings: Mapping[str, Sequence[Stance]], by: str = "recording") -> list[Group]:
+    """Return the groups of some recordings, given by their names, in the order of these, then of sides or persons.
+
+    Groups by side or by person leave out the steps of which it is not known.
+
+    >>> from underfoot.floor.footsteps import Step
+    >>> steps = [Step(k, "t1", ("left", "right")[k % 2], k, 600.0 + 10.0 * k, *[1.0] * 7) for k in range(4)]
+    >>> left, right = compared({"walk": [Stance(step, ()) for step in steps]}, "side")
+    >>> left.name, left.figures["contact_ms"].mean, right.name, right.figures["contact_ms"].difference
+    ('left', 610.0, 'right', 10.0)
+    """
+    choice("by", by, BY)
+    groups = [
+        _group(name, stances, with_gait=by != "side")
+        for recording, whole in recordings.items()
+        for name, stances in _divided(recording if len(recordings) > 1 or by == "recording" else "", whole, by)
+    ]
+    return [replace(group, figures=_against(groups[0].figures, group.figures)) for group in groups]
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """Return a short name of each recording: without its folder, unless another has the same.
+
+    >>> names_of([Path("before/anna.underfoot"), Path("after/anna.underfoot"), Path("after/ben.underfoot")])
+    ['before/anna', 'after/anna', 'ben']
+    """
+    short = [path.stem for path in paths]
+    with_folder = [f"{path.parent.name}/{path.stem}" for path in paths]
+    for names, longer in ((short, with_folder), (with_folder, [str(path) for path in paths])):
+        twice = {name for name in names if names.count(name) > 1}
+        short = [other if name in twice else name for name, other in zip(short, longer, strict=True)]
+    return short
+
+
+def stance_curve(curves: Sequence[Sequence[float]]) -> StanceCurve:
+    """Return mean and spread of the curves of some steps; a step without a curve is left out.
+
+    >>> found = stance_curve([np.zeros(101), np.full(101, 2.0), ()])
+    >>> found.count, float(found.mean_n[50]), round(float(found.sd_n[50]), 3)
+    (2, 1.0, 1.414)
+    """
+    kept = np.array([curve for curve in curves if len(curve) == STANCE]).reshape(-1, STANCE)
+    unknown = np.full(STANCE, math.nan)
+    mean_n = kept.mean(axis=0) if len(kept) else unknown
+    return StanceCurve(len(kept), mean_n, kept.std(axis=0, ddof=1) if len(kept) > 1 else unknown)
+
+
+def band(curve: StanceCurve, name: str = "", colour: str = "force") -> Series:
+    """Return the outline of one standard deviation around a mean."""
+    outline = np.concatenate([curve.mean_n + curve.sd_n, (curve.mean_n - curve.sd_n)[::-1]])
+    return Series(name, np.concatenate([PERCENT, PERCENT[::-1]]), outline, "area", colour)
+
+
+def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawing:
+    """Return the mean force over stance of each group, in a band of one standard deviation; a note without any."""
+    series = []
+    shown = [(k, group) for k, group in enumerate(groups) if group.stance.count]
+    looks = {k: (_COLOURS[k % len(_COLOURS)], "dashed" if k >= len(_COLOURS) else "line") for k, _ in shown}
+    series += [band(group.stance, colour=looks[k][0]) for k, group in shown if group.stance.count > 1]
+    series += [Series(group.name, PERCENT, group.stance.mean_n, looks[k][1], looks[k][0]) for k, group in shown]
+    largest = max((float(np.max(one.y)) for one in series), default=0.0)
+    return Drawing(
+        "Stance",
+        "share of stance, %",
+        SPREAD_AXIS,
+        tuple(series),
+        x_range=(0.0, 100.0),
+        y_range=(0.0, max(100.0, 1.05 * largest)),
+        note="" if series else note,
+    )
+
+
+# --- files ---
+
+
+def comparison_csv(groups: Sequence[Group]) -> str:
+    """Return a table, a line per measure: count, mean and SD of each group, and differences from the first one."""
+    heads = ["measure"]
+    for number, group in enumerate(groups):
+        ends = ("steps", "mean", "SD", *(("difference", "difference %") if number else ()))
+        heads += [f"{group.name} {end}" for end in ends]
+    lines = [heads]
+    for measure in (*STEP_MEASURES, *GAIT_MEASURES):
+        cells = [measure]
+        for number, group in enumerate(groups):
+            one = group.figures[measure]
+            further = (one.difference, one.difference_percent) if number else ()
+            cells += [str(one.count), *map(_cell, (one.mean, one.sd, *further))]
+        lines.append(cells)
+    return _csv(lines)
+
+
+def stance_csv(groups: Sequence[Group]) -> str:
+    """Return the curves: share of stance, and mean and SD of each group in newtons."""
+    lines = [["percent", *(f"{group.name} {end}" for group in groups for end in ("mean_n", "sd_n"))]]
+    curves = [values for group in groups for values in (group.stance.mean_n, group.stance.sd_n)]
+    lines += [[f"{percent:g}", *map(_cell, row)] for percent, *row in zip(PERCENT, *curves, strict=True)]
+    return _csv(lines)
+
+
+def write_comparison(groups: Sequence[Group], path: Path) -> None:
+    """Write both tables as CSV: the curves beside `path`, as NAME.stance.csv. `BadFile` if that fails."""
+    require_table_name(path)
+    curves = path.with_suffix(STANCE_SUFFIX)
+    with replaced(path) as part, replaced(curves) as beside, written(path):
+        part.write_text(comparison_csv(groups), encoding="utf-8", newline="\n")
+        beside.write_text(stance_csv(groups), encoding="utf-8", newline="\n")
+
+
+def comparison_data(groups: Sequence[Group]) -> list[dict[str, Any]]:
+    """Return the groups as plain data for JSON, with None for what is not known."""
+    return [
+        {
+            "name": group.name,
+            "steps": group.steps,
+            "persons": group.persons,
+            "measures": {name: {k: _plain(v) for k, v in asdict(one).items()} for name, one in group.figures.items()},
+            "stance": {
+                "count": group.stance.count,
+                "mean_n": [_plain(value) for value in group.stance.mean_n.tolist()],
+                "sd_n": [_plain(value) for value in group.stance.sd_n.tolist()],
+            },
+        }
+        for group in groups
+    ]
+
+
+def _csv(lines: Sequence[Sequence[str]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(lines)
+    return text.getvalue()
+
+
+def _cell(value: float) -> str:
+    return f"{value:.6g}" if math.isfinite(value) else ""
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+# --- figures ---
+
+
+def _divided(recording: str, stances: Sequence[Stance], by: str) -> Iterator[tuple[str, Sequence[Stance]]]:
+    """Yield the groups of a recording by their names; `recording` is "" where it does not tell them apart."""
+    if by == "recording":
+        yield recording, stances
+        return
+    persons = sorted({one.step.person for one in stances if one.step.person})
+    values: Sequence[str | int] = ("left", "right") if by == "side" else persons
+    for value in values:
+        name = str(value) if by == "side" else f"person {value}"
+        found = [one for one in stances if getattr(one.step, by) == value]
+        if found:
+            yield f"{recording}, {name}" if recording else name, found
+
+
+def _group(name: str, stances: Sequence[Stance], *, with_gait: bool) -> Group:
+    steps = [one.step for one in stances]
+    gaits = gait_of(steps) if with_gait else []  # which is of steps that follow one another
+    figures = {measure: _figures([getattr(step, measure) for step in steps]) for measure in STEP_MEASURES}
+    figures |= {measure: _figures([getattr(gait, measure) for gait in gaits]) for measure in GAIT_MEASURES}
+    persons = len({step.person for step in steps if step.person})
+    return Group(name, len(steps), persons, figures, stance_curve([one.force_n for one in stances]))
+
+
+def _figures(values: ArrayLike) -> Figures:
+    given = np.asarray(values, np.float64)
+    known = given[np.isfinite(given)]
+    mean = float(known.mean()) if len(known) else math.nan
+    return Figures(len(known), mean, float(known.std(ddof=1)) if len(known) > 1 else math.nan)
+
+
+def _against(first: Mapping[str, Figures], figures: Mapping[str, Figures]) -> dict[str, Figures]:
+    def of(name: str, one: Figures) -> Figures:
+        if first is figures:
+            return one
+        difference, base = one.mean - first[name].mean, first[name].mean
+        share = 100.0 * difference / base if base > 0.0 and name not in _NO_SHARE else math.nan
+        return replace(one, difference=difference, difference_percent=share)
+
+    return {name: of(name, one) for name, one in figures.items()}
