@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QItemSelectionModel, QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -40,6 +40,7 @@ NOTHING = "Nothing was recorded yet. Ctrl+R records what is played."
 NOT_FOUND = "No recording has these words in its name, date or floor."
 LIST_PX = 35 * theme.GRID
 PICTURE = QSize(72, 32)
+_ALONE = QItemSelectionModel.SelectionFlag.ClearAndSelect
 _PATH = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole + 1
 
@@ -107,10 +108,12 @@ class _Row(QListWidgetItem):
 
 
 class RecordingList(QWidget):
-    """The list of recordings, newest first; one is selected."""
+    """The list of recordings, newest first; one is selected, or several are, to be compared."""
 
     chosen = Signal(object)
     """The `Path` of the recording to be opened."""
+    compared = Signal(list)
+    """Carries the paths of recordings to be compared, the earliest first; of a single one, its feet."""
     notified = Signal(str)
     deleted = Signal(object)
     """Carries the `Path` of a recording that is about to be deleted, and must be closed."""
@@ -135,6 +138,7 @@ class RecordingList(QWidget):
         self.search.setClearButtonEnabled(True)
         self.list = QListWidget()
         self.list.setAccessibleName("Recordings")
+        self.list.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
         self.list.setIconSize(PICTURE)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setTextElideMode(Qt.TextElideMode.ElideRight)
@@ -154,7 +158,7 @@ class RecordingList(QWidget):
     def refresh(self) -> None:
         """Update the list from the folders."""
         paths = self._paths()
-        chosen = self.chosen_path()
+        chosen = self.chosen_paths()
         with QSignalBlocker(self.list):
             self.list.clear()
             self._rows = {path: _Row(path, written_s) for path, written_s in paths.items()}
@@ -168,8 +172,7 @@ class RecordingList(QWidget):
                 else:
                     item.setIcon(_icon(np.zeros(0, np.float32)))
             self._sort()
-        if chosen is not None:
-            self.mark(chosen)
+        self.mark(*chosen)
         self._filter()
         self.summaries.read(paths)
 
@@ -180,18 +183,23 @@ class RecordingList(QWidget):
             self._added.append(str(path))
         self.refresh()
 
-    def mark(self, path: Path) -> None:
-        """Mark the open recording."""
-        item = self._rows.get(path.absolute())
-        if item is not None:
-            with QSignalBlocker(self.list):
-                self.list.setCurrentItem(item)
-            self.delete.setEnabled(True)
+    def mark(self, *paths: Path) -> None:
+        """Mark the open recording, or those that are compared."""
+        items = [item for path in paths if (item := self._rows.get(path.absolute())) is not None]
+        with QSignalBlocker(self.list):
+            for number, item in enumerate(items):
+                how = QItemSelectionModel.SelectionFlag.Select if number else _ALONE
+                self.list.setCurrentItem(item, how)
+        self.delete.setEnabled(self.chosen_path() is not None)
 
     def chosen_path(self) -> Path | None:
-        """Return the selected recording; None if there is none."""
-        item = self.list.currentItem()
-        return item.data(_PATH) if item is not None else None
+        """Return the selected recording; None if none or several are."""
+        paths = self.chosen_paths()
+        return paths[0] if len(paths) == 1 else None
+
+    def chosen_paths(self) -> list[Path]:
+        """Return the selected recordings, the earliest first."""
+        return [item.data(_PATH) for item in reversed(self._items()) if item.isSelected() and not item.isHidden()]
 
     def ask_to_delete(self) -> None:
         """Delete the selected recording, after a question."""
@@ -252,8 +260,10 @@ class RecordingList(QWidget):
             return
         menu = Menu(self.list)
         menu.aboutToHide.connect(menu.deleteLater)
-        menu.addAction("Rename…\tF2", self.edit_name)
-        menu.addAction("Delete…\tDel", self.ask_to_delete)
+        paths = self.chosen_paths()
+        menu.addAction("Compare" if len(paths) > 1 else "Compare left and right", lambda: self.compared.emit(paths))
+        for text, do in (("Rename…\tF2", self.edit_name), ("Delete…\tDel", self.ask_to_delete)):
+            menu.addAction(text, do).setEnabled(self.chosen_path() is not None)
         menu.popup(self.list.viewport().mapToGlobal(at))
 
     def _delete(self, path: Path) -> None:
@@ -333,17 +343,19 @@ class RecordingList(QWidget):
         self.delete.setEnabled(self.chosen_path() is not None)
 
     def _choose(self) -> None:
-        path = self.chosen_path()
-        self.delete.setEnabled(path is not None)
+        paths = self.chosen_paths()
+        self.delete.setEnabled(len(paths) == 1)
         self.show_problem("")
-        if path is not None:
-            self.chosen.emit(path)
+        if len(paths) == 1:
+            self.chosen.emit(paths[0])
+        elif paths:
+            self.compared.emit(paths)
 
     def _connect(self) -> None:
         self.summaries.found.connect(self._add_summary)
         self.summaries.failed.connect(self._show_failure)
         self.search.textChanged.connect(self._filter)
-        self.list.currentItemChanged.connect(lambda *_: self._choose())
+        self.list.itemSelectionChanged.connect(self._choose)
         self.list.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.list.customContextMenuRequested.connect(self._show_menu)
         self.add_file.clicked.connect(self._ask_file)

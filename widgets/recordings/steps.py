@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QW
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
+from underfoot.records.comparison import PERCENT, band, stance_curve
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import step_lines
 from underfoot.widgets import theme
@@ -31,6 +32,8 @@ class RecordedSteps(QWidget):
     """The number of a step in the list that `show_steps` was given."""
     filtered = Signal()
     """The filters have changed."""
+    comparison_wanted = Signal()
+    """The recording's feet, or persons, shall be compared."""
     notified = Signal(str)
 
     def __init__(self) -> None:
@@ -54,7 +57,10 @@ class RecordedSteps(QWidget):
             head.append(box)
         self.copy_button = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
         self.copy_button.clicked.connect(self.copy)
-        head.append(self.copy_button)
+        tip = "Compare left and right, or persons; to compare recordings, choose several with Ctrl or Shift in the list"
+        self.compare_button = tool_button("", "Compare", tip)
+        self.compare_button.clicked.connect(lambda _=False: self.comparison_wanted.emit())
+        head += [self.compare_button, self.copy_button]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         across = QSplitter(Qt.Orientation.Horizontal)
@@ -62,7 +68,8 @@ class RecordedSteps(QWidget):
         across.setObjectName("recordings steps")
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
-        table = with_header(head, WholeRows(self.table), [[self.copy_button], list(self.filters.values())], across)
+        shrinking: list[list[QWidget]] = [[self.copy_button], [self.compare_button], [*self.filters.values()]]
+        table = with_header(head, WholeRows(self.table), shrinking, across)
         table.setMinimumWidth(30 * theme.GRID)
         holder = QWidget(across)
         inside = QHBoxLayout(holder)
@@ -102,6 +109,7 @@ class RecordedSteps(QWidget):
         """Say that there are more steps to come, and what they wait for; "" if these are all."""
         if waits_for != self._waits_for:
             self._waits_for = waits_for
+            self.compare_button.setEnabled(bool(self._steps) and not waits_for)
             self._show_count()
             self._draw()
 
@@ -149,6 +157,7 @@ class RecordedSteps(QWidget):
         self.table.steps.add(self.visible_steps())
         self._show_count()
         self.copy_button.setEnabled(bool(self._visible))
+        self.compare_button.setEnabled(bool(self._steps) and not self._waits_for)
         if self._choice in self._visible:
             self.table.select_step(self._steps[self._choice].step)
         self._draw()
@@ -183,19 +192,16 @@ def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = No
     >>> [one.name for one in stance_drawing([np.zeros(101), np.ones(101)]).series if one.name]
     ['± 1 SD', 'mean of 2']
     """
-    percent = np.linspace(0.0, 100.0, STANCE)
     series = []
     if len(curves):
-        table = np.array(curves)
-        mean, spread = table.mean(axis=0), table.std(axis=0, ddof=1) if len(table) > 1 else np.zeros(STANCE)
-        outline = np.concatenate([mean + spread, (mean - spread)[::-1]])
-        if len(table) > 1:
-            series.append(Series("± 1 SD", np.concatenate([percent, percent[::-1]]), outline, "area", "force"))
-        for curve in table[:: max(1, -(-len(table) // MAX_CURVES))]:
-            series.append(Series("", percent, curve, colour="faint"))
-        series.append(Series(f"mean of {len(table)}", percent, mean, colour="force"))
+        mean = stance_curve(curves)
+        if len(curves) > 1:
+            series.append(band(mean, "± 1 SD"))
+        for curve in curves[:: max(1, -(-len(curves) // MAX_CURVES))]:
+            series.append(Series("", PERCENT, np.array(curve), colour="faint"))
+        series.append(Series(f"mean of {len(curves)}", PERCENT, mean.mean_n, colour="force"))
     if chosen is not None and len(chosen.force_n) == STANCE:
-        series.append(Series(f"step {chosen.step.step}", percent, np.array(chosen.force_n), colour="contact"))
+        series.append(Series(f"step {chosen.step.step}", PERCENT, np.array(chosen.force_n), colour="contact"))
     largest = max((float(np.max(one.y)) for one in series), default=0.0)
     return Drawing(
         "Stance",

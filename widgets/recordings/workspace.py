@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.quantities import counted
@@ -20,6 +20,7 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.panels import column, tool_button, with_header
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
+from underfoot.widgets.recordings.comparison_view import MOST, ComparisonView
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.mark_editing import MarkEditing
 from underfoot.widgets.recordings.playback import Playback
@@ -48,6 +49,7 @@ SHORTCUTS = (
     ("Play the stretch, or stop", "P"),
     ("Loop", "L"),
     ("Rename, delete the recording", "F2, Delete in the list"),
+    ("Compare recordings; back", "Ctrl or Shift and click in the list; Escape"),
     ("Export the recording", "Ctrl+Shift+E"),
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
@@ -65,6 +67,7 @@ class RecordingsWorkspace(Workspace):
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         self.steps = RecordedSteps()
+        self.comparison = ComparisonView()
         self.reader = RecordingReader(self)
         self.surveyor = Surveyor(self)
         self.exporting = Exporting(self)
@@ -106,6 +109,7 @@ class RecordingsWorkspace(Workspace):
     def close_down(self) -> None:
         self.exporting.close_down()
         self.surveyor.close()
+        self.comparison.close_down()
         self.recordings.close_down()
         self.reader.close()
 
@@ -113,10 +117,45 @@ class RecordingsWorkspace(Workspace):
 
     def open(self, path: Path) -> None:
         """Open a recording; show errors."""
+        self._show_page(self._opened_page)
         self._close_recording(f"Opening {path.name}…")
         self._show_name(path.stem)
         self.recordings.mark(path)
         self.reader.open(path.absolute())
+
+    def _open_if_other(self, path: Path) -> None:
+        """Open the recording that was chosen, or go back to it."""
+        if self._is_open(path):
+            self._show_page(self._opened_page)
+        else:
+            self.open_file(path)
+
+    def _compare(self, paths: Sequence[Path]) -> None:
+        """Compare several recordings, or the feet of one."""
+        if len(paths) > MOST:
+            self.notified.emit(f"{len(paths)} recordings are chosen; up to {MOST} can be compared.")
+            return
+        self._show_page(self.comparison)
+        self.comparison.compare(paths, self.follower.is_written)
+
+    def _compare_feet(self) -> None:
+        if self.axis.content is not None:
+            self._compare([self.axis.content.opened.path])
+            self.comparison.table.setFocus()
+
+    def _end_comparison(self) -> None:
+        """Go back to the open recording."""
+        self._show_page(self._opened_page)
+        if self.axis.content is not None:
+            self.recordings.mark(self.axis.content.opened.path)
+        self.axis.setFocus()
+
+    def _show_page(self, page: QWidget) -> None:
+        if page is self._opened_page:
+            self.comparison.clear()
+        self._pages.setCurrentWidget(page)
+        for shortcut in self._on_axis:  # what they change is not seen during a comparison
+            shortcut.setEnabled(page is self._opened_page)
 
     def _close_recording(self, note: str) -> None:
         """Show no recording, but a note."""
@@ -238,8 +277,10 @@ class RecordingsWorkspace(Workspace):
     # --- actions of the user ---
 
     def export(self) -> bool:
-        """Ask for a file, and export the recording, or its selected stretch, to it."""
-        if self.axis.content is not None:
+        """Ask for a file, and export the recording, or its selected stretch, to it; or save the comparison."""
+        if self._pages.currentWidget() is self.comparison:
+            self.comparison.save()
+        elif self.axis.content is not None:
             self.exporting.ask(self.axis.content.opened.path, self.axis.length_s, self.axis.selection)
         else:
             self.notified.emit("No recording is open: choose one in the list, then export it.")
@@ -266,6 +307,7 @@ class RecordingsWorkspace(Workspace):
             content.opened = replace(content.opened, path=new)
             self._show_name(new.stem)
             self._go_on_with_survey()
+        self.comparison.show_renamed(old, new)
         self.recordings.show_renamed(old, new)
 
     def _show_kept(self, path: Path, why: str) -> None:
@@ -313,7 +355,11 @@ class RecordingsWorkspace(Workspace):
         self.steps.chosen.connect(self._choose_step)
         self.steps.filtered.connect(self._filter)
         self.steps.notified.connect(self.notified)
-        self.recordings.chosen.connect(self.open_file)
+        self.steps.comparison_wanted.connect(self._compare_feet)
+        self.comparison.closed.connect(self._end_comparison)
+        self.comparison.notified.connect(self.notified)
+        self.recordings.chosen.connect(self._open_if_other)
+        self.recordings.compared.connect(self._compare)
         self.recordings.deleted.connect(self._close_if_open)
         self.recordings.rename_requested.connect(self._rename)
         self.recordings.notified.connect(self.notified)
@@ -321,18 +367,18 @@ class RecordingsWorkspace(Workspace):
         self.playback.notified.connect(self.notified)
         self.exporting.progressed.connect(self.export_state.setText)
         self.exporting.progressed.connect(lambda text: self.stopping.setVisible(bool(text)))
-        for keys, do in (
+        on_axis: tuple[tuple[str, Callable[[], object]], ...] = (
             ("M", self.marks.add),
             ("Shift+M", self.marks.ask),
             ("Shift+Backspace", self.marks.remove),
             ("P", self.playback.play_or_stop),
             ("L", self.playback.looping.click),
-            ("F2", self.recordings.edit_name),
-        ):
-            QShortcut(keys, self, do).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        QShortcut("Delete", self.recordings, self.recordings.ask_to_delete).setContext(
-            Qt.ShortcutContext.WidgetWithChildrenShortcut
         )
+        self._on_axis = [QShortcut(keys, self, do) for keys, do in on_axis]
+        renaming = QShortcut("F2", self, self.recordings.edit_name)
+        deleting = QShortcut("Delete", self.recordings, self.recordings.ask_to_delete)
+        for shortcut in (*self._on_axis, renaming, deleting):
+            shortcut.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.axis.forward_keys_of(self.steps)
         self.focused_first = self.axis
 
@@ -344,7 +390,11 @@ class RecordingsWorkspace(Workspace):
         down = QSplitter(Qt.Orientation.Vertical)
         down.setObjectName("recordings down")
         layout.addWidget(self.recordings)
-        layout.addWidget(scrolling(down), 1)
+        self._pages = QStackedWidget()
+        layout.addWidget(self._pages, 1)
+        self._opened_page = scrolling(down)
+        self._pages.addWidget(self._opened_page)
+        self._pages.addWidget(self.comparison)
         head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
         timeline = with_header(head, self.timeline, shrinking)
         column(timeline, self.readout.text, body=timeline, parent=down)

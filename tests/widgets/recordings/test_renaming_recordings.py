@@ -91,8 +91,8 @@ def test_the_menu_renames_what_is_under_the_mouse(workspace, folder, qtbot):
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, workspace.recordings.list.viewport().mapToGlobal(at))
     QApplication.sendEvent(workspace.recordings.list.viewport(), event)
     menu = next(one for one in workspace.recordings.list.findChildren(QMenu) if one.isVisible())
-    assert [action.text() for action in menu.actions()] == ["Rename…\tF2", "Delete…\tDel"]
-    qtbot.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(menu.actions()[0]).center())
+    assert [action.text() for action in menu.actions()] == ["Compare left and right", "Rename…\tF2", "Delete…\tDel"]
+    qtbot.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(menu.actions()[1]).center())
     assert workspace.recordings.inline.toPlainText() == "tuesday"
     QTest.keyClicks(workspace.recordings.inline, "wednesday")
     click(workspace, "monday")  # a click elsewhere commits, and opens what was clicked

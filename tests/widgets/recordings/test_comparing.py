@@ -1,0 +1,114 @@
+"""Recordings compared in the window, by mouse and keys."""
+
+import csv
+
+import pytest
+from long_recording import write_recording
+from made_steps import STEP
+from msgspec.structs import replace
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
+
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Recording
+from underfoot.records.survey import Stance, Survey, cache_survey
+
+CONTACT_MS = {"before": (600.0, 620.0), "after": (640.0, 650.0)}
+
+
+@pytest.fixture
+def two(workspace, folder, qtbot):
+    """The workspace with two recordings, the earlier one open; steps are those of `CONTACT_MS`, left and right."""
+    for day, (name, contacts_ms) in enumerate(CONTACT_MS.items()):
+        path = folder / f"{name}.underfoot"
+        about = {"begun": f"2026-11-{24 + day}T10:00:00"}
+        write_recording(path, 0.5, default_floor(1, 2), vibration=False, about=about)
+        steps = [
+            Stance(replace(STEP, contact_ms=ms, side=side), (ms,) * 101)
+            for side, ms in zip(("left", "right"), contacts_ms, strict=True)
+        ]
+        with Recording(path) as recording:
+            cache_survey(recording, Survey(steps=steps, whole=True))
+    workspace.recordings.refresh()
+    qtbot.waitUntil(lambda: item_of(workspace, "before").text().count("\n") == 2)
+    qtbot.waitUntil(lambda: item_of(workspace, "after").text().count("\n") == 2)
+    click(workspace, "before")
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and len(workspace.steps.visible_steps()) == 2)
+    return workspace
+
+
+def item_of(workspace, name):
+    shown = workspace.recordings.list
+    return next(item for row in range(shown.count()) if (item := shown.item(row)).text().startswith(name))
+
+
+def click(workspace, name, modifiers=Qt.KeyboardModifier.NoModifier):
+    shown = workspace.recordings.list
+    at = shown.visualItemRect(item_of(workspace, name)).center()
+    QTest.mouseClick(shown.viewport(), Qt.MouseButton.LeftButton, modifiers, at)
+
+
+def row_of(workspace, heading):
+    """The texts of a row of the comparison; of all columns from the first group on."""
+    table = workspace.comparison.table
+    row = next(row for row in range(table.rowCount()) if table.item(row, 0).text() == heading)
+    return [table.item(row, column).text() for column in range(1, table.columnCount())]
+
+
+def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot):
+    view = two.comparison
+    click(two, "after", Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(lambda: len(view.table.groups) == 2)
+    assert view.isVisible()
+    assert [view.table.horizontalHeaderItem(place).text() for place in (1, 2, 3)] == ["before", "after", "Difference"]
+    assert row_of(two, "Contact, ms") == ["610 ± 14", "645 ± 7", "+35 (+5.7 %)"]
+    assert [one.name for one in view.plot.drawing.series if one.style == "line"] == ["before", "after"]
+    two.recordings.refresh()  # as when a recording has ended
+    assert [path.stem for path in two.recordings.chosen_paths()] == ["before", "after"]
+    assert not two.recordings.delete.isEnabled()
+    view.table.setFocus()
+    QTest.keyClick(view.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))
+    assert {line["measure"]: line["after difference"] for line in lines}["contact_ms"] == "35"
+    QTest.keyClick(view.table, Qt.Key.Key_M)  # a mark would be put into a recording that is not seen
+    view.by.setCurrentIndex(view.by.findData("side"))
+    assert row_of(two, "Contact, ms") == ["600", "620", "+20 (+3.3 %)", "640", "+40 (+6.7 %)", "650", "+50 (+8.3 %)"]
+    QTest.keyClick(view.table, Qt.Key.Key_Escape)
+    assert not view.isVisible()
+    assert [path.stem for path in two.recordings.chosen_paths()] == ["before"]
+    assert not two.axis.content.opened.marks
+
+
+def test_the_feet_of_one_recording_are_compared_renamed_and_saved(two, qtbot, folder):
+    view = two.comparison
+    qtbot.mouseClick(two.steps.compare_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: len(view.table.groups) == 2)
+    assert row_of(two, "Contact, ms") == ["600", "620", "+20 (+3.3 %)"]
+    QTest.keyClick(view.table, Qt.Key.Key_F2)
+    QTest.keyClicks(two.recordings.inline, "shod")
+    QTest.keyClick(two.recordings.inline, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: view.facts.full_text == "shod")
+    assert two.export()
+    two.window().findChild(QFileDialog).fileSelected.emit(str(folder / "feet.csv"))
+    assert (folder / "feet.csv").read_text().startswith("measure,left steps,left mean,left SD,right steps")
+    assert (folder / "feet.stance.csv").read_text().splitlines()[1] == "0,600,,620,"
+    qtbot.mouseClick(view.close_button, Qt.MouseButton.LeftButton)
+    assert not view.isVisible()
+
+
+def test_steps_that_nobody_has_looked_for_are_found_and_what_is_damaged_is_left_out(two, qtbot, folder):
+    view, said = two.comparison, []
+    two.notified.connect(said.append)
+    write_recording(folder / "new.underfoot", 3.0, default_floor(1, 2), vibration=False)
+    (folder / "torn.underfoot").write_bytes(b"SQLite format 3\0" + bytes(200))
+    two.recordings.refresh()
+    two.recordings.list.setFocus()
+    QTest.keyClick(two.recordings.list, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(lambda: len(view.table.groups) == 3 and not view.reader.is_busy, timeout=60_000)
+    assert {path.stem for path in view.paths} == {"before", "after", "new"}
+    assert next(group for group in view.table.groups if group.name == "new").steps >= 2
+    assert len(said) == 1
+    assert "torn.underfoot" in said[0]
+    assert view.copy_button.isEnabled()
