@@ -95,6 +95,7 @@ class FloorMap(PressedFloor):
         self._contacts: Sequence[OngoingContact] = ()
         self._trails = Trails()
         self._now_s = 0.0
+        self._look: tuple[object, ...] = ()
         self._pressed_tile = ""
         self._background = None
         self.choose_tile(floor.ids[0])
@@ -139,6 +140,16 @@ class FloorMap(PressedFloor):
         """Set the contacts at `now_s`, and show their trails up to then."""
         self._contacts, self._now_s = contacts, now_s
         self._trails.catch_up()
+
+    def draw_changes(self) -> None:
+        """Repaint, unless the floor looks as at the last call: nobody is there, and nothing moves."""
+        loads_n = np.where(self._load_n > _MIN_SHOWN_N, self._load_n, 0.0)
+        peaks = np.where(self._peak > _MIN_SHOWN_PEAK, self._peak, 0.0)
+        moves = bool(self._contacts) or self._trails.are_visible(self._now_s)
+        look = (moves, *(values.tobytes() for values in (loads_n, peaks, self._untared, self._deviating)))
+        if moves or look != self._look:
+            self._look = look
+            self.update()
 
     def add_trails(self, rows: ContactRows) -> None:
         """Extend the trails of contacts by their recent positions, from the next `set_contacts` on.

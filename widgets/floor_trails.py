@@ -56,6 +56,10 @@ class Trails:
             points = zip(path.time_s.tolist(), path.x_m.tolist(), path.y_m.tolist(), strict=True)
             self._by_contact.setdefault(int(id), deque(maxlen=round(TRAIL_S / _STEP_S))).extend(points)
 
+    def are_visible(self, now_s: float) -> bool:
+        """Return whether there are any that have not faded yet."""
+        return any(trail[-1][0] > now_s - TRAIL_S for trail in self._by_contact.values())
+
     def forget_pictures(self) -> None:
         """Paint all trails anew, because the colours or the position of the floor have changed."""
         self._finished.clear()

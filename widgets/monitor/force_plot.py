@@ -13,6 +13,8 @@ from underfoot.drawing.thinning import thinned
 from underfoot.widgets.plots.plot import Plot
 
 MIN_TOP_N = 200.0
+_END_S = 0.1
+"""Curves that end no longer before now are as wide as the plot: samples come in batches."""
 MAX_LETTERS = 32
 """Most letters of a mark's text; the recording has all of it."""
 BELOW_ZERO = 0.1
@@ -35,6 +37,9 @@ class ForcePlot(Plot):
         self._seconds = 8.0
         self._top_n = 1000.0
         self._large_until = -math.inf
+        self._level_n: tuple[float, ...] = ()
+        """The top of the axis and the forces, if these are the same over the whole width: a picture that stands still
+        while its times pass."""
         self.clear_forces()
 
     def set_duration(self, seconds: float) -> None:
@@ -61,7 +66,8 @@ class ForcePlot(Plot):
         curves = np.empty((5, len(force_n)), np.float32)  # each in one piece, which NumPy adds and thins faster
         curves[:4] = force_n.T
         curves[:4].sum(axis=0, out=curves[4])
-        x, y = thinned(time_s, curves.T, self._seconds / max(100.0, self.frame.area.width / _STEPS_PX))
+        step_s = self._seconds / max(100.0, self.frame.area.width / _STEPS_PX)
+        x, y = thinned(time_s, curves.T, step_s)
         self._fit(float(np.nanmax(y[:, 4], initial=0.0)), now_s)
         shown = onsets_s[(onsets_s > now_s - self._seconds) & (onsets_s < now_s)]
         lines = [ReferenceLine("x", at_s - now_s, "onset") for at_s in shown.tolist()]
@@ -70,7 +76,12 @@ class ForcePlot(Plot):
             for at_s, text in marks
             if now_s - self._seconds < at_s < now_s
         ]
-        self._show(x - now_s, y.astype(np.float64), lines)
+        is_wide = len(x) > 1 and x[0] - now_s <= step_s - self._seconds and x[-1] - now_s >= -_END_S
+        is_level = is_wide and not lines and bool((y == y[0]).all())
+        level_n = (self._top_n, *y[0].tolist()) if is_level else ()
+        if not level_n or level_n != self._level_n:
+            self._show(x - now_s, y.astype(np.float64), lines)
+        self._level_n = level_n
 
     @property
     def has_forces(self) -> bool:
@@ -79,6 +90,7 @@ class ForcePlot(Plot):
 
     def clear_forces(self) -> None:
         """Show nothing."""
+        self._level_n = ()
         self._show(np.zeros(0), np.zeros((0, 5)), [])
 
     def _show(self, x: NDArray[np.float64], y: NDArray[np.float64], lines: Sequence[ReferenceLine]) -> None:

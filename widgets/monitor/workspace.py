@@ -183,7 +183,7 @@ class MonitorWorkspace(Workspace):
         if self._ticks % _MAP_TICKS == 0:
             self.map.set_vibration(self.vibration.history.peaks)
             self.map.set_deviating(self.vibration.tile_levels.deviating())
-            self.map.update()
+            self.map.draw_changes()
         if self._ticks % _READOUT_TICKS == 0:
             self._show_readouts()
             self.vibration.show_levels()

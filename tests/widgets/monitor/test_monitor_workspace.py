@@ -6,7 +6,7 @@ from made_steps import SPIKE, STEP
 from measured import DATA, walk
 from msgspec.structs import replace
 from on_screen import place_on, show
-from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QHelpEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel
 
@@ -317,6 +317,44 @@ def test_the_plot_of_a_floor_that_sends_nothing_is_emptied_once(monitor):
         drawn.append(monitor.force.plot.drawing)
     assert not sum_curve(monitor).x.size
     assert drawn[0] is drawn[1] is drawn[2]
+
+
+class Paintings(QObject):
+    """Counts how often some widgets are painted."""
+
+    def __init__(self, *widgets):
+        super().__init__()
+        self.count = 0
+        for widget in widgets:
+            widget.installEventFilter(self)
+
+    def eventFilter(self, watched, event):
+        self.count += event.type() == QEvent.Type.Paint
+        return False
+
+
+def test_an_idle_floor_is_not_painted_anew_until_somebody_comes(monitor):
+    def go_on(first_s, seconds, load_n=0.0, contacts=()):
+        for tick in range(round(10 * seconds)):
+            times = first_s + 0.1 * tick + 0.001 * np.arange(1, 101)
+            force_n = np.full((100, 4, 4), 0.25 * load_n)
+            monitor.add_vibration(round(RATE * times[0]) - 48, np.zeros((4800, 4), np.float32))
+            monitor.add_forces(ForceUpdate(times, force_n, np.full(4, load_n), np.zeros(4, bool), contacts, ()))
+            monitor.draw()
+            QApplication.processEvents()
+
+    go_on(0.0, 5.5)
+    painted = Paintings(monitor.force.plot, monitor.vibration.spectrogram, monitor.map)
+    go_on(5.5, 1.0)
+    assert not painted.count
+    go_on(6.5, 0.2, 80.0, (OngoingContact(1, 0.15, 0.15, 320.0, (0,)),))
+    assert painted.count == 3  # the map at each other tick
+    assert sum_curve(monitor).y[-1] == 80.0
+    go_on(6.7, 5.2)
+    painted.count = 0
+    go_on(11.9, 0.5)
+    assert not painted.count
+    assert not sum_curve(monitor).y.any()
 
 
 def test_the_times_are_written_under_the_lowest_plot_of_them(qtbot, monitor):
