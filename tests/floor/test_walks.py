@@ -89,8 +89,12 @@ def test_who_limps_is_asymmetric():
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
     limping = [msgspec.structs.replace(step, duration_s=step.duration_s * (0.85 if step.side == "left" else 1.0))
                for step in made]  # fmt: skip
-    (found,) = gait_of(steps_of([limping], 6.0, [walker]))
+    steps = steps_of([limping], 6.0, [walker])
+    (found,) = gait_of(steps)
     assert found.stance_asymmetry_percent == pytest.approx(200.0 * 0.15 / 1.85, abs=1.5)
+    # A foot that pauses is no limp.
+    (paused,) = gait_of([*steps[:4], msgspec.structs.replace(steps[4], contact_ms=4000.0), *steps[5:]])
+    assert paused.stance_asymmetry_percent == pytest.approx(found.stance_asymmetry_percent, abs=1.5)
 
 
 def test_who_walks_backwards_has_the_same_sides():

@@ -1,6 +1,7 @@
 """Gait of each person from the footsteps: means, and asymmetry of left and right."""
 
 import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,9 @@ LEAST_STRIDES = 30
 """Fewest strides of which a variation is told: the standard deviation of 30 is off by a sixth, sqrt(3 / 4 n), as each
 shares steps with its neighbours."""
 
+KEPT_STANCES = 1000
+"""Stances of a person of which medians are taken: as many as ten minutes have."""
+
 MOST_TOLD = 8
 """Most persons whose gait is told one by one; more are told together."""
 
@@ -35,8 +39,9 @@ class PersonGait:
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
     their mean; 0 where they are alike. That of the length leaves out steps on the spot, which with the step before lead
-    less than `LEAST_STRIDE_M`, as it divides by the length. The variation of the stride time, two steps, is its
-    coefficient of variation (standard deviation over mean), known from `LEAST_STRIDES` on.
+    less than `LEAST_STRIDE_M`, as it divides by the length. That of the stance is of the medians of the latest
+    `KEPT_STANCES`: of means, one foot that paused for some seconds would make a limp. The variation of the stride time,
+    two steps, is its coefficient of variation (standard deviation over mean), known from `LEAST_STRIDES` on.
     """
 
     person: int
@@ -134,6 +139,7 @@ class _Sums:
         self.steps = 0
         self.last_s = -math.inf
         self._last_length_mm = self._last_step_s = math.nan
+        self._stances: deque[tuple[str, float]] = deque(maxlen=KEPT_STANCES)
         self._strides = np.zeros(3)  # sums of the stride times to the powers 0, 1 and 2
         # The seventh figure is the length of steps that lead on.
         self._sum = np.zeros((len(_SIDES), 7))
@@ -146,6 +152,8 @@ class _Sums:
         onwards_mm = step.step_length_mm if leads_on else math.nan
         step_s = 60.0 / step.cadence_per_min
         figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms, onwards_mm])
+        if math.isfinite(step.contact_ms):
+            self._stances.append((step.side, step.contact_ms))
         side, known = _SIDES.index(step.side), np.isfinite(figures)
         self._sum[side, known] += figures[known]
         self._known[side] += known
@@ -170,6 +178,8 @@ class _Sums:
     def gait(self, person: int) -> PersonGait:
         """Return the means and asymmetries, as those of `person`."""
         left, right, _ = _ratio(self._sum, self._known)
+        stances = ([ms for side, ms in self._stances if side == wanted] for wanted in ("left", "right"))
+        left[3], right[3] = (float(np.median(ms)) if ms else math.nan for ms in stances)
         length, stance = (200.0 * _ratio(np.abs(left - right), left + right))[[6, 3]].tolist()
         return replace(
             self.mean_gait(),
