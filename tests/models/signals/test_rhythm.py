@@ -47,6 +47,19 @@ def test_any_split_gives_the_same_events(block):
     np.testing.assert_array_equal(played(of, frames, block, 0.25), played(of, frames, frames, 0.25))
 
 
+def test_a_bar_that_changes_where_a_note_is_due_neither_loses_nor_doubles_it():
+    draw, of = np.random.default_rng(3), np.array([(step / 24, 1 / 24, 1.0) for step in range(24)])
+    for _ in range(200):
+        step, due = 32 * draw.integers(20, 60), draw.integers(3, 24)
+        change, events = int(due * step), event_list(room=100)
+        play(of, 24.0 * step, 0, 0.0, 0, change, RATE, events)
+        assert len(events) == due
+        bar = draw.uniform(4800.0, 192_000.0)  # as the node goes on: at the new pace, from here
+        play(of, bar, 0, change - change * (bar / (24.0 * step)), change, change + 32, RATE, events)
+        assert events.time[due] == pytest.approx(change, abs=1e-9)
+        assert len(events) == due + 1
+
+
 def test_a_rhythm_for_ever_does_not_drift_in_a_day():
     of = RHYTHMS[4]
     frame = 24 * 3600 * 48000

@@ -14,6 +14,8 @@ STEPS = 24
 """Steps in a bar."""
 SHORTEST_BAR_S, LONGEST_BAR_S = 0.45, 0.75
 """Shortest and longest bar in the thesis."""
+_ROUNDING = 1e-6
+"""Frames by which an onset may be rounded down and still be in the frame where it is due: within a day at 48 kHz."""
 ONSET, LENGTH, AMPLITUDE = range(3)
 """Columns of a table of notes: onset and length as fractions of the bar, and amplitude."""
 
@@ -101,8 +103,9 @@ def play(
 
     `notes` [note, 3] is a table (`Rhythm.table`), `start` the session frame (float64, sub-sample) of the first bar,
     `repeats` 0 for endless. Repeat r of a note has the time `start + (r + step / 24) bar_frames`, computed directly, so
-    nothing drifts. `bar_frames` below 48 count as 48. For constant `bar_frames` and `start`, stretches partition the
-    rhythm: no note is lost or doubled. Notes without room in `events` are left out.
+    nothing drifts. `bar_frames` below 48 count as 48. Stretches partition the rhythm: no note is lost or doubled, also
+    where a bar changes as a note is due, which rounding puts a little before or after. Notes without room in `events`
+    are left out.
 
     >>> from underfoot.models.signals.events import event_list
     >>> events = event_list(room=10)
@@ -118,6 +121,7 @@ def play(
             break
         for i in range(notes.shape[0]):
             time = start + (repeat + notes[i, ONSET]) * bar
-            if frame <= math.floor(time) < end and len(events) < events.room:
-                append(events, time, notes[i, AMPLITUDE], notes[i, LENGTH] * bar_s)
+            due = math.floor(time + _ROUNDING)
+            if frame <= due < end and len(events) < events.room:
+                append(events, max(time, due), notes[i, AMPLITUDE], notes[i, LENGTH] * bar_s)
         repeat += 1
