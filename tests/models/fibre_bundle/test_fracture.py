@@ -349,6 +349,16 @@ def test_any_split_gives_the_same_bits(model, thresholds):
         np.testing.assert_array_equal(left.values, state.values)
 
 
+def test_a_stiff_bundle_comes_to_rest_while_it_waits_for_its_renewal():
+    load = np.concatenate((np.full(500, 1e6), np.zeros(6_000)))
+    coefficients = designed(stiffness=1e6, damping=100.0, renewal_s=1.0)
+    strain, _, state = played(coefficients, load, range(7, 6_500, 7), frame=5)
+    assert strain[498] > 1e-4
+    assert not ((strain != 0.0) & (np.abs(strain) < np.finfo(float).tiny)).any()
+    assert state.worn > 1.0
+    assert state.strain == state.speed == 0.0
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_events_are_in_order_and_one_a_frame(model):
     load = footsteps()

@@ -179,6 +179,16 @@ def test_after_the_renewal_time_the_ground_is_fresh():
     assert fracture_grid.tail(state, designed()) < math.inf
 
 
+def test_stiff_cells_come_to_rest_while_they_wait_for_their_renewal():
+    force = np.concatenate((np.full(500, 1e6), np.zeros(12_000)))
+    coefficients = designed(stiffness=1e6, damping=100.0, renewal_s=1.0)
+    strain, _, state = played(coefficients, force, *np.zeros((2, force.size)), cuts=range(63, 12_500, 63), frame=5)
+    assert strain[498] > 1e-4
+    assert not ((strain != 0.0) & (np.abs(strain) < np.finfo(float).tiny)).any()
+    assert not state.strain.any()
+    assert not state.speed.any()
+
+
 def test_reloading_below_the_former_load_breaks_nothing():
     force, x_m, y_m = footstep()
     x_m[:], y_m[:] = 0.05, 0.0

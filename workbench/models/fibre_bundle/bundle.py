@@ -25,6 +25,7 @@ from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, choice, integer, number, numbers, seed_of
+from underfoot.clock import SPAN
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import require
@@ -32,6 +33,7 @@ from underfoot.kernels import Floats, inlined, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import crossing
 from underfoot.models.fibre_bundle.damage import (
+    AT_REST,
     COEFFICIENTS,
     DRAWS,
     MODELS,
@@ -266,7 +268,8 @@ def run_traced(
 def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, frame: int) -> int:
     """Prepare a stretch that begins with a load or without; return its length, up to `most` frames.
 
-    A load draws the thresholds of an intact bundle. Without load, a stretch ends before the frame that renews it.
+    A load draws the thresholds of an intact bundle. Without load, a stretch ends before the frame that renews it, and
+    at the edge of a span, where what hardly moves comes to rest.
     """
     if is_loaded:
         if s.worn == 0.0:
@@ -275,6 +278,9 @@ def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, fra
             s.wearing = 0.0 if has_mean_damage(c) else math.inf
         s.worn = 1.0
     elif s.worn > 0.0:
+        most = min(most, SPAN - frame % SPAN)
+        if frame % SPAN == 0 and abs(s.strain) < AT_REST and abs(s.speed) < AT_REST:
+            s.strain = s.speed = 0.0
         if s.worn + 1.0 > c.renewal:
             s.worn = s.failed = s.next_hazard = s.peak = 0.0
             s.breaking = s.wearing = math.inf

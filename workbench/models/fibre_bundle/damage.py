@@ -46,6 +46,10 @@ thresholds. If `holds`, a fully broken bundle keeps its strain. `designs` counts
 NO_THRESHOLD = np.finfo(np.float64).max
 """Strain, in a state, of the next failure where there is none: what is infinite in a call."""
 
+AT_REST = 1e-200
+"""Strains and speeds below this are set to 0 once per span without load: as they go on falling to the last bits that a
+number has, many processors take far longer for each sum."""
+
 _STIFFEST = 1e6
 """Largest stiffness of a bundle, relative to its initial stiffness."""
 

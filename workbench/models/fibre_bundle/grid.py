@@ -29,6 +29,7 @@ from underfoot.models.driven_oscillator import crossing, frame_step
 from underfoot.models.fibre_bundle import damage
 from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.fibre_bundle.damage import (
+    AT_REST,
     DRAWS,
     NO_THRESHOLD,
     energy_released,
@@ -279,7 +280,8 @@ def run_traced(
 
 @inlined
 def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory, cells: int) -> None:
-    """Draw the thresholds of intact cells when a load begins; renew cells that were without load for long enough."""
+    """Draw the thresholds of intact cells when a load begins; renew those that were without load for long enough, and
+    let those come to rest that hardly move."""
     c = coefficients.bundle
     if load > 0.0:
         if s.worn == 0.0:
@@ -289,6 +291,10 @@ def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory
         s.worn = 1.0
     elif s.worn > 0.0:
         s.worn += 1.0
+        if now % SPAN == 0:
+            for cell in range(cells):
+                if abs(s.strain[cell]) < AT_REST and abs(s.speed[cell]) < AT_REST:
+                    s.strain[cell] = s.speed[cell] = 0.0
         if s.worn > c.renewal:
             s.worn = 0.0
             for cell in range(cells):
