@@ -203,6 +203,21 @@ def test_what_was_struck_in_every_frame_rings_at_its_own_pitch_until_there_are_n
     np.testing.assert_allclose(out, (phasor * np.exp(2j * np.pi * 700.0 * turns)).imag, atol=1e-9)
 
 
+@pytest.mark.parametrize("count", [1, 37])
+def test_new_modes_amid_a_block_take_what_was_struck_in_every_frame_as_they_take_each_strike(count):
+    def heard(signal):
+        row, out = Struck(before), np.empty(signal.size)
+        row.ring(signal[:96], 0, out[:96])
+        row.design(after)
+        row.ring(signal[96:], 96, out[96:])
+        return out
+
+    before, after = some_modes(count, highest=2_000.0), some_modes(count, seed=1, highest=2_000.0)
+    signal = sparse_signal(192, 192)
+    each = sum(heard(np.where(np.arange(192) == frame, signal, 0.0)) for frame in range(192))
+    np.testing.assert_allclose(heard(signal), each, atol=1e-11 * np.abs(each).max())
+
+
 def test_an_event_acts_from_the_frame_its_time_lies_in_and_a_late_one_at_once():
     modes = ([12_000.0], [0.0], [1.0])
     for time, first in ((7.999, 7), (8.0, 8), (-3.0, 0)):

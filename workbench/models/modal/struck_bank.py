@@ -3,7 +3,8 @@
 Blocks lie at multiples of 64 session frames, whatever the calls. An event adds its tabulated response to the rest of
 its block, and its exact contribution to the phasors at the block's end; so the output does not depend, to the bit, on
 how frames are split into calls. After the first `_FEW` events of a block, contributions are added up frame by frame at
-its end: grains of sand strike in most frames.
+its end: grains of sand strike in most frames. What was struck before new modes come, at the block's middle, has those
+it was struck with up to the block's end, in both forms.
 """
 
 import math
@@ -11,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.clock import SPAN
 from underfoot.kernels import Floats, kernel, part
 from underfoot.lanes import all_four, four, put
 from underfoot.layouts import Layout, Memory
@@ -18,19 +20,27 @@ from underfoot.memory import LANES
 from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS, add_advanced, free_block, in_use, tabulate
 
 STATE = Layout(
-    "struck_bank", "active", "struck_lately", "given", "strikes", block=BLOCK, waiting=BLOCK, phasors=PHASORS
+    "struck_bank",
+    *("active", "struck_lately", "given", "strikes", "halved"),
+    block=BLOCK,
+    waiting=BLOCK,
+    phasors=PHASORS,
+    half_re=("row",),
+    half_im=("row",),
 )
-"""Modes in use, whether an event came lately, how many frames of the block were output, and its number of events; the
-block's output, strengths by frame that are not in the phasors yet, and the phasors at its end."""
+"""Modes in use, whether an event came lately, how many frames of the block were output, its number of events, and the
+design with which its first half was added up (0: it was not); the block's output, strengths by frame that are not in
+the phasors yet, the phasors at its end, and the share in these of what waited at its middle."""
 COEFFICIENTS = Layout(
     "struck_bank_coefficients",
-    *("modes", "floor_squared", "amplitude_sum"),
+    *("modes", "floor_squared", "amplitude_sum", "designs"),
     response=BLOCK,
     amplitudes=PHASORS,
     powers=POWERS,
 )
-"""Number of modes, the square of the amplitude below which one is dropped, and the sum of the magnitudes of amplitudes;
-the response to an event of strength 1, the amplitudes (in `amplitudes.re`), and the powers of the poles."""
+"""Number of modes, the square of the amplitude below which one is dropped, the sum of the magnitudes of amplitudes, and
+the number of calls of `design`; the response to an event of strength 1, the amplitudes (in `amplitudes.re`), and the
+powers of the poles."""
 
 _PATIENCE = 32 * BLOCK  # interval between searches for modes below the floor
 _FEW = 8
@@ -48,8 +58,9 @@ def design(
     (output units; 120 dB below a loud signal is a good choice) is dropped; the cost falls with the last mode that
     sounds, so list slow decays first.
     """
-    count = modes.shape[1]
+    count, designs = modes.shape[1], coefficients.designs
     coefficients.values[:] = 0.0
+    coefficients.designs = designs + 1.0
     coefficients.modes, coefficients.floor_squared = count, floor * floor
     phasors = coefficients.amplitudes
     for m in range(count):
@@ -88,9 +99,13 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
         if not straight:
             for i in range(length):
                 out[done + i] = block[start + i]
-        if start + length == BLOCK:  # now, as the modes may be others from the next block on
-            if state.strikes > _FEW:
+        if state.strikes > _FEW:  # now, as the modes may be others from the next span on
+            if start + length == BLOCK:
                 _add_waiting(coefficients, state)
+            elif start + length == SPAN:
+                _add_up(coefficients, state, state.half_re, state.half_im)
+                state.halved = coefficients.designs
+        if start + length == BLOCK:
             state.strikes = 0.0
         done += length
         state.given = (start + length) % BLOCK if state.active > 0.0 else 0.0
@@ -147,15 +162,35 @@ def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> No
 
 @part
 def _add_waiting(coefficients: Memory, state: Memory) -> None:
-    """Add to the phasors what was struck in the block: its strengths, each turned by the frames since then."""
-    powers, phasors, amplitudes, waiting = coefficients.powers, state.phasors, coefficients.amplitudes, state.waiting
-    for m in range(0, phasors.row, LANES):
+    """Add to the phasors what was struck in the block: its first half apart, if it had other modes."""
+    phasors, work_re, work_im = state.phasors, state.phasors.work_re, state.phasors.work_im
+    if state.halved != 0.0 and state.halved != coefficients.designs:
+        _add(state.half_re, state.half_im, phasors)
+        for k in range(SPAN):
+            state.waiting[k] = 0.0
+    state.halved = 0.0
+    _add_up(coefficients, state, work_re, work_im)
+    _add(work_re, work_im, phasors)
+    state.waiting[:] = 0.0
+
+
+@part
+def _add_up(coefficients: Memory, state: Memory, re: Floats, im: Floats) -> None:
+    """Set `re` and `im` to the phasors, at the block's end, of the strengths that wait: each turned since its frame."""
+    powers, amplitudes, waiting = coefficients.powers, coefficients.amplitudes, state.waiting
+    for m in range(0, re.size, LANES):
         a, b = four(powers.p1_re, m), four(powers.p1_im, m)
         x, y = all_four(0.0), all_four(0.0)
         for k in range(BLOCK):
             struck = x + all_four(waiting[k])
             x, y = struck * a - y * b, y * a + struck * b
         amplitude = four(amplitudes.re, m)
-        put(phasors.re, m, four(phasors.re, m) + amplitude * x)
-        put(phasors.im, m, four(phasors.im, m) + amplitude * y)
-    waiting[:] = 0.0
+        put(re, m, amplitude * x)
+        put(im, m, amplitude * y)
+
+
+@part
+def _add(re: Floats, im: Floats, phasors: Memory) -> None:
+    for m in range(0, re.size, LANES):
+        put(phasors.re, m, four(phasors.re, m) + four(re, m))
+        put(phasors.im, m, four(phasors.im, m) + four(im, m))
