@@ -48,7 +48,7 @@ class Join:
 class Poisson:
     """Poisson process: independent events at random times. At strength exactly 0 the node sleeps.
 
-    Events of one frame are one, of their added strength: at an interval of 1 ms and 48 kHz, one in eighty.
+    Events of one frame are one, of their added strength: at an interval of 1 ms and 48 kHz, one in a hundred.
     """
 
     accuracy = "exact in distribution: exponential intervals, by Kolmogorov-Smirnov at 0.1 %, down to a frame"
