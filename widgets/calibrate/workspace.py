@@ -73,6 +73,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._target: Target | None = None
         self._measurement: Measurement | None = None
         self._is_automatic = self._is_waiting = False
+        self._is_closed = False
         self._refuses_lent: Callable[[], bool] = lambda: False
         self._is_recording: Callable[[], bool] = lambda: False
         self.profiles = Profiles(root, self)
@@ -138,10 +139,11 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._fit_choice()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Begin by Return also while the arrow keys choose the tile."""
+        """Begin by Return also while the arrow keys choose the tile, but not the one that was just closed."""
         is_return = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat()
         if is_return and self.choice.map.hasFocus() and self._stack.currentWidget() is self.overview:
-            self.overview.begin.click()
+            if not self._is_closed:
+                self.overview.begin.click()
         else:
             super().keyPressEvent(event)
 
@@ -157,6 +159,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
             return
         self.choice.set_floor(target.floor)
         self.leave()
+        self._is_closed = False
         self.profiles.follow(target.floor, target.profiles, target.simulation)
 
     @property
@@ -214,7 +217,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         return self.profiles.of(self.tile.id).part(self._kind.key)
 
     def _choose_kind(self, key: str) -> None:
-        self._kind = self._kinds[key]
+        self._kind, self._is_closed = self._kinds[key], False
         self._stack.setCurrentWidget(self.overview)
         self._show()
 
@@ -235,6 +238,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
             self.plates.setFocus()
 
     def _choose_tile(self) -> None:
+        self._is_closed = False
         self._show()
         if isinstance(self._stack.currentWidget(), PlatePage):
             self.seek_plates()
@@ -286,8 +290,9 @@ class CalibrateWorkspace(ProjectingWorkspace):
             measurement.run_automatically(True)
 
     def _close_wizard(self) -> None:
-        """Return to the choice of the next tile, by the arrow keys."""
+        """Return to the choice of the next tile, by the arrow keys. A second Return on Close begins nothing."""
         self.leave()
+        self._is_closed = True
         self.choice.setFocus()
 
     def leave(self) -> None:
