@@ -12,7 +12,16 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.floor.centroid_correction import CentroidCorrection, nearest_within
 from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Centroid, Fsr, PlateStiffness, Profile, Response, load_for_tile, profiles_of
+from underfoot.floor.profile import (
+    Centroid,
+    Fsr,
+    Latency,
+    PlateStiffness,
+    Profile,
+    Response,
+    load_for_tile,
+    profiles_of,
+)
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 TODAY = date(2024, 6, 1)
@@ -261,6 +270,8 @@ def test_a_replaced_part_is_kept_compared_and_restored():
     assert back.earlier[0].fsr == new
     with pytest.raises(BadValue, match="place is 1"):
         profile.restored(1)
+    lags = Latency(made="2024-06-01", error=0.017, error_unit="ms", figures={"jitter_ms": 0.0171}, round_trip_ms=20.0)
+    assert lags.measured == {"jitter_ms": 0.0171}  # once, and under its own name
 
 
 def test_what_speaks_against_a_profile_is_said():

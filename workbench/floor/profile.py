@@ -59,6 +59,8 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     simulated: bool | msgspec.UnsetType = msgspec.UNSET
     errs: ClassVar[str] = "errs by"
     """The words before its error."""
+    error_name: ClassVar[str] = "error"
+    """The name of its error among the figures."""
 
     def __post_init__(self) -> None:
         _require_date("made", self.made)
@@ -66,7 +68,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     @property
     def measured(self) -> dict[str, float]:
         """All figures by name, with the error first, if it is known."""
-        return {"error": self.error, **self.figures} if self.error_unit else self.figures
+        return {self.error_name: self.error, **self.figures} if self.error_unit else self.figures
 
 
 class Fsr(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -137,6 +139,7 @@ class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     errs: ClassVar[str] = "jitter"
+    error_name: ClassVar[str] = "jitter_ms"
 
     round_trip_ms: float
     rate_hz: int = 48000
