@@ -90,6 +90,7 @@ def test_the_latency_of_one_tile_is_refused_in_another_s_profile():
     procedure = LatencyProcedure(default_floor().tiles[0])
     result = run(procedure, SimulatedShaker(SimulatedTile(default_floor().tiles[0])), {"clicks": 20})
     assert result.apply(Profile(tile="t1")).latency is not None
+    assert "holds at 48000 Hz in blocks of 128 frames" in result.method
     with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: t2, whose profile this is"):
         result.apply(Profile(tile="t2"))
 
