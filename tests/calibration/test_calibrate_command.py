@@ -142,9 +142,12 @@ def test_a_line_that_is_gone_ends_a_calibration_by_hand_only_while_nothing_was_m
             return super().read()
 
     monkeypatch.setattr(PressingRig, "open", lambda *_: Gone(SimulatedTile(TILE), rate_hz=100.0))
-    found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
+    options = ("--target", "serial:none", "--cell", "9.1:0.05:120", "--profile", "t1.json")
+    found = underfoot("calibrate", "forces", *options)
     assert "underfoot: nothing comes of tile 0: is it plugged in?" in found.error
     assert (found.status or 0, "Forces are accurate to" in found.out) == ((1, False) if gone_at == 1 else (0, True))
+    if gone_at > 1:
+        assert Profile.load("t1.json").fsr.reference == "load cell, 0.05 N a count, 120 at rest"
 
 
 def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underfoot, folder, monkeypatch):

@@ -66,8 +66,33 @@ def _make(
         block=target.block,
         full_scale_m_s2=known.m_s2_per_unit if known is not None else None,
         has_load_cell=not by_hand(target) or bool(reference),
+        sensors=_sensors(declared.rig, reference if by_hand(target) else ""),
     )
     return declared().procedure(setup), _RIGS[declared.rig](target, tile, reference)
+
+
+def _sensors(rig: str, reference: str) -> tuple[str, str]:
+    """Return what load cell and displacement sensor of the entered `reference` are called in a report.
+
+    >>> _sensors(STEPPING, "/dev/ttyACM0 9.2:0.001:120 9.1:0.05:60")
+    ('load cell, 0.05 N a count, 60 at rest', 'displacement, 0.001 mm a count, 120 at rest')
+    >>> _sensors(PRESSING, "9.1:0.05:120"), _sensors(SHAKING, "USB Audio")
+    (('load cell, 0.05 N a count, 120 at rest', ''), ('load cell', ''))
+    """
+    from underfoot.calibration.rigs.device import sensor_names
+
+    _, displacement, cell = _plate_and_sensors(reference) if rig == STEPPING else ("", "", reference)
+    return sensor_names("" if rig == SHAKING else cell, displacement)
+
+
+def _plate_and_sensors(entered: str) -> tuple[str, str, str]:
+    """Return port of the plate, displacement sensor and load cell, as far as they were entered.
+
+    >>> _plate_and_sensors("/dev/ttyACM0 9.2:0.001:120")
+    ('/dev/ttyACM0', '9.2:0.001:120', '')
+    """
+    plate, displacement, cell = (*entered.split(), "", "", "")[:3]
+    return plate, displacement, cell
 
 
 def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
@@ -113,7 +138,7 @@ def _stepping_rig(target: Target, tile: Tile, plate: str) -> Rig:
     from underfoot.devices.plate import SIMULATED, PlateServo
     from underfoot.devices.transports import transport_of
 
-    plate_at, displacement, cell = (*plate.split(), "", "", "")[:3]
+    plate_at, displacement, cell = _plate_and_sensors(plate)
     if not by_hand(target):
         return simulated_plate_rig(_simulated(target, tile), plate_at or SIMULATED)
     if not displacement:

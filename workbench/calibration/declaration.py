@@ -31,7 +31,8 @@ class MeasurementSetup:
 
     `seed` is that of random draws in the procedure; `rate_hz` the sample rate of the sounds that it plays, `block` the
     frames in a block of the sound device; `full_scale_m_s2` that of the accelerometer's input, None if unknown;
-    `has_load_cell` whether there is a load cell to compare the tile with.
+    `has_load_cell` whether there is a load cell to compare the tile with. `sensors` are what it and a displacement
+    sensor are called in a report, with the scales that they were given.
     """
 
     tile: "Tile"
@@ -41,6 +42,7 @@ class MeasurementSetup:
     block: int = 128
     full_scale_m_s2: float | None = None
     has_load_cell: bool = True
+    sensors: tuple[str, str] = ("load cell", "")
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,8 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
     with report_compiling(), raised_at_signals():
-        found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed), options)
+        setup = MeasurementSetup(tile, known, options.seed, sensors=rig.sensors)
+        found = _measured(calibration, rig, floor, setup, options)
     options.conclude(replace(found, is_simulated=rig.is_simulated), known)
 
 

@@ -23,6 +23,7 @@ class _LoadedRig:
 
     target: str
     cell: str
+    displacement: str = ""
 
     @property
     def is_simulated(self) -> bool:
@@ -35,6 +36,13 @@ class _LoadedRig:
     def has_load_cell(self) -> bool:
         """Whether readings come with a reference force."""
         return bool(self.cell) or self.is_simulated
+
+    @property
+    def sensors(self) -> tuple[str, str]:
+        """What load cell and displacement sensor are called in a report, with their scales."""
+        from underfoot.calibration.rigs.device import sensor_names
+
+        return sensor_names(self.cell, self.displacement)
 
 
 @dataclass(frozen=True)
@@ -82,6 +90,11 @@ class ShakingRig:
     def has_load_cell(self) -> bool:
         """No force is measured."""
         return False
+
+    @property
+    def sensors(self) -> tuple[str, str]:
+        """There are none but the accelerometer."""
+        return "", ""
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """Open the rig within the context; `BadValue` for another target, `DeviceError` for an unknown sound card."""

@@ -73,7 +73,8 @@ class FsrCalibration(Calibration):
             raise BadValue(f"--divider-ohm is {self.divider_ohm:g}; allowed: above 0")
 
     def procedure(self, setup: MeasurementSetup) -> "FsrProcedure":
-        return FsrProcedure(setup.tile, self._divider(), LOAD_CELL if setup.has_load_cell else KNOWN_WEIGHTS)
+        suggested = LOAD_CELL if setup.has_load_cell else KNOWN_WEIGHTS
+        return FsrProcedure(setup.tile, self._divider(), suggested, setup.sensors[0])
 
     def answers(self, has_load_cell: bool) -> Answers:
         if not has_load_cell:
@@ -120,11 +121,13 @@ class FsrProcedure(PagedProcedure):
 
     With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, for each sensor. With known weights:
     each is typed in, put on and waited for, up and down again. The result has the figures of
-    `results.fsr.quantities_of`. The first page suggests the `reference`.
+    `results.fsr.quantities_of`. The first page suggests the `reference`; in the profile a load cell is called `cell`.
     """
 
-    def __init__(self, tile: "Tile", divider: "VoltageDivider | None" = None, reference: str = LOAD_CELL) -> None:
-        self._tile, self._divider = tile, divider
+    def __init__(
+        self, tile: "Tile", divider: "VoltageDivider | None" = None, reference: str = LOAD_CELL, cell: str = LOAD_CELL
+    ) -> None:
+        self._tile, self._divider, self._cell = tile, divider, cell
         self._full_n = DEFAULT_FULL_N
         self._reference = reference
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
@@ -179,7 +182,7 @@ class FsrProcedure(PagedProcedure):
         found = linearise(self._pairs(), self._divider, hysteresis=False)
         if self._reference == LOAD_CELL:
             found = linearise(self._pairs(found), self._divider)
-        result = result_of(found, self._reference)
+        result = result_of(found, self._cell if self._reference == LOAD_CELL else self._reference)
         tares = {step.sensor: _at_rest(readings) for step, readings, _ in self._step_data_of_sensors() if step.is_tare}
         drifts = drift_warnings([sensor.curve for sensor in found.sensors], tares, found.full_scale_n)
         return replace(result, warnings=(*result.warnings, *drifts))
@@ -188,9 +191,7 @@ class FsrProcedure(PagedProcedure):
         """Return the pairs without curves."""
         from underfoot.calibration.results.fsr import inconclusive
 
-        if not self._step_data:
-            return None
-        return inconclusive(self._tile.id, self._pairs(), reason, self.drawings)
+        return inconclusive(self._tile.id, self._pairs(), reason, self.drawings) if self._step_data else None
 
     # --- pages ---
 

@@ -64,7 +64,7 @@ class PlateCalibration(Calibration):
     each: int = option("Footsteps at each position on a target.", FOOTSTEPS)
 
     def procedure(self, setup: MeasurementSetup) -> "PlateProcedure":
-        return PlateProcedure(setup.tile, setup.profile)
+        return PlateProcedure(setup.tile, setup.profile, setup.sensors)
 
     def answers(self, has_load_cell: bool) -> Answers:
         return {"force": LOAD_CELL if has_load_cell else TILE, "footsteps": self.each}
@@ -96,13 +96,21 @@ class PositionStep(Step):
 class PlateProcedure(PagedProcedure):
     """Footsteps on a plate on one tile. The force is a load cell's, or the tile's by the curves of `profile`.
 
+    In the profile, load cell and displacement sensor are called `sensors`.
+
     >>> from underfoot.floor.layout import default_floor
     >>> PlateProcedure(default_floor().tiles[0]).page.key
     'setup'
     """
 
-    def __init__(self, tile: "Tile", profile: "Profile | None" = None) -> None:
+    def __init__(
+        self,
+        tile: "Tile",
+        profile: "Profile | None" = None,
+        sensors: tuple[str, str] = (LOAD_CELL, ""),
+    ) -> None:
         self._tile, self._profile = tile, profile
+        self._cell, self._displacement = sensors
         self._has_forces = profile is not None and profile.fsr is not None
         self._states = None if profile is None else profile.rested()
         self._force = LOAD_CELL
@@ -153,7 +161,10 @@ class PlateProcedure(PagedProcedure):
         from underfoot.calibration.results.plate import result_of
 
         lines, samples = self._footsteps()
-        reference = "a load cell" if self._force == LOAD_CELL else f"the forces of {self._tile.id}"
+        force = f"a {self._cell}" if self._force == LOAD_CELL else f"the forces of {self._tile.id}"
+        if self._force == TILE and self._profile is not None and self._profile.fsr is not None:
+            force += f", calibrated {self._profile.fsr.made}"
+        reference = "; ".join(filter(None, (force, self._displacement)))
         return result_of(lines, samples, reference, self._tile.id)
 
     def without_conclusion(self, reason: str) -> Result | None:

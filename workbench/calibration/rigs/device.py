@@ -40,6 +40,10 @@ class ReferenceSensor:
         require(0 <= self.sensor <= 3, "sensor", self.sensor, "0 to 3")
         require(self.units_per_count != 0.0, "units_per_count", self.units_per_count, "not 0")
 
+    def scale(self, unit: str) -> str:
+        """Return in words how its counts become values in `unit`."""
+        return f"{self.units_per_count:g} {unit} a count, {self.zero:g} at rest"
+
 
 CELL_FORM = "TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, as 9.1:0.05:120"
 DISPLACEMENT_FORM = "TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.001:120"
@@ -61,6 +65,19 @@ def displacement_of(text: str) -> ReferenceSensor:
     0.001
     """
     return _sensor_of("displacement", text, DISPLACEMENT_FORM)
+
+
+def sensor_names(cell: str, displacement: str = "") -> tuple[str, str]:
+    """Return what a load cell and a displacement sensor are called in a report, with the scales that its figures rest
+    on. They are in `CELL_FORM` and `DISPLACEMENT_FORM`, or "".
+
+    >>> sensor_names("9.1:0.05:120", "9.2:0.001")
+    ('load cell, 0.05 N a count, 120 at rest', 'displacement, 0.001 mm a count, 0 at rest')
+    """
+    return (
+        f"load cell, {load_cell_of(cell).scale('N')}" if cell else "load cell",
+        f"displacement, {displacement_of(displacement).scale('mm')}" if displacement else "",
+    )
 
 
 def _sensor_of(name: str, text: str, form: str) -> ReferenceSensor:
