@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from underfoot.calibration.files.measurements import Pairs
-from underfoot.calibration.results.fsr import drawings_of, part_of, quantities_of, verdict_of
+from underfoot.calibration.results.fsr import drawings_of, part_of, quantities_of, result_of, verdict_of
 from underfoot.calibration.science.linearisation import VoltageDivider, linearise
 from underfoot.errors import BadValue
 from underfoot.floor.profile import Profile
@@ -90,6 +90,7 @@ def test_hysteresis_bounds_the_curve_and_the_hysteresis_model_goes_past_it():
     assert figures["bound_percent"] < found.error_percent < 1.15 * figures["bound_percent"]
     assert figures["hysteresis_percent"] == pytest.approx(100.0 * width, rel=0.3)
     assert figures["memory_error_percent"] < 0.6 * found.error_percent
+    assert "0.54 % of full scale was 0.77 % of further loadings" in result_of(found, "load cell").method
     static = unseen_error_percent(profile_of(found), "soft conductance", width)
     assert unseen_error_percent(profile_of(found), "soft conductance", width, over_time=True) < 0.8 * static
 

@@ -31,6 +31,14 @@ METHOD = (
     "is compensated by first-order lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis). "
     "What the reference itself is off by is not in these figures."
 )
+_OF_COMPENSATED = (
+    "The error with hysteresis compensated is of loadings as those of the fit, and of the force that the load cell "
+    "gives to a sensor; what the others bear of it is known to 0.7 % of the force. On 39 simulated tiles, whose true "
+    "forces are known, 0.54 % of full scale was 0.77 % of further loadings, 0.92 % of forces that fall in part, and "
+    "1.0 % of footsteps; of single sensors up to 1.4 %. These are standard deviations (k = 1): expand them for a "
+    "certificate, with what the reference is off by."
+)
+"""Measured with `FsrProcedure` and `SimulatedHand`, seeds 1 to 39, and readings of forces over each sensor."""
 _OF_WEIGHTS = (
     "Weights stand on a sensor until they are read, and a foot comes and goes. How much less a footstep reads, at half "
     "of full scale, is the measured hysteresis and a creep of 5 % a decade of time, the most that the data sheet of a "
@@ -59,7 +67,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
         drawings=drawings_of(found),
         raw=_raw(np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),
         apply=lambda profile: profile.with_part(part_of(found, reference), tile=found.tile),
-        method=f"{METHOD} {_OF_WEIGHTS}" if _is_of_weights(found) else METHOD,
+        method=" ".join(filter(None, (METHOD, _more_of_method(found)))),
     )
 
 
@@ -131,6 +139,14 @@ def _is_of_weights(found: Linearisation) -> bool:
     """Return whether single loads were measured, as weights are, and not how forces rise and fall over time."""
     known = [sensor.pairs for sensor in found.sensors if sensor.pairs is not None]
     return not any(pairs.timed for pairs in known)
+
+
+def _more_of_method(found: Linearisation) -> str:
+    """Return what holds of weights, or of compensated forces, alone."""
+    if _is_of_weights(found):
+        return _OF_WEIGHTS
+    is_compensated = any(found.sensors[j].curve.compensation is not None for j in found.calibrated)
+    return _OF_COMPENSATED if is_compensated else ""
 
 
 def _footstep_less_percent(found: Linearisation) -> float:
