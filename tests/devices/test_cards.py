@@ -4,6 +4,7 @@ import os
 import re
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from null_sink import listening
 
 from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
 from underfoot.devices.sound import devices
-from underfoot.engine.card_search import CardSearch
+from underfoot.engine import card_search
+from underfoot.engine.card_search import CardSearch, CardWatch
 from underfoot.engine.commands import Level, Panic
 from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
 from underfoot.errors import BadValue
@@ -96,6 +98,23 @@ def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_a
     assert "later" in {card.name for card in CardSearch().find()} - known
 
 
+def test_missing_cards_are_looked_for_ever_more_rarely(null_sink, monkeypatch):
+    """Each look takes the processor from what plays."""
+    now_s, watch, found, waited_s = [0.0], CardWatch(), [], []
+    monkeypatch.setattr(card_search, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    while len(waited_s) < 2:
+        began_s = now_s[0]
+        while watch.pid is None:
+            found.append(watch.poll(("none", "uf", "")))
+            now_s[0] += 0.5
+        waited_s.append(now_s[0] - began_s)
+        while watch.pid is not None:
+            found.append(watch.poll(("none", "uf", "")))
+    assert [one for one in found if one is not None] == 2 * [{"uf": "uf", "": "default"}]
+    assert waited_s == [2.5, 4.5]
+    assert watch.poll(()) is None
+
+
 def test_a_card_whose_server_stands_still_is_told_with_its_tiles_until_it_goes_on(two_sinks, until):
     """Its tiles were silent for as long as that lasted, and nobody was told."""
     server = min(two_sinks[1].threads())
@@ -131,11 +150,21 @@ def test_a_server_that_stands_still_before_a_card_is_open_is_told_until_it_goes_
         os.kill(server, signal.SIGCONT)
 
 
-def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):
+def test_a_card_that_comes_later_plays_and_one_that_goes_silences_its_tiles_and_comes_back(two_sinks, until):
+    """One that was missing at the start was never found: PortAudio makes its list anew only where nothing plays."""
     first, second = two_sinks
+    second.stop()
     with listening(first) as left, playing_on(until) as playing:
         playing.session.send(Level(0.0))
         until(lambda: len(left()) and left()[-480:].any(), "the first card sounds")
+        second.start()
+        with listening(second) as right:
+            playing.until(lambda: playing.of(Notice), "it is there")
+            until(lambda: len(right()) and np.abs(right()[-480:]).max(axis=0).min() > 0.05, "its tiles sound")
+        until(lambda: left()[-480:].any(), "the first card sounds again")
+        assert np.abs(np.diff(left()[:, 0])).max() < 0.02, "it paused in a ramp"
+        assert playing.of(Notice)[0].text.startswith("sound device 'right' is back; it plays t19, t20")
+        playing.reports.clear()
         second.stop()
         playing.until(lambda: playing.of(Notice), "it is told")
         assert playing.of(Notice)[0].text.startswith("sound device 'right' has gone; silent: t19, t20")

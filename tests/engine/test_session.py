@@ -172,6 +172,21 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     playing.until(lambda: "standby" in session.pids, "another engine stands by")
 
 
+def test_what_began_in_silence_waits_for_no_card_also_after_another_engine(until, monkeypatch):
+    """As in the window without its card: one that came after an engine had died sounded with nobody asked."""
+    monkeypatch.setattr("underfoot.engine.card_search.RETRY_S", 1e-3)
+    with live(hum(), until, sound="no such card", start=False) as playing:
+        session = playing.session
+        session.stop()
+        session.start()
+        playing.started()
+        session.play()
+        os.kill(session.pids["engine"], signal.SIGKILL)
+        playing.started(2)
+        playing.play(4_800)
+        assert "card search" not in session.pids
+
+
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_an_engine_leaves_it_to_the_session_when_to_end(playing, name):
     """A service manager sends SIGTERM to all processes: the output was cut off at full level, a blow of the shakers."""

@@ -1,5 +1,6 @@
 """Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty; opening one raises the reason."""
 
+import os
 import sys
 import threading
 from collections.abc import Callable
@@ -99,6 +100,18 @@ def devices() -> list[Card]:
     return cards
 
 
+def drop_library_messages() -> None:
+    """Drop what PortAudio and ALSA write to standard error at each attempt to open a card, and at each underrun.
+
+    What matters of it is reported. Python's errors go where they went.
+    """
+    if sys.stderr is not None:
+        nowhere, errors = os.open(os.devnull, os.O_WRONLY), os.dup(sys.stderr.fileno())
+        os.dup2(nowhere, sys.stderr.fileno())
+        os.close(nowhere)
+        sys.stderr = os.fdopen(errors, "w", buffering=1, errors="backslashreplace")
+
+
 def is_loaded() -> bool:
     """Return whether PortAudio is there, and was used in this process."""
     return "sounddevice" in sys.modules
@@ -123,6 +136,18 @@ def require_card(name: str) -> None:
     except (ValueError, sounddevice.PortAudioError) as error:
         cards = ", ".join(card.name for card in devices()) or "none is there"
         raise DeviceError(f"{name or 'the default card'} cannot be played on: {error}; cards: {cards}") from None
+
+
+def listed_name(name: str) -> str:
+    """Return PortAudio's whole name of the output device that `name` means; "" if it lists none, or several."""
+    try:
+        sounddevice = portaudio()
+    except DeviceError:
+        return ""
+    try:
+        return str(sounddevice.query_devices(device_of(name), "output")["name"])
+    except (OSError, RuntimeError, ValueError, sounddevice.PortAudioError):
+        return ""
 
 
 def max_channels(name: str) -> int:

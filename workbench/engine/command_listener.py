@@ -13,16 +13,14 @@ from msgspec.structs import replace
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.commands import Action, Command, Play, ProgramSwap, Quit
+from underfoot.engine.pacing import Pacer
 from underfoot.engine.reports import Costs, Fault, Notice, PatchRefused
+from underfoot.engine.requests import CardsThere
 from underfoot.engine.status import Field
 from underfoot.errors import UnderfootError
 
 MOST_LOAD = 0.9
 """Highest load at which an old and a new program run at the same time."""
-RAMP_DOWN_S = 0.060
-"""Seconds for the ramp down before the process exits, including what a sound server buffers beyond its reported
-latency.
-"""
 _LISTEN_S, _COSTS_S = 0.02, 0.5  # timeout for a command, and interval between cost reports, in seconds
 
 
@@ -33,17 +31,17 @@ class _Until(Struct, frozen=True):
 
 
 class CommandListener:
-    """Receives commands from `connection` until `Quit` or its end, then ramps down and sets `leave`.
+    """Receives commands from `connection` until `Quit` or its end, then ramps down and has `pacer` leave.
 
     A second thread watches the supervisor's process, because this one may spend seconds building a program when that
     process dies. A third thread sends: if receiving stopped while a report waits for room in the pipe, both ends could
     wait for each other for ever.
     """
 
-    def __init__(self, connection: Connection, runner: BlockRunner, leave: threading.Event) -> None:
+    def __init__(self, connection: Connection, runner: BlockRunner, pacer: Pacer) -> None:
         self.notices: deque[Notice] = deque()
         """Notices from any thread; sent with the next report."""
-        self._connection, self._runner, self._leave = connection, runner, leave
+        self._connection, self._runner, self._pacer = connection, runner, pacer
         self._loop, self._status = runner.loop, runner.memory.status
         self._costs: dict[str, float] = {}
         self._outbox: SimpleQueue[object] = SimpleQueue()
@@ -87,7 +85,10 @@ class CommandListener:
                     command = self._connection.recv()
                     if isinstance(command, Quit):
                         break
-                    self.take(command)
+                    if isinstance(command, CardsThere):
+                        self._pacer.there = command.names
+                    else:
+                        self.take(command)
                 self.report()
                 now = time.monotonic()
                 if now - costs_told > _COSTS_S:
@@ -118,8 +119,8 @@ class CommandListener:
     def _ramp_down(self) -> None:
         """Fade out and exit."""
         self._runner.inbox.append(Play(False))
-        time.sleep(RAMP_DOWN_S + 4 * self._runner.block_s + self._status.get(Field.STREAM_LATENCY_S))
-        self._leave.set()
+        time.sleep(self._pacer.ramp_down_s)
+        self._pacer.leave.set()
 
     def _affordable(self, swap: ProgramSwap) -> Action:
         """Return the swap with both programs at once, or one after the other if both would cost too much."""

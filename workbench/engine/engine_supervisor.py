@@ -3,10 +3,12 @@
 import math
 import time
 
+from underfoot.devices.outputs import outputs_of
+from underfoot.engine.card_search import CardWatch
 from underfoot.engine.child_process import ChildProcess, engine_process
 from underfoot.engine.commands import Quit
-from underfoot.engine.reports import Report
-from underfoot.engine.requests import Setup, StandBy
+from underfoot.engine.reports import SOUND_CARD, OutputChanged, Report, Started
+from underfoot.engine.requests import CardsThere, Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 
@@ -18,10 +20,16 @@ _AWAY_S = 1.0  # between two looks, after which nothing is known of the time bet
 
 
 class EngineSupervisor:
-    """The running engine, at most one on standby, and the last session frame played."""
+    """The running engine, at most one on standby, the last session frame played, and the search for missing cards.
 
-    def __init__(self, memory: SessionMemory, standby: ChildProcess | None = None) -> None:
-        self._memory = memory
+    A card that comes may sound at once, and so is looked for only if one played before, or if the first engine was to
+    play as it started: what a person begins in silence, no card that comes later lets sound.
+    """
+
+    def __init__(self, memory: SessionMemory, sound: str | None, standby: ChildProcess | None = None) -> None:
+        self._memory, self._sound = memory, sound
+        self._cards, self._awaits_cards = CardWatch(), False
+        self._has_started = False
         self._engine: ChildProcess | None = None
         self._standby = standby
         self._played = self._moved = (time.monotonic(), 0)  # time and frame last played; of the last change
@@ -31,8 +39,8 @@ class EngineSupervisor:
     @property
     def pids(self) -> dict[str, int]:
         """Process ids by name."""
-        named = (("engine", self._engine), ("standby", self._standby))
-        return {name: child.pid for name, child in named if child is not None}
+        named = (("engine", self._engine), ("standby", self._standby), ("card search", self._cards))
+        return {name: child.pid for name, child in named if child is not None and child.pid is not None}
 
     @property
     def is_started(self) -> bool:
@@ -63,10 +71,17 @@ class EngineSupervisor:
 
     def receive(self) -> list[Report]:
         """Return the engine's reports."""
-        return self._engine.receive() if self._engine is not None else []
+        reports: list[Report] = self._engine.receive() if self._engine is not None else []
+        for report in reports:
+            if isinstance(report, Started):
+                self._awaits_cards |= report.playing and not self._has_started
+                self._has_started = True
+            if isinstance(report, Started | OutputChanged):
+                self._awaits_cards |= report.where == SOUND_CARD
+        return reports
 
     def watch(self) -> None:
-        """Note the present frame; kill an engine that runs but plays no more frames.
+        """Note the present frame, look for missing cards; kill an engine that runs but plays no more frames.
 
         After a time in which nobody looked, all may have stood still: at Ctrl-Z, and while the machine slept.
         """
@@ -81,6 +96,14 @@ class EngineSupervisor:
         elif now - self._moved[0] > STALL_S and self._engine is not None:
             self._engine.kill()
             self._stalled = True
+        self._look_for_cards(is_missing=running and bool(status.get(Field.MISSING)))
+
+    def _look_for_cards(self, *, is_missing: bool) -> None:
+        """Tell the engine which cards are there, as long as some are missing."""
+        looks = is_missing and self._awaits_cards and self._sound is not None
+        names = tuple(output.name for output in outputs_of(self._sound or "")) if looks else ()
+        if (found := self._cards.poll(names)) is not None:
+            self.send(CardsThere(found))
 
     @property
     def has_died(self) -> bool:
@@ -98,7 +121,8 @@ class EngineSupervisor:
         return reason
 
     def close(self) -> None:
-        """Ramp the engine down, and end both processes."""
+        """Ramp the engine down, and end all processes."""
+        self._cards.close()
         if self._engine is not None:
             self._engine.send(Quit())
             self._engine.end(END_S if self._memory.status.get(Field.RUNNING) else 0.0)

@@ -1,18 +1,17 @@
-"""Streams of further sound cards: opened with the first card's, and reopened when a card returns."""
+"""Streams of further sound cards: opened with the first card's, and reopened when a card is there again."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 
 from underfoot.devices.outputs import CardChannels
-from underfoot.devices.sound import Stream
+from underfoot.devices.sound import Stream, listed_name
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.further_card import FurtherCard
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 
-RETRY_S = 2.0
-"""Interval in seconds between attempts to reopen a card."""
 _STILL_S = 2.0
 """Time in seconds for which a stream asks for no frames until its tiles are said to be silent."""
 _LOOK_S = 0.1
@@ -29,10 +28,12 @@ class FurtherStream:
         self.underruns = 0
         """Late blocks in streams that have ended."""
         self._target, self._leaving = target, leaving
-        self._asked_s = self._looked_s = self._still_s = 0.0
+        self._looked_s = self._still_s = 0.0
         self._asked = 0
         self.stands_still = False
         """Whether an open stream asks for no frames, as where a sound server hangs."""
+        self.is_missing = self.has_played = False
+        """Whether the card has gone, or could not be opened; whether it was open before."""
 
     @property
     def name(self) -> str:
@@ -46,10 +47,19 @@ class FurtherStream:
             return ""
         return f"{self.name} {'stands still' if self.stands_still else 'is not there'}; silent: {self.tiles}"
 
+    @property
+    def loss_line(self) -> str:
+        """What is said once it has gone."""
+        return f"{self.name} has gone; silent: {self.tiles}"
+
+    @property
+    def return_line(self) -> str:
+        """What is said once it plays again."""
+        return f"{self.name} is back; it plays {self.tiles}"
+
     def open(self) -> None:
         """Open and start a stream; raise `DeviceError` if that fails."""
         card, target = self.frames.card, self._target
-        self._asked_s = time.monotonic()
         latency = max(target.latency_s, _CALM_S)
         stream = Stream(card.output.name, card.count, target.rate, target.block, self._fill, latency)
         self.frames.begin(stream.latency_s)
@@ -58,7 +68,7 @@ class FurtherStream:
         except DeviceError:
             stream.close()
             raise
-        self.stream = stream
+        self.stream, self.is_missing, self.has_played = stream, False, True
 
     def close(self) -> None:
         """Close the stream and release the card."""
@@ -81,11 +91,6 @@ class FurtherStream:
             self._still_s, self._asked = 0.0, self.frames.asked
         self.stands_still = self._still_s > _STILL_S
         return self.stands_still != before
-
-    @property
-    def is_due(self) -> bool:
-        """Whether to try again to open a missing card."""
-        return self.stream is None and time.monotonic() - self._asked_s >= RETRY_S
 
     def _fill(self) -> int:
         return 0 if self._leaving() else self.frames.fill()
@@ -116,30 +121,50 @@ class FurtherStreams:
         runner.further_cards = tuple(stream.frames for stream in self._streams)
 
     def open(self) -> list[str]:
-        """Open all cards that are closed; return a line for each that fails."""
+        """Open all cards that are closed; return a line for each that fails. One that was missing is told of."""
         notices = []
         for stream in self._streams:
             if stream.stream is None:
+                stream.frames.silence(on=self._status.panic)
+                was_missing = stream.is_missing
                 try:
                     stream.open()
                 except DeviceError as error:
+                    stream.is_missing = True
                     notices.append(f"{error}; silent: {stream.tiles}")
+                    if stream.has_played and not was_missing:
+                        self._notify(stream.loss_line)
+                    continue
+                if was_missing:
+                    self._notify(stream.return_line)
         return notices
 
+    def open_found(self, there: Mapping[str, str]) -> set[str]:
+        """Open missing cards of these that this process's PortAudio lists; return the names of those that it does not,
+        or that do not open."""
+        found = [one for one in self._streams if one.is_missing and there.get(one.frames.card.output.name)]
+        for stream in found:
+            name = stream.frames.card.output.name
+            if listed_name(name) == there[name]:
+                with suppress(DeviceError):
+                    stream.open()
+                    self._notify(stream.return_line)
+        return {stream.frames.card.output.name for stream in found if stream.is_missing}
+
+    def silence_all(self) -> None:
+        """Ramp all down, until they are opened anew."""
+        for stream in self._streams:
+            stream.frames.silence(on=True)
+
     def keep(self) -> None:
-        """Detect cards that have gone, try to reopen them, and publish the largest offset from the engine's clock."""
+        """Detect cards that have gone, and publish the largest offset from the engine's clock."""
         for stream in self._streams:
             if stream.stream is not None and stream.stream.finished:
                 stream.close()
-                self._notify(f"{stream.name} has gone; silent: {stream.tiles}")
+                stream.is_missing = True
+                self._notify(stream.loss_line)
             elif stream.look():
-                self._notify(stream.silence or f"{stream.name} is back; it plays {stream.tiles}")
-            elif stream.is_due:
-                try:
-                    stream.open()
-                except DeviceError:
-                    continue
-                self._notify(f"{stream.name} is back; it plays {stream.tiles}")
+                self._notify(stream.silence or stream.return_line)
         playing = [stream.frames for stream in self._streams if stream.stream is not None]
         worst = max(playing, key=lambda frames: abs(frames.offset_frames), default=None)
         if worst is not None:
@@ -148,9 +173,19 @@ class FurtherStreams:
             self._status.put(Field.CARDS_DRIFT_PPM, worst.drift_ppm)
 
     @property
+    def any_missing(self) -> bool:
+        """Whether any of them is missing."""
+        return any(stream.is_missing for stream in self._streams)
+
+    @property
     def any_open(self) -> bool:
         """Whether any of them has a stream."""
         return any(stream.stream is not None for stream in self._streams)
+
+    @property
+    def latency_s(self) -> float:
+        """The largest latency of their streams; 0 without any."""
+        return max((one.stream.latency_s for one in self._streams if one.stream is not None), default=0.0)
 
     @property
     def any_playing(self) -> bool:

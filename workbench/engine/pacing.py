@@ -4,15 +4,14 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 import numpy as np
 
 from underfoot.clock import FADE, SPAN
 from underfoot.devices.outputs import CardChannels
-from underfoot.devices.sound import Stream, is_loaded, list_anew, require_card
+from underfoot.devices.sound import Stream, is_loaded, list_anew, listed_name
 from underfoot.engine.block_runner import BlockRunner
-from underfoot.engine.further_streams import RETRY_S, FurtherStreams
+from underfoot.engine.further_streams import FurtherStreams
 from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target
@@ -20,16 +19,20 @@ from underfoot.errors import DeviceError
 
 _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
 _STOOD_S = 1.0  # time without a block, as of a process that stood still, in which every card's buffer has run out
-_MOST_RETRY_S = 30.0  # each new list of cards costs PortAudio some 12 kB for good: every 2 s that is half a GB a day
+_BUFFERED_S = 0.060  # a ramp down, and what a sound server buffers beyond its reported latency
 
 
 class Pacer:
-    """Runs blocks at the right pace until `leave` is set. `notify` receives messages for the user."""
+    """Runs blocks at the right pace until `leave` is set. `notify` receives messages for the user.
+
+    `there` has the cards that another process has found, as in `CardsThere`; it is taken from there.
+    """
 
     def __init__(
         self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], notify: Callable[[Notice], None]
     ) -> None:
         self.leave = threading.Event()
+        self.there: dict[str, str] | None = None
         self._runner, self._target, self._notify = runner, target, notify
         self._status = runner.memory.status
         self._first = cards[0] if cards else None
@@ -38,10 +41,13 @@ class Pacer:
         self._own_channels = runner.loop.out[:, :width]
         self._out = runner.loop.out if width in (0, runner.loop.out.shape[1]) else self._own_channels.copy()
         self._address = self._out.ctypes.data
-        self._asked_s, self._retry_s, self._is_away = 0.0, RETRY_S, False
+        self._is_away = False
         self._late, self._refusal = 0, ""
+        self._listing: threading.Thread | None = None
+        self._tried: set[str] = set()  # cards for which the others were interrupted, since they came
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
         self._ramped = FADE  # frames of the ramp from silence that have been played
+        self._is_ending, self._ended = False, 0  # whether it is to end in a ramp, and the frames of that played
         self._filled_s = math.inf
         self._stream: Stream | None = None
         self._status.put(Field.LATENCY_S, runner.block_s + SPAN / target.rate)
@@ -54,23 +60,18 @@ class Pacer:
         return SOUND_CARD if plays else f"{forces_from}, without sound"
 
     def open(self) -> str:
-        """Open the sound card, if one is wanted; return the reason if that fails.
-
-        A card that is missing at the start, as where the computer is up before it, is looked for if the session plays:
-        what a person began in silence, no card that comes later lets sound.
-        """
+        """Open the sound card, if one is wanted; return the reason if that fails."""
         target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
         self._stream = None
         self._runner.has_input = False
         if self._first is None:
             return ""
-        self._asked_s = time.monotonic()
         try:
             name, channels, latency = self._first.output.name, self._first.count, target.latency_s or "low"
             recorded = accelerometers.recorded if accelerometers else None
             self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, recorded)
         except DeviceError as error:
-            self._is_away |= is_loaded() and bool(self._status.get(Field.PLAYING))
+            self._is_away = True
             self._status.put(Field.STREAM_LATENCY_S, 0.0)
             further = self._further.open()
             silent = [self._without_sound()] if self._further.any_playing else []
@@ -96,12 +97,13 @@ class Pacer:
             if self._stream is None or self._stream.finished:
                 self._run_by_clock()
             else:
-                self._further.keep()
+                self._keep()
                 self._publish_latency(self._stream)
                 if not self._runner.align():
                     line = "what the sound card hears has fallen far behind: its stream is opened anew"
                     self._notify(Notice(line))
                     self._stream.abort()
+                self._use_found()
                 self.leave.wait(0.05)
 
     def close(self) -> None:
@@ -131,7 +133,19 @@ class Pacer:
             n = min(len(self._out), FADE - self._ramped)
             np.multiply(self._out[:n], self._ramp[self._ramped : self._ramped + n], out=self._out[:n])
             self._ramped += n
+        if self._is_ending:
+            n = min(len(self._out), FADE - self._ended)
+            down = self._ramp[FADE - self._ended - n : FADE - self._ended]
+            np.multiply(self._out[:n], down[::-1], out=self._out[:n])
+            self._out[n:] = 0.0
+            self._ended += n
         return self._address
+
+    @property
+    def ramp_down_s(self) -> float:
+        """Time in seconds in which a ramp down that begins now is heard."""
+        latency_s = max(self._status.get(Field.STREAM_LATENCY_S), self._further.latency_s)
+        return _BUFFERED_S + 4 * self._runner.block_s + latency_s
 
     def _run_block(self) -> None:
         self._runner.run()
@@ -168,32 +182,66 @@ class Pacer:
         ended.close()
         self.open()
         self._ramped = 0
-        self._is_away, self._retry_s = self._stream is None, RETRY_S
-        if self._is_away and self._first is not None:
+        if self._stream is None and self._first is not None:
             self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
         self._start()
 
+    def _keep(self) -> None:
+        """Look after further cards, and publish whether a card is to be looked for."""
+        self._further.keep()
+        is_missing = (self._is_away or self._further.any_missing) and self._listing is None and is_loaded()
+        self._status.put(Field.MISSING, float(is_missing))
+
+    def _use_found(self) -> None:
+        """Open missing cards that are there now.
+
+        Where PortAudio does not list one, as it was not there when it made its list, it lists anew, for which all
+        streams must end: once for a card that has come.
+        """
+        there, self.there = self.there, None
+        if there is None or self._first is None or self._listing is not None:
+            return
+        self._tried &= there.keys()
+        left, first = self._further.open_found(there), self._first.output.name
+        if self._is_away and first in there:
+            if self._further.any_open and listed_name(first) == there[first]:
+                self._return()
+            if self._is_away:
+                left.add(first)
+        plays = self._stream is not None or self._further.any_open
+        if left - self._tried if plays else left:
+            self._tried |= left
+            self._end_streams()
+            self._listing = threading.Thread(target=list_anew, name="cards", daemon=True)  # it may wait for a server
+            self._listing.start()
+
+    def _end_streams(self) -> None:
+        """End all streams, in a ramp."""
+        self._is_ending, self._ended = True, 0
+        self._further.silence_all()
+        if self._stream is not None or self._further.any_open:
+            self.leave.wait(self.ramp_down_s)
+        if self._stream is not None:
+            self._late += self._stream.underruns
+        self.close()
+        self._stream, self._is_ending = None, False
+
     def _return(self) -> None:
-        """Play on the card, if it is there now: from silence, in a ramp. Cards are listed anew ever more rarely."""
-        if not self._further.any_open:
-            list_anew()
-            self._retry_s = min(2.0 * self._retry_s, _MOST_RETRY_S)
-        before = self._refusal
+        """Play on the cards that are there now: from silence, in a ramp."""
+        before, was_away = self._refusal, self._is_away
         self.open()
         self._ramped = 0
-        if self._stream is None and self._refusal != before:
-            self._tell_refusal()
-        if self._stream is not None and self._first is not None:
+        if self._first is None:
+            return
+        if self._stream is None and not was_away:
+            self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
+        elif self._stream is None and self._refusal != before and listed_name(self._first.output.name):
+            self._notify(Notice(self._refusal))  # as where it has too few channels
+        if self._stream is not None:
             self._is_away = False
             self._start()
-            if not self._is_away:
+            if was_away and not self._is_away:
                 self._tell_output(f"{self._first.name} is back")
-
-    def _tell_refusal(self) -> None:
-        """Say why a card does not play that is there now, as where it has too few channels."""
-        with suppress(DeviceError):
-            require_card(self._first.output.name if self._first else "")
-            self._notify(Notice(self._refusal))
 
     def _tell_output(self, line: str) -> None:
         """Report the state of a card, and the tiles that are silent now."""
@@ -213,7 +261,7 @@ class Pacer:
     def _run_by_clock(self) -> None:
         """Run blocks by the clock while no stream does; after a panic, until the outputs are opened again.
 
-        What looking for a card takes is caught up: the session's clock would lose it, every time.
+        What opening cards takes is caught up: the session's clock would lose it, every time.
         """
         due, late_s = time.monotonic(), _LATE_S
         self._runner.has_input = False
@@ -222,12 +270,15 @@ class Pacer:
                 self._resume(self._stream)
                 return
             began_s = time.monotonic()
-            if self._is_away and began_s - self._asked_s >= self._retry_s:
-                self._return()
-                if not self._is_away:
+            if self._stream is None:
+                self._use_found()
+                if self._listing is not None and not self._listing.is_alive():
+                    self._listing = None
+                    self._return()
+                if self._stream is not None:
                     return
                 late_s += time.monotonic() - began_s
-            self._further.keep()
+            self._keep()
             self._run_block()
             due += self._runner.block_s
             wait = due - time.monotonic()

@@ -16,6 +16,7 @@ from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.outputs import CardChannels, card_channels
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.sound import drop_library_messages
 from underfoot.engine.accelerometer_reader import reader_of
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.child_process import leave_to_session
@@ -50,7 +51,7 @@ def run(connection: Connection) -> None:
             rehearsed = _rehearse(message.setup)
         leave_to_session("SIGTERM")  # from now on it plays, and ends in a ramp
         if message.target.sound is not None:
-            _drop_library_messages()
+            drop_library_messages()
         Engine(connection, message, rehearsed).run()
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
@@ -98,7 +99,7 @@ class Engine:
         width = self.loop.out.shape[1]
         used = [replace(card, count=min(card.count, width - card.first)) for card in cards if card.first < width]
         self.pacer = Pacer(self.runner, target, used, self._notify)
-        self.listener = CommandListener(connection, self.runner, self.pacer.leave)
+        self.listener = CommandListener(connection, self.runner, self.pacer)
         if isinstance(self.loop.source, SimulatedFloor):
             self.listener.notices.extend(map(Notice, self.loop.source.notices))
 
@@ -146,18 +147,6 @@ def _told_of_waiting(connection: Connection) -> Iterator[None]:
     finally:
         told.cancel()
         told.join()  # before anything else is sent
-
-
-def _drop_library_messages() -> None:
-    """Drop what PortAudio and ALSA write to standard error at each attempt to open a card, and at each underrun.
-
-    What matters of it is reported. Python's errors go where they went.
-    """
-    if sys.stderr is not None:
-        nowhere, errors = os.open(os.devnull, os.O_WRONLY), os.dup(sys.stderr.fileno())
-        os.dup2(nowhere, sys.stderr.fileno())
-        os.close(nowhere)
-        sys.stderr = os.fdopen(errors, "w", buffering=1, errors="backslashreplace")
 
 
 def _rehearse(setup: Setup) -> Setup | None:

@@ -31,6 +31,12 @@ class StandBy(Struct, frozen=True):
     setup: Setup
 
 
+class CardsThere(Struct, frozen=True):
+    """PortAudio's whole names of the sound cards that are there, of those that were missing, by the target's names."""
+
+    names: dict[str, str]
+
+
 class CompileRequest(Struct, frozen=True):
     """Compile all kernels of a patch, and of the target's force source, into the cache; answered by `Compiled`."""
 

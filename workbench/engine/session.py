@@ -103,7 +103,7 @@ class Session:
         self.memory.status.put(Field.LEVEL_DB, self.level_db)
         self.memory.status.put(Field.PLAYING, self.playing)
         self.force = ForceReader(self.memory.force)
-        self._engine = EngineSupervisor(self.memory, engine)
+        self._engine = EngineSupervisor(self.memory, target.sound, engine)
         self._compiler = CompilerSupervisor()
         self._is_edited = is_edited
         self._recorder = RecorderSupervisor(self.memory.recorded)

@@ -10,8 +10,8 @@ from underfoot.engine.shared_blocks import new_block
 
 
 class Field(IntEnum):
-    """The numbers in shared memory: those of `Health`, the frame before which every command was reported, and what an
-    engine begins with: the output level, and whether it plays."""
+    """The numbers in shared memory: those of `Health`, the frame before which every command was reported, what an
+    engine begins with: the output level, and whether it plays; and whether a sound card is missing."""
 
     RUNNING = 0
     LOAD = auto()
@@ -33,6 +33,7 @@ class Field(IntEnum):
     REPORTED = auto()
     LEVEL_DB = auto()
     PLAYING = auto()
+    MISSING = auto()
 
 
 _OF_HEALTH = [(one.name, Field[one.name.upper()], one.type) for one in fields(Health)]
@@ -83,7 +84,7 @@ class Status:
 
     def stopped(self) -> None:
         """Record that the engine has ended, whatever it wrote last."""
-        for field in (Field.RUNNING, Field.LOAD, Field.PEAK, Field.AWAKE):
+        for field in (Field.RUNNING, Field.LOAD, Field.PEAK, Field.AWAKE, Field.MISSING):
             self.put(field, 0.0)
 
     def health(self) -> Health:
