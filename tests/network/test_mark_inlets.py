@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from contextlib import closing
 
 import pytest
@@ -43,6 +44,23 @@ def test_each_mark_of_a_sender_that_was_started_again_is_taken_once(marks, until
     assert sum(source[0] == f"restarted {os.getpid()}" for source in inlet.streams) == 2
     say(second, "once more", heard, until)
     assert (heard.count("before"), heard.count("again"), heard.count("once more")) == (1, 1, 1)
+
+
+def test_a_stamp_that_cannot_be_counts_as_it_arrives_and_is_said(until):
+    """One that is not finite ended `serve`, and one by the calendar, as many send, was a mark in half a century."""
+    heard = []
+    with closing(LslMarks(lambda text, at_s: heard.append((text, at_s - time.monotonic())))) as inlet:
+        outlet = markers("triggers", "off")
+        assert outlet.wait_for_consumers(120.0)
+        stamps = {"calendar": time.time(), "nothing": float("nan"), "before": lsl.local_clock() - 30.0}
+        for text, stamp_s in stamps.items():
+            outlet.push_sample([text], stamp_s)
+            until(lambda text=text: text in dict(heard), text)
+            assert ("'triggers'" in inlet.problem) == (text != "before")
+    found = dict(heard)
+    assert found["calendar"] == pytest.approx(0.0, abs=10.0)
+    assert found["nothing"] == pytest.approx(0.0, abs=10.0)
+    assert found["before"] == pytest.approx(-30.0, abs=10.0)
 
 
 def test_a_stream_that_ends_for_good_ends_no_other(marks, until):

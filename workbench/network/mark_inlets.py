@@ -31,6 +31,9 @@ LINE_ENDS_S = 0.05
 _LOOK_S, _SEARCH_S, _AGAIN_S = 0.01, 0.5, 1.0
 _CLOCK_S = 5.0
 """Longest wait for a sender's clock; then its marks have the time of their arrival."""
+_LATEST_S, _EARLIEST_S = 600.0, 10.0
+"""How late a mark may come, and how early: LSL keeps the last six minutes while a network is away. One whose stamp is
+further off, as of a sender that stamps by another clock, has the time of its arrival."""
 _LONGEST_LINE = 1000
 
 
@@ -40,12 +43,17 @@ class LslMarks:
     def __init__(self, take: Take) -> None:
         """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
-        self.problem = ""
+        self._off: dict[tuple[str, ...], str] = {}
         self.streams: dict[tuple[str, ...], tuple[Any, float]] = {}
         """The inlets, and since when they are open, by what identifies a stream even after its sender is restarted."""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
         self._thread.start()
+
+    @property
+    def problem(self) -> str:
+        """The streams whose stamps cannot be, as far as they are there, in one line; "" without any."""
+        return "; ".join(line for source, line in tuple(self._off.items()) if source in self.streams)
 
     def close(self) -> None:
         """Stop listening."""
@@ -62,12 +70,12 @@ class LslMarks:
                 self._open(resolver.results())
             for source, (inlet, opened_s) in list(self.streams.items()):
                 try:
-                    self._pull(inlet, now_s - opened_s < _CLOCK_S)
+                    self._pull(source, inlet, now_s - opened_s < _CLOCK_S)
                 except RuntimeError:  # it ended without a source id, or before its clock was known
                     del self.streams[source]
         self.streams.clear()
 
-    def _pull(self, inlet: Any, may_wait: bool) -> None:  # noqa: ANN401 - pylsl has no types
+    def _pull(self, source: tuple[str, ...], inlet: Any, may_wait: bool) -> None:  # noqa: ANN401 - pylsl has no types
         """Take the marks that came, once the sender's clock is known.
 
         The library's own correction would wait for it, with the marks of all other streams, and lose the one it is for.
@@ -84,7 +92,15 @@ class LslMarks:
         now_s = time.monotonic()
         ahead_s = now_s - self._lsl.local_clock() + correction_s
         for sample, lsl_s in zip(samples, at_s, strict=True):
-            self._take(str(sample[0]), now_s if math.isnan(ahead_s) else lsl_s + ahead_s)
+            ago_s = 0.0 if math.isnan(ahead_s) else now_s - (lsl_s + ahead_s)
+            if -_EARLIEST_S < ago_s < _LATEST_S:
+                self._off.pop(source, None)
+            else:
+                name = f"stream {source[1]!r}" if len(source) > 1 else "a stream"
+                line = f"marks of {name} are stamped {-ago_s:+.4g} s from now; they count as they arrive"
+                self._off.setdefault(source, line)  # whatever the next ones say: each new line is told
+                ago_s = 0.0
+            self._take(str(sample[0]), now_s - ago_s)
 
     def _open(self, found: list[Any]) -> None:
         """Open new streams. Their times are converted to this computer's clock.
