@@ -21,6 +21,10 @@ class DeviceError(UnderfootError):
     """Device or stream that cannot be opened or was lost."""
 
 
+class TakenAway(DeviceError):
+    """Connection that the other end has closed, as a hub does for a program that connects later."""
+
+
 def in_one_line(error: object) -> str:
     """Return the message of another library's error in one line."""
     return " ".join(str(error).split())

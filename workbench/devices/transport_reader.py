@@ -14,25 +14,32 @@ from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.unread import why_unread
 from underfoot.devices.recurrence import LAST, Recurrence
 from underfoot.devices.transport import Transport, asked
-from underfoot.errors import DeviceError
+from underfoot.errors import DeviceError, TakenAway
 
 RETRY_S, MOST_RETRY_S = 0.1, 1.0
 """Seconds until a transport that is gone is opened again: at first, for a loose plug, and at most, for one that stays
 away."""
+MOST_WAIT_S, HELD_S = 30.0, 10.0
+"""Most seconds until a hub is taken again that another program had first, and how long one has a hub to be the first:
+otherwise the two would take it from each other, each time for a moment, without end."""
 SILENT_S = 0.5
 """Seconds without data after which a transport is reported as silent."""
 _BATCH_S = 0.0005  # data of this time is read at once: a thread that wakes for every byte delays all others
 _MANY_BYTES, _EXAMINED_BYTES = 512, 4096
+_MOST_TAKEN = 10  # as often in a row a hub is taken from who had it first, until the other one is the first
 _NO_FRAME = "but no frame"
+_OTHER_FIRST = f"it is tried ever more rarely, down to every {MOST_WAIT_S:g} s: end the other program, or this one"
 
 
-def retry_s(failures: int) -> float:
+def retry_s(failures: int, *, is_second: bool = False) -> float:
     """Return the time until the next attempt to open a transport, where as many in a row have failed.
 
     >>> [retry_s(failures) for failures in (1, 2, 3, 4, 5, 1_000_000)]
     [0.1, 0.2, 0.4, 0.8, 1.0, 1.0]
+    >>> [retry_s(failures, is_second=True) for failures in (1, 5, 9, 1_000_000)]
+    [0.1, 1.6, 25.6, 30.0]
     """
-    return float(min(RETRY_S * 2.0 ** min(failures - 1, 10), MOST_RETRY_S))
+    return float(min(RETRY_S * 2.0 ** min(failures - 1, 10), MOST_WAIT_S if is_second else MOST_RETRY_S))
 
 
 class TransportReader:
@@ -82,24 +89,30 @@ class TransportReader:
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
 
     def _run(self) -> None:
-        failures, opened_s = 0, -math.inf
+        failures, opened_s, is_first = 0, -math.inf, False
         while not self._stop.is_set():
+            is_taken = False
             try:
                 asked(self.transport, self.transport.open)
                 opened_s = time.monotonic()
                 self.parser.resync()
                 self._read()
             except DeviceError as error:
+                lasted_s = 0.0 if self._is_missed else time.monotonic() - opened_s
+                is_taken = isinstance(error, TakenAway)
+                if lasted_s > (HELD_S if is_taken else MOST_RETRY_S):  # not of a hub that sends each client away
+                    failures = 0
+                is_first = lasted_s > HELD_S or (is_first and failures < _MOST_TAKEN)
                 if not self._is_missed:
-                    if time.monotonic() - opened_s > MOST_RETRY_S:  # not of a hub that sends each client away
-                        failures = 0
-                    self._tell_loss(f"{error}; waiting for it")
+                    is_told = is_taken and not is_first and failures
+                    self._tell_loss(f"{error}; {_OTHER_FIRST if is_told else 'waiting for it'}")
                 self._is_missed = True
                 failures += 1
             self.is_open = False
             with suppress(DeviceError):
                 asked(self.transport, self.transport.close)
-            self._stop.wait(retry_s(failures))
+            attempts = 1 if is_taken and is_first else failures  # who had it first takes it back at once
+            self._stop.wait(retry_s(attempts, is_second=is_taken and not is_first))
 
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""

@@ -151,10 +151,10 @@ def test_the_emulator_sends_to_whoever_connected_last(sender, connect):
         first.read()
 
 
-def test_two_programs_that_take_a_hub_from_each_other_do_so_ever_more_rarely(sender, connect, until, monkeypatch):
-    """They did ten times a second, and said so each time."""
-    failed = []
-    monkeypatch.setattr(transport_reader, "retry_s", lambda failures: failed.append(failures) or 0.001)
+def test_who_takes_a_hub_that_another_program_has_waits_ever_longer(sender, connect, until, monkeypatch):
+    """Two programs took it from each other ten times a second, and said so each time; later once a second, for ever."""
+    waits = []
+    monkeypatch.setattr(transport_reader, "retry_s", lambda *failed, **how: waits.append((*failed, how)) or 0.001)
     monkeypatch.setattr(transport_reader, "MOST_RETRY_S", 600.0)  # no connection lasts longer here
     transport = CountingTransport.of(sender.name)
     reader = TransportReader(transport, lambda samples, when: None)
@@ -164,16 +164,19 @@ def test_two_programs_that_take_a_hub_from_each_other_do_so_ever_more_rarely(sen
         for time in range(OFTEN + 3):
             if time == OFTEN + 2:
                 lines = reader.take_notices()
-                monkeypatch.setattr(transport_reader, "MOST_RETRY_S", 0.0)  # this one lasted
+                for name in ("MOST_RETRY_S", "HELD_S"):
+                    monkeypatch.setattr(transport_reader, name, 0.0)  # this one lasted
             opened = transport.opened
             connect()  # the other program
             until(lambda opened=opened: sender.send(b"x", [1]) and transport.opened > opened and transport.count)
     finally:
         reader.close()
-    gone = f"tcp:{sender.name} went away: the connection was closed, perhaps for another program; waiting for it"
-    back = f"tcp:{sender.name} is back"
-    assert lines == [*[gone, back] * (OFTEN - 1), f"{gone}; {LAST}", back]
-    assert failed[: OFTEN + 3] == [*range(1, OFTEN + 3), 1]
+    gone = f"tcp:{sender.name} went away: the connection was closed, perhaps for another program; "
+    back, again = f"tcp:{sender.name} is back", f"{gone}it is tried ever more rarely, down to every 30 s: "
+    again += "end the other program, or this one"
+    assert lines == [f"{gone}waiting for it", back, *[again, back] * (OFTEN - 2), f"{again}; {LAST}", back]
+    second, first = {"is_second": True}, {"is_second": False}
+    assert waits[: OFTEN + 3] == [*((failed, second) for failed in range(1, OFTEN + 3)), (1, first)]
 
 
 def test_the_emulator_lets_go_of_a_reader_that_takes_nothing(sender, connect):

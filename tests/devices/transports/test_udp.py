@@ -142,7 +142,7 @@ def test_a_transport_whose_close_fails_is_read_again(until, monkeypatch):
     What is missing for long was tried ten times a second, for ever.
     """
     failed = []
-    monkeypatch.setattr(transport_reader, "retry_s", lambda failures: failed.append(failures) or 0.001)
+    monkeypatch.setattr(transport_reader, "retry_s", lambda failures, is_second: failed.append(failures) or 0.001)
 
     class Loose(UdpTransport):
         is_plugged = False

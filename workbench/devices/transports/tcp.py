@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Self
 
 from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
-from underfoot.errors import DeviceError
+from underfoot.errors import DeviceError, TakenAway
 
 CONNECT_TIMEOUT_S = 1.0
 """Seconds to wait for a hub's answer."""
@@ -149,7 +149,7 @@ class TcpTransport(Transport):
         except OSError as error:
             raise DeviceError(f"{self.name} went away: {reason(error)}") from None
         if not count:
-            raise DeviceError(f"{self.name} went away: the connection was closed, perhaps for another program")
+            raise TakenAway(f"{self.name} went away: the connection was closed, perhaps for another program")
         return self._data[:count]
 
     def close(self) -> None:
