@@ -245,6 +245,21 @@ def test_a_projector_that_is_plugged_in_or_off_meanwhile_is_offered_or_no_more(s
         assert offered.count() == len(app.screens())
 
 
+def test_a_projection_waits_for_its_projector(scenes, qtbot):
+    """One that is switched off at night left it before the window, without a pointer, and on no floor the next day."""
+    app = QApplication.instance()
+    start(scenes, qtbot, "frozen-pond")
+    qtbot.mouseClick(scenes.panel.project, LEFT)
+    projector = scenes.projection.screen()
+    app.screenRemoved.emit(projector)
+    assert scenes.projection.isHidden()
+    app.screenAdded.emit(projector)
+    assert scenes.projection.isFullScreen()
+    qtbot.keyClick(scenes.projection, Qt.Key.Key_Escape)
+    app.screenAdded.emit(projector)
+    assert scenes.projection is None
+
+
 def test_the_keys_of_the_projection_can_be_read_on_black_in_the_light_palette(scenes, qtbot):
     start(scenes, qtbot, "frozen-pond")
     qtbot.mouseClick(scenes.panel.project, LEFT)

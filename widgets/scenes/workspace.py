@@ -242,6 +242,11 @@ class ScenesWorkspace(ProjectingWorkspace):
         if self.stage is not None:
             self.stage.take(reports)
 
+    @property
+    def _painted(self) -> SceneProjection | SceneView:
+        """What shows the scene to whoever steps: the view beside, while the projector is away."""
+        return self.projection if self.projection is not None and self.projection.isVisible() else self.view
+
     def _poll(self) -> None:
         """Step the scene through new force samples."""
         stage = self.stage
@@ -253,7 +258,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         except Exception as error:
             self._fail(why_ended(error))
             return
-        painted = self.projection or self.view
+        painted = self._painted
         for moment in moments:
             for contact in moment.down:
                 # Whoever stood there before the scene began, or is told of late, counts from this moment.
@@ -265,7 +270,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         stage = self.stage
         if stage is None:
             return
-        painted = self.projection or self.view
+        painted = self._painted
         while stage.said:
             self.panel.add_line(stage.said.popleft())
         self._ticks += 1
