@@ -23,6 +23,7 @@ from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.store import SessionFile, time_of_day
 from underfoot.experiments.study import AGREED, LEVEL_RANGE_DB, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
+from underfoot.patch.patch import Patch
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
@@ -68,7 +69,7 @@ class Runner:
         self.messages: list[str] = []
         """Messages for the experimenter, newest last."""
         self._before = (session.patch, session.level_db, session.playing)
-        self._unprepared = self._stimuli.kinds()
+        self._unprepared = self._all_patches()
         self._phase, self._hint = Phase.PREPARING, ""  # while no trial runs
         self._trial: TrialRun | None = None
         self._record = TrialRecord()
@@ -246,6 +247,7 @@ class Runner:
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
+        self.presenter.request(IDLE)  # until the study goes on, when what was felt is not to sound once more
         colon = "" if reason.startswith("by ") else ":"
         self._why_stopped, self._hint = f"stopped{colon} {reason}", f"Stopped{colon} {reason}."
         self._apparatus.mark(STOP, self.page)
@@ -257,8 +259,7 @@ class Runner:
         self.file.write_waiting()
         if self._phase is Phase.PREPARING:
             self.note("went on")
-            self._unprepared = self._stimuli.kinds()
-            self.presenter.request(IDLE)
+            self._unprepared = self._all_patches()
             self.session.panic()
             self._why_stopped = ""
         elif self.file.has_felt:
@@ -285,18 +286,21 @@ class Runner:
     # --- phases ---
 
     def _prepare(self) -> None:
-        """Play each patch once, so that all are compiled."""
+        """Play each patch once in silence, so that all are compiled; sound begins once nothing but `IDLE` plays."""
         if not self.session.health.running or self.presenter.since_frame is None:
             return
         if self._unprepared:
             self._hint = f"Preparing: {len(self._unprepared)} left"
             self.presenter.request(self._unprepared.pop())
             return
-        self.presenter.request(IDLE)
         self.presenter.begin()
         if self._equipment.masking is not None:
             self._equipment.masking.start()
         self._open_page()
+
+    def _all_patches(self) -> list[Patch]:
+        """Return what is played in silence before the first page, the last one first."""
+        return [IDLE, *self._stimuli.kinds()]
 
     def _require_prepared(self) -> None:
         require(self.is_prepared, "phase", str(self._phase), "what follows the preparation")
@@ -305,7 +309,6 @@ class Runner:
         """Open the current page; after a stop, which is silent, with what is to be felt."""
         if self._why_stopped:
             self.note("went on")
-            self.presenter.request(IDLE)
             self.presenter.begin()
         self._open_page()
 

@@ -1,0 +1,45 @@
+"""What is felt between the stimuli of a study: nothing, neither of the patch that is open nor of the last stimulus."""
+
+import numpy as np
+from made_patches import patch_of
+from made_studies import protocol_text
+from people import taking_part
+
+from underfoot.experiments.protocol import Protocol
+from underfoot.nodes import REGISTRY
+from underfoot.studies.phase import Phase
+
+UNFELT_M_S2 = 0.01
+"""Far below any threshold; a fade leaves a thousandth of what it ends."""
+STAGES = [{"id": "consent", "kind": "consent"}, {"id": "try", "kind": "learn"}]
+
+
+def felt(person, seconds=0.6):
+    """Return the largest vibration that is played from now on."""
+    presenter = person.runner.presenter
+    first = presenter.end_frame
+    end = first + round(seconds * person.runner.session.target.rate)
+    person.until(lambda: presenter.end_frame >= end, "time goes by")
+    return np.abs(presenter.played(first, end)[1]).max()
+
+
+def test_the_open_patch_and_the_last_stimulus_are_not_felt_on_the_first_page(session, until, tmp_path):
+    """They played at 0 dB until silence was compiled, while consent was asked for."""
+    hiss = patch_of(("noise.out", "tile-output.acceleration"))
+    hiss.save(tmp_path / "hiss.json")
+    session.edit(hiss)
+    for stimuli in ({}, {"hiss": {"patch": "hiss.json"}}):
+        text = protocol_text(stages=STAGES[: 1 + len(stimuli)], stimuli=stimuli, present_s=60.0)
+        protocol = Protocol.loads(text, REGISTRY, folder=tmp_path)
+        with taking_part(session, protocol, tmp_path / f"{len(stimuli)}.session", until, folder=tmp_path) as person:
+            runner = person.runner
+            person.until_phase(Phase.PAGE)
+            assert felt(person) < UNFELT_M_S2
+            runner.answer({"agreed": "yes"})
+            if stimuli:
+                runner.play("hiss")
+                person.until(lambda: session.health.peak > 0.0, "it is felt")
+                runner.stop("by the participant")
+                person.wait(0.6)
+                runner.go_on()
+                assert felt(person) < UNFELT_M_S2
