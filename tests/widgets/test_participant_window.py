@@ -271,3 +271,28 @@ def test_a_long_text_can_be_read_to_its_end_and_a_short_one_stands_in_the_middle
     bench.wait(bench.entries)
     bench.until(Phase.READY, Phase.PRESENTING, Phase.ANSWERING)
     bench.wait(lambda: bar.maximum() == 0)
+
+
+def test_what_to_do_is_read_before_a_trial_and_what_was_right_after_the_last_of_a_block(bench):
+    """The text of a stage of trials was never shown, nor feedback before a pause or another stage."""
+    use = {"kind": "absolute-identification", "parameters": {"identified": ["TD", "X"], "sessions": 2, "repeats": 1}}
+    stage = {"id": "main", "kind": "trials", "text": "Feel it, then name it.", "feedback": True, "practice": True}
+    after = {"id": "thanks", "kind": "read", "text": "Thank you."}
+    bench.choose(stages=[{**stage, "method": use, "block_pause_s": 600.0}, after], stimuli={"TD": TD, "X": {}})
+    told = []
+    for following in (Phase.READY, Phase.PAUSE, Phase.READY, Phase.PAGE):
+        bench.until(Phase.READY)
+        told.append((bench.person.title.text(), bench.person.text.text()))
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_1)
+        bench.until(following)
+        if following is Phase.PAUSE:
+            told.append((bench.person.title.text(), bench.person.text.text()))
+            bench.click(bench.workspace.experimenter.next)
+    told.append((bench.person.title.text(), bench.person.text.text()))
+    said = [page.split("\n")[0] for _, page in told]
+    assert said[0] == said[3] == "Feel it, then name it."
+    assert {said[1], said[2]} == {said[4], said[5]} == {"Right.", "It was 2."}
+    assert [title for title, _ in told] == ["Practice", "Practice", "Pause", "Practice", "Practice", ""]
+    assert told[-1][1].endswith("\n\nThank you.")

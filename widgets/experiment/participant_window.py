@@ -5,6 +5,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.quantities import counted
+from underfoot.studies.page_words import text_of, title_of
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
@@ -87,9 +88,9 @@ class ParticipantWindow(FullScreenWindow):
         if key != self.shown:
             self.shown = key
             asking = phase in (Phase.PAGE, Phase.ANSWERING)
-            self.title.setText(_title(runner))
+            self.title.setText(title_of(runner))
             self.title.setVisible(bool(self.title.text()) and not self._on_floor)
-            self.text.setText(_text(runner))
+            self.text.setText(text_of(runner) if runner.foot is None else runner.foot.question.doc)
             asks = questions_of(runner) if asking else ()
             self.form.show_questions(asks)
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
@@ -199,40 +200,6 @@ class ParticipantWindow(FullScreenWindow):
             for label in (self.title, self.text, self.hint):
                 label.setVisible(not shown)
         self.target, self._selected, self._on_floor = drawn
-
-
-def _title(runner: Runner) -> str:
-    page = runner.page
-    if runner.phase is Phase.PREPARING:
-        return "One moment"
-    if runner.phase is Phase.STOPPED:
-        return "Stopped"
-    if page.trial is None:
-        return page.title
-    if runner.phase is Phase.ANSWERING:
-        return ""  # the question says it
-    if len(page.trial.intervals) > 1:
-        return f"{'First' if runner.interval == 1 else 'Second'} one"
-    return "Nothing comes this time" if page.trial.facts.get("announced") else page.title
-
-
-def _text(runner: Runner) -> str:
-    page = runner.page
-    if runner.phase in (Phase.PREPARING, Phase.STOPPED, Phase.PRESENTING):
-        return ""
-    if runner.phase is Phase.READY or runner.phase is Phase.WAITING:
-        return page.feedback
-    if runner.foot is not None:
-        return runner.foot.question.doc
-    if page.kind == "learn":
-        return "\n\n".join(part for part in (page.text, _right_answers(runner)) if part)
-    return page.text if page.trial is None else ""
-
-
-def _right_answers(runner: Runner) -> str:
-    """Return the right answers by stimulus number in learning, if the stimuli have them."""
-    words = [runner.protocol.stimuli[name].correct for name in runner.study.learnable]
-    return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
 
 
 def _continue_text(runner: Runner, form: AnswerForm) -> str:

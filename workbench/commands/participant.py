@@ -162,6 +162,7 @@ class _Terminal:
         self._level_of = ""  # the page on which a level was typed
 
     def run(self) -> None:
+        from underfoot.studies.page_words import text_of
         from underfoot.studies.phase import Phase
 
         _say(_HELP)
@@ -189,7 +190,7 @@ class _Terminal:
             if self._runner.phase is Phase.STOPPED and not self._disk_refused:
                 _say(f"{self._runner.hint} Start again to go on; what was answered is kept.")
                 return
-        _say(f"{self._runner.page.title}. {self._runner.page.text}")
+        _say(_sentences(text_of(self._runner), self._runner.page.title))
 
     def _say_refused(self, error: BadFile) -> None:
         """Say that an answer is not written, and kept, or a note, which is not: the disk is full, or the file moved."""
@@ -239,6 +240,7 @@ class _Terminal:
 
     def _show(self) -> None:
         from underfoot.studies.empty_floor import empty_floor_text
+        from underfoot.studies.page_words import text_of, title_of
         from underfoot.studies.phase import Phase
         from underfoot.studies.simulated_foot import may_step
 
@@ -254,12 +256,13 @@ class _Terminal:
         if key != self._shown.key:
             self._shown.key = key
             if runner.phase is Phase.PAGE and page.kind != "end":
-                _say("\n" + ". ".join(filter(None, (page.title, page.text))))
+                _say("\n" + _sentences(page.title, text_of(runner)))
                 _ask(page.questions, page.kind)
             elif runner.phase is Phase.PAUSE:
-                _say(f"Pause of {page.seconds:.0f} s; skip ends it.")
-            elif runner.phase is Phase.READY and page.start == "key":
-                _say(f"{page.feedback + ' ' if page.feedback else ''}Trial {_number(page)}: press Enter to begin.")
+                _say(_sentences(text_of(runner), f"Pause of {page.seconds:.0f} s; skip ends it."))
+            elif runner.phase is Phase.READY:
+                begins = ": press Enter to begin" if page.start == "key" else ""
+                _say(_sentences(text_of(runner), title_of(runner), f"Trial {_number(page)}{begins}."))
             elif runner.phase is Phase.ANSWERING:
                 _ask(page.questions, page.kind)
         hint = f"{runner.hint} {_ENTER_STEPS}".strip() if may_step(runner) else runner.hint
@@ -292,6 +295,15 @@ def _ask(questions: Sequence[Parameter], kind: str) -> None:
         _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
     if not questions:
         _say("Press Enter to go on.")
+
+
+def _sentences(*words: str) -> str:
+    """Return texts in one line, each with a stop at its end.
+
+    >>> _sentences("It was 7.", "", "Which one is it?", "Trial 2")
+    'It was 7. Which one is it? Trial 2.'
+    """
+    return " ".join(text if text[-1] in ".!?:" else f"{text}." for text in words if text)
 
 
 def _number(page: "Page") -> str:

@@ -74,7 +74,7 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     id: str
     kind: Literal["consent", "questions", "read", "learn", "level", "trials", "pause"]
     title: str = ""
-    text: str = ""
+    text: Annotated[str, _described("Read on its page; in trials before each one, or feedback in its place.")] = ""
     questions: tuple[Question, ...] = ()
     method: MethodUse | None = None
     stimulus: str = ""
@@ -107,7 +107,7 @@ FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {
     "read": _WORDS,
     "learn": (*_WORDS, "seconds"),
     "level": (*_WORDS, "stimulus"),
-    "trials": ("title", "method", "most_trials", "start", "plays", "feedback", "practice", "foot", "trial_pause_s",
+    "trials": (*_WORDS, "method", "most_trials", "start", "plays", "feedback", "practice", "foot", "trial_pause_s",
                "interval_pause_s", "block_pause_s", "long_pause_s", "long_pause_every"),
     "pause": (*_WORDS, "seconds"),
 }  # fmt: skip

@@ -1,0 +1,44 @@
+"""What a participant reads on a page of a study, beside its questions: in the window, and in a terminal."""
+
+from underfoot.studies.phase import Phase
+from underfoot.studies.runner import Runner
+
+_PRACTICE = "Practice"
+
+
+def title_of(runner: Runner) -> str:
+    """Return the title of the page, or which of two intervals comes; "" where the question says it."""
+    page = runner.page
+    if runner.phase is Phase.PREPARING:
+        return "One moment"
+    if runner.phase is Phase.STOPPED:
+        return "Stopped"
+    if page.trial is None:
+        return page.title
+    if runner.phase is Phase.ANSWERING:
+        return ""
+    title = page.title
+    if len(page.trial.intervals) > 1:
+        title = f"{'First' if runner.interval == 1 else 'Second'} one"
+    elif page.trial.facts.get("announced"):
+        title = "Nothing comes this time"
+    is_said = not page.practice or _PRACTICE.casefold() in title.casefold()
+    return title if is_said else ": ".join(filter(None, (_PRACTICE, title)))
+
+
+def text_of(runner: Runner) -> str:
+    """Return the text of the page; before a trial the feedback on the one before, or else the stage's text."""
+    page = runner.page
+    match runner.phase:
+        case Phase.PREPARING | Phase.STOPPED | Phase.PRESENTING | Phase.ANSWERING:
+            return ""
+        case Phase.WAITING | Phase.READY:
+            return page.feedback or (page.text if runner.interval == 1 else "")
+    right = _right_answers(runner) if page.kind == "learn" else ""
+    return "\n\n".join(part for part in (page.feedback, page.text, right) if part)
+
+
+def _right_answers(runner: Runner) -> str:
+    """Return the right answers by stimulus number in learning, if the stimuli have them."""
+    words = [runner.protocol.stimuli[name].correct for name in runner.study.learnable]
+    return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
