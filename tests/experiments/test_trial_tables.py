@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +14,13 @@ from underfoot.experiments.analysis.analyses import ANALYSES, analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import simulated_rows
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import columns_of, factors_of, rows_of
 from underfoot.experiments.trial_files import columns_of_study, csv_text, read_csv, value_of, write_bids, write_csv
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.studies.results import results_of
+from underfoot.studies.results import results_of, written_files
 
 HEADER = "participant,method,trial"
 
@@ -259,6 +261,18 @@ def test_a_trial_that_two_files_have_counts_once(tmp_path):
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
     paths[1].write_text(text.replace(",IT", ",WS"))  # the other set, by the same person in another study
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
+
+
+def test_what_the_experimenter_noted_is_in_the_report(tmp_path):
+    """It was kept, and could be read nowhere."""
+    protocol = made_protocol("rating", {"blocks": 1})
+    with closing(SessionFile.create(tmp_path / "P1.session", protocol, "P1")) as file:
+        file.add(file.study(protocol).answer({"rating": 40.0}))
+        file.add_note("has changed shoes")
+        at = file.notes()[0].at[:16].replace("T", " ")
+    written_files([tmp_path / "P1.session"], "report", tmp_path, Settings(bootstrap=0), protocol)
+    page = (tmp_path / "analysis.html").read_text()
+    assert re.search(f"<td>P1</td><td>{at}:..</td><td>1</td><td>has changed shoes</td>", page)
 
 
 @pytest.mark.parametrize("damaged", [b"", b"not a database"])

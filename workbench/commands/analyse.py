@@ -38,7 +38,6 @@ class AnalyseOptions:
 @takes_options(AnalyseOptions)
 def analyse(options: AnalyseOptions) -> None:
     """Analyse SESSIONs of a study: session files of one protocol, or CSVs of trials."""
-    from underfoot.experiments.analysis.analyses import analysed
     from underfoot.experiments.analysis.report import data_of, text_of
     from underfoot.experiments.analysis.settings import Settings
     from underfoot.studies.results import results_of
@@ -48,8 +47,7 @@ def analyse(options: AnalyseOptions) -> None:
     protocol = None if options.protocol is None else opened_protocol(options.protocol)[0]
     results = results_of(options.sessions, protocol)
     settings = Settings(bootstrap=options.bootstrap, with_lapses=options.lapses)
-    findings = analysed(results.rows, results.protocol, settings)
-    findings[0].remarks += results.remarks
+    findings = results.findings(settings)
     if options.csv is not None:
         results.write_csv(options.csv)
     if options.bids is not None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from underfoot.errors import BadValue
 from underfoot.experiments.analysis.analyses import analysed
-from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.report import write_page
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.physio import write_physio
@@ -27,7 +27,8 @@ SUFFIX = ".session"
 class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
-    `left_out` lists sessions of another version of the protocol.
+    `left_out` lists sessions of another version of the protocol; `notes` those of the experimenter: participant, time,
+    number of the entry before, text.
     """
 
     title: str
@@ -35,6 +36,7 @@ class Results:
     protocol: Protocol | None
     sessions: tuple[Path, ...]
     left_out: tuple[Path, ...] = ()
+    notes: tuple[tuple[str, str, int, str], ...] = ()
 
     @property
     def remarks(self) -> list[str]:
@@ -43,6 +45,16 @@ class Results:
         found = [f"Begun with another version of the protocol, left out: {names}."] if names else []
         for ids in alike_ids(self.rows):
             found.append(f"{' and '.join(ids)} differ in letter case only, and are counted as {len(ids)} participants.")
+        return found
+
+    def findings(self, settings: Settings) -> list[Findings]:
+        """Analyse the trials; what the experimenter noted comes last."""
+        found = analysed(self.rows, self.protocol, settings)
+        found[0].remarks += self.remarks
+        if self.notes:
+            told = "Entries are numbered as in the table of trials. Stops are noted by the program."
+            columns = ("participant", "time", "after entry", "note")
+            found.append(Findings("What was noted", [Table("Notes of the sessions", columns, self.notes, told)]))
         return found
 
     def write_csv(self, path: Path) -> None:
@@ -72,7 +84,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     protocol. Raises `BadValue` also if two files contain the same trial.
     """
     rows: list[Row] = []
-    sessions, left_out = list[Path](), list[Path]()
+    sessions, left_out, notes = list[Path](), list[Path](), list[tuple[str, str, int, str]]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
@@ -91,11 +103,12 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             if shared is None:
                 shared, text = file.stored_protocol(), known
             rows += _required_new(path, rows_of(shared, file.participant, file.entries()), rows)
+            notes += [(file.participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
             sessions.append(path)
         finally:
             file.close()
     title = shared.title if shared is not None else paths[0].stem
-    return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out))
+    return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out), tuple(notes))
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -103,10 +116,7 @@ def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol
 
     Sessions of another version of `protocol` are left out, and listed in a remark.
     """
-    results = results_of(paths, protocol)
-    findings = analysed(results.rows, results.protocol, settings)
-    findings[0].remarks += results.remarks
-    return findings
+    return results_of(paths, protocol).findings(settings)
 
 
 def written_files(
@@ -120,7 +130,7 @@ def written_files(
         case "BIDS":
             results.write_bids(where)
         case _:
-            results.write_report(where, analysed(results.rows, results.protocol, settings))
+            results.write_report(where, results.findings(settings))
     people = len({row["participant"] for row in results.rows})
     trials = counted(len(results.rows), "trial")
     text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"
