@@ -25,6 +25,9 @@ def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     row = [study.name for study in workspace.study_list.studies].index("detection-threshold")
     workspace.study_list.list.setCurrentRow(row)
     assert workspace.overview.about.text().endswith("in dB re 0.43\xa0m/s².")
+    facts = workspace.overview.facts.text().split("  ·  ")
+    assert facts[:3] == ["consent", "questions about the participant", "instruction"]
+    assert facts[-1] == "orders by seed 65"
     bench.click(workspace.findings.simulate_button)
     bench.wait(lambda: workspace.findings.simulate_button.text() == "Stop")
     bench.click(workspace.findings.simulate_button)

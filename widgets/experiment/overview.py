@@ -47,12 +47,12 @@ class StudyOverview(QWidget):
         """Show the title and the stages of a study."""
         self.title.setText(study.title)
         self.about.setText(pretty_text(study.protocol.about))
-        self.facts.setText(facts_of(study.protocol))
+        self.facts.setText(f"{facts_of(study.protocol)}  ·  orders by seed {study.protocol.seed}")
 
 
 def facts_of(protocol: Protocol) -> str:
-    """Return a description of a protocol's stages, one per line."""
-    lines = []
+    """Return a protocol's stages in words, in one line, and how long they take."""
+    lines: list[str] = []
     for stage in protocol.order():
         if stage.method is None:
             words = {"consent": "consent", "read": "instruction", "learn": "learning", "level": "level"}
@@ -64,4 +64,6 @@ def facts_of(protocol: Protocol) -> str:
         practice = ", practice" if stage.practice else ""
         begun = f", begun by {stage.start}" if method.uses_stimuli else ""
         lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}{begun}")
+    if protocol.participant:
+        lines.insert(1 if lines[0] == "consent" else 0, "questions about the participant")
     return "  ·  ".join([*lines, about(sum(usual_s(protocol, stage) for stage in all_stages(protocol, "1")))])
