@@ -51,6 +51,7 @@ def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_it
     ask(bench, tired(high=5), chosen("never", "seldom", "often"), tired(name="again"), words)
     person = bench.person
     assert person.hint.text().startswith("Numbers choose and go on to the next question")
+    assert not person.text.isVisible()  # an empty line of it took the room of the last question
     for key in "32":
         bench.qtbot.keyClicks(person.focusWidget(), key)
     bench.qtbot.keyClick(person.focusWidget(), Qt.Key.Key_Return)  # refused: what lacks an answer has the focus

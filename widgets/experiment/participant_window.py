@@ -92,6 +92,7 @@ class ParticipantWindow(FullScreenWindow):
             self.title.setVisible(bool(self.title.text()) and not self._on_floor)
             self.text.setText(text_of(runner) if runner.foot is None else runner.foot.question.doc)
             asks = questions_of(runner) if asking else ()
+            self.text.setVisible(bool(self.text.text() or not asks) and not self._on_floor)  # questions have its room
             self.form.show_questions(asks)
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             (self.form.first or self).setFocus()
@@ -223,9 +224,9 @@ def _hint(runner: Runner, form: AnswerForm) -> str:
         case Phase.ANSWERING:
             return form.hint_text
         case Phase.PAGE if page.kind == "learn" and form.has_long_numbers:
-            return "Type a number and press Return to feel it. Return alone goes on to the trials."
+            return "Type a number and press Return to feel it. Return alone ends the learning."
         case Phase.PAGE if page.kind == "learn":
-            return "Press a number to feel it. Return goes on to the trials."
+            return "Press a number to feel it. Return ends the learning."
         case Phase.PAGE:
             return form.hint_text
         case Phase.PAUSE:
