@@ -251,6 +251,13 @@ def test_where_all_trials_are_practice_it_is_said_that_nothing_is_estimated():
     assert found.remarks == ["Nothing is estimated: there are no trials, or all are practice."]
 
 
+def test_estimates_of_simulated_people_have_their_units_in_tables_and_plots():
+    found = power_of(summaries(found_of("stiffness-vibration", 12)), 12)
+    units = dict(row[:2] for row in found.tables[0].rows)
+    assert (units["pse 0.43"], units["slope 0.43"], units["intercept 0.43"]) == ("N/mm", "mm/N", "")
+    assert [drawing.y for drawing in found.drawings] == ["error"] * 2 + ["error, N/mm"] * 2 + ["error, mm/N"] * 2
+
+
 def test_what_is_true_of_the_people_stands_beside_the_estimates():
     protocol = preset_protocol("free-labels")
     summed = summaries(found_of("free-labels", 2))

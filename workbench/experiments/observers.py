@@ -190,9 +190,9 @@ class Discriminator(Observer):
     """
 
     methods = ("constant-stimuli",)
-    pse_0 = Number(thesis.PSE_N_MM[0.0], 1.0, 10000.0, doc="Where both seem equal, without vibration.")
-    pse_half = Number(thesis.PSE_N_MM[0.43], 1.0, 10000.0, doc="The same at 0.43 m/s^2.")
-    pse_full = Number(thesis.PSE_N_MM[0.86], 1.0, 10000.0, doc="The same at 0.86 m/s^2.")
+    pse_0 = Number(thesis.PSE_N_MM[0.0], 1.0, 10000.0, doc="Where both seem equal, without vibration.", label="PSE 0")
+    pse_half = Number(thesis.PSE_N_MM[0.43], 1.0, 10000.0, doc="The same at 0.43 m/s^2.", label="PSE half")
+    pse_full = Number(thesis.PSE_N_MM[0.86], 1.0, 10000.0, doc="The same at 0.86 m/s^2.", label="PSE full")
     slope_0 = Number(thesis.SLOPE_MM_N[0.0], 1e-4, 10.0, doc="Probits a unit, without vibration.")
     slope_1 = Number(thesis.SLOPE_MM_N[0.86], 1e-4, 10.0, doc="The same with vibration.")
     mistakes = Number(0.0, 0.0, 0.5, doc="Share of answers at chance.")

@@ -26,8 +26,8 @@ MOST_PEOPLE = 1_000_000
 SHARES = (0.25, 0.5, 1.0)
 """After which shares of the blocks estimates are made, or of the trials where there is one block."""
 
-EstimateRow = tuple[int, str, float, float, float, float, float]
-"""Person, estimate, share of the trials, value, low, high, truth."""
+EstimateRow = tuple[int, str, float, float, float, float, float, str]
+"""Person, estimate, share of the trials, value, low, high, truth, unit."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def simulate(job: Job) -> list[EstimateRow]:
             for stage, one in _estimates(protocol, rows, share, settings.bootstrap):
                 name = f"{one.name} in {stage}" if several else one.name
                 truth = truths[stage].get(one.name, math.nan)
-                found.append((person, name, share, one.value, one.low, one.high, truth))
+                found.append((person, name, share, one.value, one.low, one.high, truth, one.unit))
     return found
 
 
@@ -126,6 +126,7 @@ class Summary:
     covered: float
     missing: float
     differ: float = 0.0
+    unit: str = ""
 
     def spread_of(self, people: int) -> float:
         """Return the standard error of the mean over `people` participants.
@@ -147,14 +148,14 @@ def summaries(found: Iterable[EstimateRow]) -> list[Summary]:
 def _summary(name: str, share: float, several: Sequence[EstimateRow]) -> Summary:
     values, lows, highs, truths = (np.array([one[k] for one in several]) for k in (3, 4, 5, 6))
     there = np.isfinite(values)
-    truth = float(truths.mean())
+    truth, unit = float(truths.mean()), max(one[7] for one in several)  # one that is missing has none
     if not there.any():
-        return Summary(name, share, truth, math.nan, math.nan, math.nan, math.nan, math.nan, 1.0)
+        return Summary(name, share, truth, math.nan, math.nan, math.nan, math.nan, math.nan, 1.0, unit=unit)
     kept, errors = values[there], (values - truths)[there]
     judged = there & ~np.isnan(lows) & ~np.isnan(highs) & ~np.isnan(truths)
     covered = float(((lows <= truths) & (truths <= highs))[judged].mean()) if judged.any() else math.nan
     spread, differ = (float(of.std(ddof=1)) if len(kept) > 1 else math.nan for of in (errors, truths))
     return Summary(
         name, share, truth, float(kept.mean()), float(np.median(kept)), float(errors.mean()), spread, covered,
-        float(1 - there.mean()), 0.0 if math.isnan(differ) else differ,
+        float(1 - there.mean()), 0.0 if math.isnan(differ) else differ, unit,
     )  # fmt: skip

@@ -24,6 +24,8 @@ from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, groupe
 
 _STIFFNESS = "stiffness_n_mm"
 _LABELS = {_STIFFNESS: "stiffness, N/mm", LEVEL: "level, m/s^2"}
+_UNITS = {_STIFFNESS: ("N/mm", "mm/N"), LEVEL: ("m/s^2", "s^2/m")}
+"""Units of a PSE and of a slope along factors that have one in their names."""
 _QUARTER = 0.67448975
 """The 75 % quantile of the standard normal distribution, in standard deviations."""
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
@@ -145,13 +147,14 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) -> list[Estimate]:
     guessed = _guessed(rows, axis, settings)
     found, point = [], _half_name(rows, guessed)
+    unit, of_slope = _UNITS.get(axis, ("", ""))
     for value, part in _by_condition(rows, condition):
         try:
             x, yes, of = counts(part, axis)
             made = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses, guessed=guessed)
         except BadMeasurement:
             made = tuple(Estimate(name, np.nan) for name in NAMES[: 4 if settings.with_lapses else 3])
-        named = (replace(made[0], name=point), *made[1:])
+        named = (replace(made[0], name=point, unit=unit), replace(made[1], unit=of_slope), *made[2:])
         found += [replace(one, name=f"{one.name} {value}".rstrip()) for one in named]
     return found
 
@@ -286,7 +289,8 @@ def _jnd(slope: Estimate) -> list[Estimate]:
     low, high = sorted((abs(slope.low), abs(slope.high)))
     widest = math.inf if slope.covers(0.0) else _QUARTER / low
     name = slope.name.replace("slope", "jnd", 1)
-    return [Estimate(name, _QUARTER / abs(slope.value), _QUARTER / high if high else math.inf, widest)]
+    unit = {of_slope: of_level for of_level, of_slope in _UNITS.values()}.get(slope.unit, "")
+    return [Estimate(name, _QUARTER / abs(slope.value), _QUARTER / high if high else math.inf, widest, unit)]
 
 
 def _by_condition(rows: Sequence[Row], condition: str) -> list[tuple[Any, list[Row]]]:

@@ -27,10 +27,19 @@ def power_of(
     found = Findings(counted(people, "simulated participant"))
     whole = [summary for summary in summaries if summary.share == 1.0]
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (one.name, one.truth, one.mean, one.bias, one.spread, *(one.spread_of(n) for n in GROUPS), one.covered)
+        (
+            one.name,
+            one.unit,
+            one.truth,
+            one.mean,
+            one.bias,
+            one.spread,
+            *(one.spread_of(n) for n in GROUPS),
+            one.covered,
+        )
         for one in whole
     )
-    columns = ("estimate", "truth", "mean", "bias", "spread", *(f"SE of {n}" for n in GROUPS), "95 % hold")
+    columns = ("estimate", "unit", "truth", "mean", "bias", "spread", *(f"SE of {n}" for n in GROUPS), "95 % hold")
     note = (
         "Truth is the mean over people. Bias and spread are mean and standard deviation of what an estimate is beside "
         "its person's truth; SE is the standard error of the mean of so many people, who may differ; the last column "
@@ -41,7 +50,7 @@ def power_of(
         found.tables.append(_people(truths))
     for name in dict.fromkeys(one.name.split(" ")[0] for one in whole):
         of_kind = [one for one in whole if one.name.split(" ")[0] == name][:_MOST_LINES]
-        found.drawings.append(_against_trials([one.name for one in of_kind], summaries))
+        found.drawings.append(_against_trials(of_kind, summaries))
         found.drawings.append(_against_people(of_kind))
     if not whole:
         found.remarks.append("Nothing is estimated: there are no trials, or all are practice.")
@@ -59,9 +68,15 @@ def _people(truths: Mapping[str, tuple[Parameter, float]]) -> Table:
     return Table("The simulated people", ("what is true", "value", "unit", "what it is"), lines, note)
 
 
-def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawing:
+def _unit(of_kind: Sequence[Summary]) -> str:
+    """Return the label of an axis of these estimates."""
+    units = {one.unit for one in of_kind}
+    return "in the unit of the estimate" if len(units) > 1 else ", ".join(filter(None, ("error", *units)))
+
+
+def _against_trials(of_kind: Sequence[Summary], summaries: Sequence[Summary]) -> Drawing:
     """Plot spread and bias at shares of the trials, beside theory: the spread falls as 1 / sqrt(trials)."""
-    lines = []
+    lines, names = [], [one.name for one in of_kind]
     for colour, name in zip(_COLOURS, names, strict=False):
         parts = sorted((summary for summary in summaries if summary.name == name), key=lambda one: one.share)
         shares = np.array([100.0 * part.share for part in parts])
@@ -70,7 +85,7 @@ def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawi
         lines.append(series("", shares, theory, "dashed", colour))
         lines.append(series("", shares, [part.bias for part in parts], "dots", colour))
     title = f"{names[0].split(' ')[0]}: spread (line), 1 / sqrt(trials) (dashed), bias (dots)"
-    return Drawing(title, "trials, %", "in the unit of the estimate", tuple(lines), lines=(ReferenceLine("y", 0.0),))
+    return Drawing(title, "trials, %", _unit(of_kind), tuple(lines), lines=(ReferenceLine("y", 0.0),))
 
 
 def _against_people(of_kind: Sequence[Summary]) -> Drawing:
@@ -81,4 +96,4 @@ def _against_people(of_kind: Sequence[Summary]) -> Drawing:
         if math.isfinite(one.spread)
     )
     title = f"{of_kind[0].name.split(' ')[0]}: standard error of the mean"
-    return Drawing(title, "people", "in the unit of the estimate", lines)
+    return Drawing(title, "people", _unit(of_kind), lines)
