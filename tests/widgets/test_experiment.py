@@ -195,7 +195,7 @@ def test_words_are_learned_chosen_by_their_keys_and_told(bench):
     bench.key(Qt.Key.Key_2)
     bench.until(Phase.READY)
     _, first = bench.entries()
-    told = "Right." if first.trial.correct == "snow" else "It was ice."
+    told = "The last one: right." if first.trial.correct == "snow" else "The last one: it was ice."
     assert (first.answers, bench.person.text.text()) == ({"answer": "snow"}, told)
     bench.wait(bench.workspace.experimenter.repeat.isEnabled)
 

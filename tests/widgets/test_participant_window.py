@@ -294,6 +294,6 @@ def test_what_to_do_is_read_before_a_trial_and_what_was_right_after_the_last_of_
     told.append((bench.person.title.text(), bench.person.text.text()))
     said = [page.split("\n")[0] for _, page in told]
     assert said[0] == said[3] == "Feel it, then name it."
-    assert {said[1], said[2]} == {said[4], said[5]} == {"Right.", "It was 2."}
+    assert {said[1], said[2]} == {said[4], said[5]} == {"The last one: right.", "The last one: it was 2."}
     assert [title for title, _ in told] == ["Practice", "Practice", "Pause", "Practice", "Practice", ""]
     assert told[-1][1].endswith("\n\nThank you.")
