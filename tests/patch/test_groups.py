@@ -125,6 +125,7 @@ def test_a_group_goes_with_its_last_member_and_is_copied_when_all_of_it_is():
     assert "note" not in without.group("group").members
     part = patch.part(inner)
     assert [group.id for group in part.groups] == ["group1"]
+    assert patch.part(["group1"]) == part
     assert patch.part(inner[:1]).groups == ()
     after = patch.paste(part, REGISTRY, (10.0, 0.0))
     copy = after.groups[-1]

@@ -175,10 +175,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
 
     def disconnect(self, wires: Iterable[Wire]) -> "Patch":
-        """Remove these wires."""
+        """Remove these wires; `BadValue` for one that is not here."""
         allowed = 'a list, such as [("tone.out", "gain.signal")]'
         gone = _set_of(wires, "wires", allowed)
         require(not any(isinstance(wire, str) for wire in gone), "wires", wires, allowed)
+        for wire in sorted(gone.difference(self.wires), key=str):
+            raise BadValue(f"there is no wire {wire}; allowed: {', '.join(map(str, self.wires)) or 'none'}")
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
@@ -208,8 +210,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.with_item(msgspec.structs.replace(self.node(id), label=label))
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
-        """Move nodes, notes and collapsed groups. Members of a group move with it."""
+        """Move nodes, notes and collapsed groups. Members of a group move with it; `BadValue` for an unknown id."""
         require(isinstance(places, Mapping), "places", places, 'places by their ids, such as {"tone": (0.0, 100.0)}')
+        _ids_of(self, places)
         for id, place in places.items():
             require(is_pair(place), f"{id}.at", place, "two numbers")
         to = {id: (float(x), float(y)) for id, (x, y) in places.items()}
@@ -262,9 +265,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         ).check(registry)
 
     def part(self, ids: Iterable[str]) -> "Patch":
-        """Return only these nodes and notes, with the wires between them and the groups wholly among them, for
-        copying."""
-        kept = _set_of(ids)
+        """Return only these nodes and notes, with the wires between them and the groups wholly among them, for copying.
+        A group stands for what is in it; `BadValue` for an id that is not here."""
+        kept = _ids_of(self, ids)
+        kept.update(id for group in self.groups if group.id in kept for id in group.members)
         cut = {group.id for group in self.groups if not kept.issuperset(group.members)}
         return self.remove(({one.id for one in self.canvas_items()} - kept) | cut)
 
