@@ -200,6 +200,8 @@ SENSORS_M = uf.default_floor().tiles[0].sensors_m
     (lambda patch: uf.Patch(title=3), "title is 3; allowed: text"),
     (lambda patch: uf.Patch(nodes=3), "nodes is 3; allowed: a list"),
     (lambda patch: uf.Patch(wires=[("tone.out", None)]), "wires[0][1] is None; allowed: text"),
+    (lambda patch: uf.Patch(wires=patch.wires).save("a.json"),  # which could not be opened again
+     "wires[0] is 'tile.force'; allowed: nodes of this patch (none)"),
     (lambda patch: uf.Patch(error_scale=np.zeros(2)), "error_scale is [0.0, 0.0]; allowed: a number"),
     (lambda patch: uf.Floor(TWO.tiles, 3), "title is 3; allowed: text"),
     (lambda patch: uf.Profile(tile="t1", fsr=3), "fsr is 3; allowed: an object | null"),

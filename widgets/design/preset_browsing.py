@@ -112,8 +112,8 @@ class PresetBrowsing(QObject):
     def _write(self, patch: Patch, path: Path) -> None:
         try:
             make_folder(self.folder)
-            open_patch = self._context.open_patch
-            with_files_kept(patch, self._context.registry, open_patch.folder, self.folder).save(path)
+            open_patch, registry = self._context.open_patch, self._context.registry
+            with_files_kept(patch, registry, open_patch.folder, self.folder).save(path, registry)
         except UnderfootError as error:
             self._side.presets.notified.emit(str(error))
             return

@@ -341,7 +341,7 @@ class OpenPatch(QObject):
         before, folder = self.patch, path.absolute().parent
         try:
             patch = before if folder == self.folder else with_files_kept(before, self._registry, self.folder, folder)
-            patch.save(path)
+            patch.save(path, self._registry)
         except UnderfootError as error:
             self.notified.emit(str(error))
             return False

@@ -372,9 +372,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             run_needed(Patch.unchecked(text, str(path)).types.values(), file)
         return Patch.loads(text, registry, str(path))
 
-    def save(self, path: str | Path) -> None:
-        """Write the patch beside `path` and move it into place."""
-        write_file(path, self.dumps())
+    def save(self, path: str | Path, registry: Registry | None = None) -> None:
+        """Write the patch beside `path` and move it into place; `BadValue` for one that could not be opened again."""
+        write_file(path, self.check(registry).dumps())
 
 
 def _as_in_file(value: object) -> object:

@@ -192,7 +192,7 @@ def test_a_patch_is_the_same_after_saving_and_opening(workspace, tmp_path):
     workspace.canvas.patch_scene.select(["step"])
     workspace.inspector.edited.emit(["step"], "threshold", 44.0, "")
     path = tmp_path / "sample.json"
-    workspace.patch().save(path)
+    workspace.patch().save(path, REGISTRY)
     edited = workspace.patch()
     workspace.set_patch(Patch())
     assert not workspace.canvas.patch_scene.nodes
