@@ -214,6 +214,9 @@ def test_what_serve_cannot_read_is_what_was_given(refused):
 
 BAD_OPTIONS = [
     ("nope", "No such command 'nope'"),
+    ("convert gravel -o -", "'-' cannot be read or written; allowed: a file's name, as nothing is piped"),
+    ("monitor corridor --steps -", "'-' cannot be read"),
+    ("levels --profile=", "'' cannot be read"),
     ("--nope", "No such option"),
     ("render", "Missing argument 'PATCH...'; see `underfoot render --help`"),
     ("calibrate", "Missing command; see `underfoot calibrate --help`"),

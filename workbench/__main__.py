@@ -18,7 +18,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.files import FLOOR, PATCH, require_folders_writable
+from underfoot.commands.files import FILE, FLOOR, PATCH, require_folders_writable
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.version import __version__
@@ -38,10 +38,8 @@ if TYPE_CHECKING:
 )
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--patch", type=PATCH, help="Patch to open: a file (also `underfoot FILE.json`), or a preset's name.")
-@click.option("--recording", type=click.Path(path_type=Path), help="Recording to open; also `underfoot FILE`.")
-@click.option(
-    "--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace in this folder, and exit."
-)
+@click.option("--recording", type=FILE, help="Recording to open; also `underfoot FILE`.")
+@click.option("--screenshot", type=FILE, help="Save a picture of every workspace in this folder, and exit.")
 @click.pass_context
 def cli(
     context: click.Context,

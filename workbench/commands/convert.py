@@ -14,6 +14,7 @@ from underfoot.commands.files import (
     FORCES,
     PATCH,
     RUN_CODE,
+    FileName,
     require_folders_writable,
     require_outputs_writable,
 )
@@ -47,7 +48,7 @@ class ConvertOptions:
     "-o",
     "--output",
     "output_name",
-    type=click.Path(),
+    type=FileName(),
     help="Output file; its suffix selects the format. A patch ends in .json.",
 )
 @click.option("--format", default="", help="Format, if the suffix is ambiguous.")

@@ -10,11 +10,21 @@ import click
 from underfoot.errors import BadFile
 from underfoot.files import names_file, require_file_name, require_replaceable
 
-FILE = click.Path(path_type=Path)
+
+class FileName(click.Path):
+    """The name of a file or folder. `-` is none: a file of that name would be written for what was to be piped."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
+        if value in ("", "-"):
+            raise BadFile(f"{value!r} cannot be read or written; allowed: a file's name, as nothing is piped")
+        return super().convert(value, param, ctx)
+
+
+FILE = FileName(path_type=Path)
 """A file or folder that is named on the command line."""
 
 
-class _Output(click.Path):
+class _Output(FileName):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
         require_file_name(str(value))
         return super().convert(value, param, ctx)
@@ -24,7 +34,7 @@ OUTPUT = _Output(path_type=Path)
 """A file to write, and never a folder."""
 
 
-class FileOrPreset(click.Path):
+class FileOrPreset(FileName):
     """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these."""
 
     def __init__(self, kind: str, path_type: type = Path) -> None:

@@ -22,6 +22,7 @@ from underfoot.commands.files import (
     PATCH,
     RUN_CODE,
     SIMULATION,
+    FileName,
     require_outputs_writable,
 )
 from underfoot.commands.options import takes_options
@@ -84,7 +85,7 @@ class RenderOptions:
     "-o",
     "--output",
     "output_name",
-    type=click.Path(),
+    type=FileName(),
     help="WAV file: float samples, one channel per tile. For several, a folder.",
 )
 @click.option("--seconds", type=float, help="Length; by default the force's, or 5 s.")
