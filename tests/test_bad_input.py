@@ -214,6 +214,9 @@ def test_what_serve_cannot_read_is_what_was_given(refused):
 
 BAD_OPTIONS = [
     ("nope", "No such command 'nope'"),
+    ("monitr corridor", "No such command 'monitr'. Did you mean 'monitor'? See `underfoot --help`"),
+    ("calibrate force", "No such command 'force'. Did you mean 'forces'? See `underfoot calibrate --help`"),
+    ("gravel", "No such command 'gravel'; `underfoot --patch gravel` opens the preset; see `underfoot --help`"),
     ("convert gravel -o -", "'-' cannot be read or written; allowed: a file's name, as nothing is piped"),
     ("monitor corridor --steps -", "'-' cannot be read"),
     ("levels --profile=", "'' cannot be read"),

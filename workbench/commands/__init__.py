@@ -5,6 +5,7 @@ several commands share.
 """
 
 import os
+from difflib import get_close_matches
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -13,6 +14,16 @@ import click
 
 class SentenceGroup(click.Group):
     """A group whose help says what each command does as a whole sentence."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command of the first word; what is none is refused with one that is like it."""
+        word = args[0]
+        if not word.startswith("-") and not ctx.resilient_parsing and self.get_command(ctx, word) is None:
+            like = get_close_matches(word, self.list_commands(ctx), 1)
+            ctx.fail(f"No such command {word!r}." + "".join(f" Did you mean {one!r}?" for one in like))
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what each command does, on several lines where it needs them."""
@@ -34,6 +45,17 @@ class CommandGroup(SentenceGroup):
         if args and args[0] not in _modules() and _names_file(args[0]):
             args = ["--patch" if args[0].lower().endswith(".json") else "--recording", *args]
         return super().parse_args(ctx, args)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command of the first word; that of a preset is refused with how presets are opened."""
+        if args[0] not in _modules():
+            from underfoot.patch import preset_files
+
+            if args[0] in preset_files.patches():
+                ctx.fail(f"No such command {args[0]!r}; `underfoot --patch {args[0]}` opens the preset")
+        return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command of this name, or None."""
