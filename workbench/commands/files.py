@@ -3,12 +3,15 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from underfoot.errors import BadFile
 from underfoot.files import names_file, require_file_name, require_replaceable
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 class FileName(click.Path):
@@ -52,6 +55,15 @@ class FileOrPreset(FileName):
         if text not in presets and self.type is Path:
             raise BadFile(f"{text} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
         return self.coerce_path_result(presets.get(text, named))
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
+        """Return that the shell has the files, and the presets that begin so: bash drops what is before the files."""
+        from click.shell_completion import CompletionItem
+
+        from underfoot.patch import preset_files
+
+        presets = [CompletionItem(name) for name in getattr(preset_files, self._kind)() if name.startswith(incomplete)]
+        return [*super().shell_complete(ctx, param, incomplete), *presets]
 
 
 PATCH = FileOrPreset("patches")
