@@ -29,6 +29,7 @@ from underfoot.widgets.design.placing import (
     backwards,
     behind,
     framed_places,
+    nearest,
     outermost,
     pushed,
     shift_to_free_place,
@@ -366,7 +367,7 @@ class EditableView(PatchView):
 
     def tidy(self) -> None:
         """Arrange the selected items, or all, in layers along the signal flow. Their top left corner stays, and what is
-        in a frame stays together, with its notes; other notes stay where they are.
+        in a frame stays together, with its notes; other notes go with the node that they are nearest to.
         """
         scene, movable = self.patch_scene, self.patch_scene.movable()
         chosen = scene.selected() if len(scene.selected()) > 1 else movable
@@ -382,9 +383,30 @@ class EditableView(PatchView):
         left = min(item.pos().x() for item in items.values()) - min(x for x, _ in places.values())
         top = min(item.pos().y() for item in items.values()) - min(y for _, y in places.values())
         boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
-        dx, dy = shift_to_free_place(boxes, scene.boxes(without=items))
+        notes = self._notes_beside(items)
+        dx, dy = shift_to_free_place(boxes, scene.boxes(without={*items, *notes}))
         moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
-        self.document.edit(self.document.patch.move(moved), f"Tidy up {counted(len(nodes), 'node')}")
+        self.document.edit(self._with_notes(moved, notes), f"Tidy up {counted(len(nodes), 'node')}")
+
+    def _notes_beside(self, items: Collection[str]) -> dict[str, str]:
+        """Return the notes that are not among these items but nearest to one of them, with it."""
+        boxes, notes = self.patch_scene.boxes_by_id(), self.patch_scene.notes
+        others = {id: box for id, box in boxes.items() if id not in notes}
+        found = {note: nearest(boxes[note], others) for note in notes if note not in items}
+        return {note: id for note, id in found.items() if id in items}
+
+    def _with_notes(self, moved: Mapping[str, Place], notes: Mapping[str, str]) -> Patch:
+        """Return the patch with items moved, and these notes to their items as before, or where there is room near."""
+        scene, patch = self.patch_scene, self.document.patch.move(moved)
+        boxes = scene.boxes_by_id()
+        taken = scene.boxes_in(patch, scene.members(boxes.keys() - notes), with_frames=True)
+        for note, id in notes.items():
+            left, top, width, height = boxes[note]
+            x, y = (place + now - was for place, now, was in zip((left, top), moved[id], boxes[id][:2], strict=True))
+            dx, dy = shift_to_free_place([(x, y, width, height)], taken)
+            taken.append((x + dx, y + dy, width, height))
+            patch = patch.move({note: (x + dx, y + dy)})
+        return patch
 
     # --- names ---
 

@@ -1,5 +1,6 @@
 """Free positions for new nodes, and automatic layout of a patch, in canvas pixels. Without Qt."""
 
+import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
@@ -77,6 +78,20 @@ def behind(frame: Box, stranger: Box, title: float) -> Box:
             sides.append((-FAR, 2 * FAR))
     (left, width), (top, height) = sides
     return left, top, width, height
+
+
+def nearest(box: Box, boxes: Mapping[str, Box]) -> str:
+    """Return the box to which the gap from a box is smallest, "" of none.
+
+    >>> nearest((0.0, 120.0, 50.0, 30.0), {"a": (400.0, 120.0, 100.0, 80.0), "b": (0.0, 0.0, 100.0, 80.0)})
+    'b'
+    """
+
+    def gap(other: Box) -> float:
+        across, down = (max(other[i] - box[i] - box[2 + i], box[i] - other[i] - other[2 + i], 0.0) for i in (0, 1))
+        return math.hypot(across, down)
+
+    return min(boxes, key=lambda id: gap(boxes[id]), default="")
 
 
 def backwards(box: Box, side: str) -> list[Box]:

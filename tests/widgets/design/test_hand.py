@@ -5,12 +5,14 @@ from itertools import combinations
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
 from groups_by_hand import click_in_menu, write
+from msgspec.structs import replace
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.nodes import REGISTRY as NODES
+from underfoot.patch.groups import Note
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.node_list import MIME, NodeList
@@ -247,13 +249,14 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
     patch = Patch()
     for i in range(3):
         patch = patch.add("through", REGISTRY, (float(300 - 80 * i), float(40 * i)))
-    patch = patch.add("hum", REGISTRY).add("shaker", REGISTRY)
+    patch = patch.add("hum", REGISTRY).add("shaker", REGISTRY, (0.0, 3000.0))
     for wire in (
         ("hum.out", "through.signal"),
         ("through.out", "through1.signal"),
         ("through1.out", "shaker.acceleration"),
     ):
         patch = patch.connect(*wire, REGISTRY)
+    patch = replace(patch, notes=(Note("note", "The tile", (0.0, 3120.0)),))
     workspace.set_patch(patch)
     QTest.keyClick(workspace.canvas, Qt.Key.Key_L, CONTROL)
     places = {node.id: node.at for node in workspace.patch().nodes}
@@ -261,6 +264,7 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
     assert min(x for x, _ in places.values()) == min(node.at[0] for node in patch.nodes)
     assert min(y for _, y in places.values()) == min(node.at[1] for node in patch.nodes)
     assert not [pair for pair in combinations(boxes(workspace), 2) if pair[0].intersects(pair[1])]
+    assert workspace.patch().notes[0].at == (places["shaker"][0], places["shaker"][1] + 120.0)  # not 3000 below it
     assert workspace.document.stack.undoText() == "Tidy up 5 nodes"
     workspace.undo_action.trigger()
     assert workspace.patch() == patch
