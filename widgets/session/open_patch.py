@@ -257,8 +257,12 @@ class OpenPatch(QObject):
         return True
 
     def _open(self, path: Path, patch: Patch, then: Callable[[], object]) -> None:
-        self._set_document(patch, path, saved=patch)
-        self._settings.remember_file(path)
+        if path in preset_files.patches().values():  # of `--patch gravel`: the program's file, and not the user's
+            patch = with_files_kept(patch, self._registry, path.parent, None)
+            self._set_document(patch, None, saved=patch)
+        else:
+            self._set_document(patch, path, saved=patch)
+            self._settings.remember_file(path)
         self.notified.emit(self.nodes.missing_text(patch) or f"{path.name} is open.")
         then()
 

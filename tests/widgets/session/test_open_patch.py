@@ -12,6 +12,7 @@ from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.first_steps import SILENT_TEXT, FirstSteps
@@ -41,6 +42,14 @@ def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
     second.close()
     assert not second.isVisible()
     assert not kept.exists()
+
+
+def test_a_preset_that_the_window_was_started_with_is_not_saved_over(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path, preset_files.patches()["gravel"])
+    assert window.open_patch.name == "Gravel underfoot"
+    assert window.open_patch.path is None  # saving asks for a file
+    assert not window.isWindowModified()
+    assert window.settings.recent == []
 
 
 def test_work_that_cannot_be_copied_is_said_once(qtbot, tmp_path):
