@@ -45,8 +45,13 @@ class SmallPlots(QObject):
         self._requested -= changed
 
     def retain(self, nodes: Iterable[str]) -> None:
-        """Discard the plots of all other nodes."""
-        self._stale &= set(nodes)
+        """Discard the plots and the signals' ranges of all other nodes: a new node may get the id of a removed one."""
+        kept = set(nodes)
+        self._stale &= kept
+        ranges = {name: ends for name, ends in self._signal_ranges.items() if name.rpartition(".")[0] in kept}
+        if ranges != self._signal_ranges:
+            self._signal_ranges = ranges
+            self.signal_ranges_changed.emit(ranges)
 
     def forget_request(self) -> None:
         """Forget the current request, because a new one may replace it."""

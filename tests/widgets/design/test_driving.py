@@ -133,6 +133,11 @@ def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, workspace):
     send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)
     assert not any(target == "low-pass.cutoff" for _, target in workspace.patch().wires)
     assert "300 Hz" in editor.field.text()
+    workspace.set_patch(workspace.patch().remove(["lfo"]))
+    workspace.canvas.patch_scene.select(["low-pass"])
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.slider, editor.slider.rect().center()), "LFO")
+    assert editor.driver.text() == "driven by LFO  ×"  # of the new one nothing has been computed
 
 
 def test_the_menu_says_what_it_is_about(workspace):
