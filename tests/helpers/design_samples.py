@@ -3,10 +3,12 @@
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
+from windows import delete_widgets
 
 from underfoot.parameters import Choice, Count, Number, Rows, Tiles
 from underfoot.patch.node import Input, Output, node
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.workspace import DesignWorkspace
 
 
 @node("push", "Floor")
@@ -91,6 +93,15 @@ def sample() -> Patch:
 
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+
+def shared_workspace(registry):
+    """Yield a workspace of these nodes for the tests of a file, and delete it when they are through."""
+    made = DesignWorkspace(registry)
+    yield made
+    made.close()
+    made.deleteLater()
+    delete_widgets()
 
 
 def port(workspace, id: str, side: str, name: str) -> QPoint:

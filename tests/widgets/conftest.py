@@ -71,16 +71,9 @@ def _no_leaked_widgets(qapp):
 @pytest.fixture(scope="module")
 def design_workspace(qapp):
     """A Design workspace, shared by the tests of a file."""
-    from design_samples import REGISTRY
-    from windows import delete_widgets
+    from design_samples import REGISTRY, shared_workspace
 
-    from underfoot.widgets.design.workspace import DesignWorkspace
-
-    made = DesignWorkspace(REGISTRY)
-    yield made
-    made.close()
-    made.deleteLater()
-    delete_widgets()
+    yield from shared_workspace(REGISTRY)
 
 
 @pytest.fixture

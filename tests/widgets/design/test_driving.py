@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from design_samples import drag, middle, port, send
+from design_samples import drag, middle, port, send, shared_workspace
 from on_screen import show, type_into
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
@@ -16,21 +16,27 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
-from underfoot.widgets.design.workspace import DesignWorkspace
+
+
+@pytest.fixture(scope="module")
+def all_nodes(qapp):
+    """A Design workspace of all nodes, shared by these tests."""
+    yield from shared_workspace(REGISTRY)
 
 
 @pytest.fixture
-def workspace(qtbot):
+def workspace(qtbot, all_nodes):
     """A tone through a low-pass to the tile, with the filter selected."""
-    made = DesignWorkspace(REGISTRY)
-    qtbot.addWidget(made)
+    made = all_nodes
     made.resize(1280, 748)
     show(qtbot, made)
     patch = Patch().add("tone", REGISTRY, (0, 0)).add("low-pass", REGISTRY, (240, 0))
     patch = patch.add("tile-output", REGISTRY, (480, 0)).connect("tone.out", "low-pass.signal", REGISTRY)
     made.set_patch(patch.connect("low-pass.out", "tile-output.acceleration", REGISTRY))
     made.canvas.patch_scene.select(["low-pass"])
-    return made
+    made.canvas.setFocus()
+    yield made
+    made.canvas.setFocus()  # with the focus goes what is said over a field
 
 
 def ask(widget, place):
