@@ -28,7 +28,7 @@ def pytest_collection_finish(session):
     linecache.clearcache()  # of the sources of all docstrings: each example would look at each of these files
 
 
-pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes")
+pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes", "examples")
 
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
