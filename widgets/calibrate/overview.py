@@ -49,7 +49,8 @@ class Overview(QWidget):
         self.editor: ParameterEditor | None = None
         self.table = QuantityTable("Figures of the calibration in use")
         self.drawings = DrawingColumn()
-        layout = QHBoxLayout(body := QWidget())
+        scroll_in(self, body := QWidget())  # from the outside in: another parent has all within it looked up again
+        layout = QHBoxLayout(body)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         left = QWidget()
@@ -78,7 +79,6 @@ class Overview(QWidget):
         self.picture = TilePicture()
         column.addWidget(self.picture, 2)
         layout.addWidget(self.drawings, 1)
-        scroll_in(self, body)
         self.begin.clicked.connect(lambda: self.begin_requested.emit(False))
         self.begin_automatic.clicked.connect(lambda: self.begin_requested.emit(True))
 

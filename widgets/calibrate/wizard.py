@@ -311,6 +311,8 @@ class Wizard(QWidget):
         self.busy.setSizePolicy(keep)
         self.busy_words = theme.label(" ", "small")
         body, closed = QWidget(), QWidget()
+        # From the outside in: a widget that gets another parent has the style of all within it looked up again.
+        self._scrolled = scroll_in(self, body)
         across = QHBoxLayout(body)
         across.setContentsMargins(0, 0, 0, 0)
         across.setSpacing(0)
@@ -334,7 +336,10 @@ class Wizard(QWidget):
         self.drawings = DrawingColumn()
         across.addWidget(self.drawings, 1)
         self._buttons = self._button_line()
-        self._scrolled = scroll_in(self, body, self.refusal, self._buttons)
+        around = self.layout()
+        assert around is not None
+        for part in (self.refusal, self._buttons):  # last, as the tab key reaches them
+            around.addWidget(part)
 
     def _button_line(self) -> QWidget:
         self.leaving = _button("Cancel", "Leave; the profile stays as it is", self.cancel)

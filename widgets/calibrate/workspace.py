@@ -78,7 +78,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._is_recording: Callable[[], bool] = lambda: False
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
-        self._stack = QStackedWidget()
+        self._stack = QStackedWidget(self)
         self.overview, self.wizard = Overview(self._stack), Wizard(self._stack)
         for view in (self.overview, self.wizard):
             self._stack.addWidget(view)

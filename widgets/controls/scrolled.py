@@ -80,15 +80,13 @@ def scrolling(held: QWidget) -> QScrollArea:
     return area
 
 
-def scroll_in(page: QWidget, held: QWidget, *below: QWidget) -> QScrollArea:
-    """Fill a page without a layout with what is held, so that it scrolls; what is below it stays in sight."""
+def scroll_in(page: QWidget, held: QWidget) -> QScrollArea:
+    """Fill a page without a layout with what is held, so that it scrolls; what its layout gets later stays in sight."""
     area = scrolling(held)
     layout = QVBoxLayout(page)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(0)
     layout.addWidget(area, 1)
-    for part in below:
-        layout.addWidget(part)
     return area
 
 
