@@ -54,14 +54,15 @@ class ExperimentWorkspace(Workspace):
         self.experimenter = ExperimenterView()
         self.running = RunningStudy(self.experimenter)
         self.protocol_editor = ProtocolEditor(registry, own, own_patches, self.sessions)
+        # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         self.stack = QStackedWidget()
-        for view in (self.overview, self.experimenter, self.protocol_editor):
-            self.stack.addWidget(view)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.study_list)
         layout.addWidget(scrolling_pages(self.stack), 1)
+        for view in (self.overview, self.experimenter, self.protocol_editor):
+            self.stack.addWidget(view)
         self.focused_first = self.study_list
         self._connect()
         self._show_study(self.study_list.study)
