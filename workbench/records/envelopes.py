@@ -60,11 +60,18 @@ class Envelope(Struct, frozen=True):
         return self._reduced(edges, self.high, np.fmax)
 
     def coarser(self, factor: int) -> "Envelope":
-        """Return these bins, merged by `factor`."""
-        first = np.arange(0, len(self), factor)
-        last = np.minimum(first + factor, len(self)) - 1
+        """Return these bins, merged by `factor`; none reaches across a gap longer than the bin before it.
+
+        >>> values = np.zeros((4, 1), np.float32)
+        >>> four = Envelope(np.array([0.0, 1.0, 9.0, 10.0]), np.array([1.0, 2.0, 10.0, 11.0]), values, values)
+        >>> four.coarser(4).begin, four.coarser(4).end
+        (array([0., 9.]), array([ 2., 11.]))
+        """
         if not len(self):
             return self
+        is_after_gap = self.begin[1:] - self.end[:-1] > self.end[:-1] - self.begin[:-1]
+        first = np.union1d(np.arange(0, len(self), factor), 1 + np.flatnonzero(is_after_gap))
+        last = np.append(first[1:], len(self)) - 1
         low, high = np.fmin.reduceat(self.low, first, axis=0), np.fmax.reduceat(self.high, first, axis=0)
         return Envelope(self.begin[first], self.end[last], low, high)
 
