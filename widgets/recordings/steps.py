@@ -58,7 +58,7 @@ class RecordedSteps(QWidget):
         self.copy_button = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
         self.copy_button.clicked.connect(self.copy)
         tip = "Compare left and right, or persons; to compare recordings, choose several with Ctrl or Shift in the list"
-        self.compare_button = tool_button("", "Compare", tip)
+        self.compare_button = tool_button("balance", "Compare", tip)
         self.compare_button.clicked.connect(lambda _=False: self.comparison_wanted.emit())
         head += [self.compare_button, self.copy_button]
         layout = QVBoxLayout(self)
@@ -68,7 +68,7 @@ class RecordedSteps(QWidget):
         across.setObjectName("recordings steps")
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
-        shrinking: list[list[QWidget]] = [[self.copy_button], [self.compare_button], [*self.filters.values()]]
+        shrinking: list[list[QWidget]] = [[self.compare_button], [self.copy_button], [*self.filters.values()]]
         table = with_header(head, WholeRows(self.table), shrinking, across)
         table.setMinimumWidth(30 * theme.GRID)
         holder = QWidget(across)
