@@ -117,7 +117,7 @@ def test_a_reader_elsewhere_goes_on_reading_but_cannot_mark_what_moved(walk):
     with closing(Recording(walk)) as elsewhere:
         named = rename_recording(walk, "named")
         assert len(elsewhere.vibration()[1]) == 48_000
-        with pytest.raises(BadFile, match=r"walk.underfoot cannot be written to"):
+        with pytest.raises(BadFile, match=r"walk.underfoot cannot be written to: it was moved or removed"):
             elsewhere.add_mark(480, "here")
     assert frames(named) == 48_000
 

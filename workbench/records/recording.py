@@ -16,7 +16,7 @@ from underfoot.arguments import choice, integer
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
-from underfoot.sqlite_files import opened, require_whole
+from underfoot.sqlite_files import is_gone, opened, require_whole
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
@@ -253,7 +253,8 @@ class Recording:
             with self._base:
                 yield
         except sqlite3.Error as error:
-            raise BadFile(f"{self.path} cannot be written to: {error}") from None
+            why = "it was moved or removed; open it where it is" if is_gone(self.path) else error
+            raise BadFile(f"{self.path} cannot be written to: {why}") from None
 
     def commands(self) -> list[tuple[int, str, str]]:
         """Return (frame, kind, body) of every command, in order."""
