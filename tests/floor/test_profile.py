@@ -343,6 +343,8 @@ def test_a_plate_is_a_part_like_any_other():
     )
     profile = Profile.loads(whole().with_part(soft).with_part(stiff).dumps())
     assert profile.plate == stiff
+    erring = msgspec.structs.replace(stiff, error=0.7, error_unit="%")
+    assert erring.measured == {"mean_error_percent": 0.7}  # as in its result
     assert profile.restored(0).plate == soft
     with pytest.raises(BadValue, match="stiffness_n_mm is 1; allowed: as many as positions, 2"):
         PlateStiffness(made="2024-05-01", positions=(0.0, 1.0), stiffness_n_mm=(40.0,))

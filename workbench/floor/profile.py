@@ -153,6 +153,8 @@ class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
 class PlateStiffness(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Stiffness in N/mm of a variable stiffness plate at positions of its servo, both rising."""
 
+    error_name: ClassVar[str] = "mean_error_percent"
+
     positions: tuple[float, ...]
     stiffness_n_mm: tuple[float, ...]
 
