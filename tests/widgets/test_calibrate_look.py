@@ -15,6 +15,8 @@ from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile
+from underfoot.widgets.calibrate.catalogue import KINDS
+from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.page_view import PageView
 
 
@@ -73,6 +75,17 @@ def test_questions_are_scrolled_where_the_window_is_too_low_for_them(qtbot, kind
     QApplication.processEvents()
     last = view.editors[-1]
     assert last.visibleRegion().boundingRect() == last.rect()  # where there is room, nothing is scrolled
+
+
+def test_what_a_calibration_is_for_is_not_scrolled_sideways_on_a_small_screen(qtbot):
+    view = Overview()
+    qtbot.addWidget(view)
+    view.resize(628, 526)  # beside the choice, on 900 pixels
+    show(qtbot, view)
+    for kind in KINDS:
+        view.show_kind(kind.title, kind.about)
+        QApplication.processEvents()
+        assert view.findChild(QScrollArea).horizontalScrollBar().maximum() == 0, kind.title
 
 
 def test_a_tile_with_a_long_id_makes_the_panel_no_wider(driver):

@@ -35,7 +35,7 @@ class Overview(QWidget):
         self.about = theme.label("")
         self.verdict = theme.label("", "muted")
         self.note = theme.label("", "force")
-        theme.wrap(self.about, self.verdict, self.note)
+        theme.wrap(self.title, self.about, self.verdict, self.note)
         self.begin = QPushButton("Begin")
         self.begin.setProperty("role", "primary")
         self.begin.setToolTip("Go through it page by page (Return)")
