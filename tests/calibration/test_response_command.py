@@ -1,6 +1,7 @@
 """`underfoot calibrate response`: from two WAV files and on the simulator; what cannot be is one line."""
 
 import json
+import re
 from functools import cache
 
 import numpy as np
@@ -64,7 +65,10 @@ def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
     true = np.abs(tile().transfer(inner) * through) / found.acceleration_per_unit
     assert np.abs(20.0 * np.log10(true)).max() < 1.0
     assert found.equaliser.shape == (7, 6)
-    assert (report / "response.html").read_text().count("<svg") == 4
+    page = (report / "response.html").read_text()
+    assert page.count("<svg") == 4
+    assert page.count("m/s²") >= 3  # among the drawings, the figures and the verdict
+    assert not re.search(r"<b>[^<]*m/s\^2|<t[dh]>(-|m/s\^2)", page)
     assert (report / "response-none.csv").exists()
 
 

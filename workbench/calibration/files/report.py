@@ -12,7 +12,10 @@ from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
 from underfoot.floor.profile import Profile
-from underfoot.quantities import quantity
+from underfoot.quantities import number, pretty_text, pretty_unit, quantity
+
+_DIGITS = 4
+"""Significant digits of a figure: one more than a rounded value needs. The JSON has six."""
 
 
 def write_report(result: Result, folder: Path, profile: Profile, operator: str = "") -> Path:
@@ -51,20 +54,26 @@ def _body(result: Result, profile: Profile, operator: str) -> list[str]:
         ("reference", part.reference if part is not None else ""),
         *made_by(operator),
     ]
-    body = [f"<p><b>{html.escape(result.verdict)}</b></p>", facts_table(facts)]
-    body += [f"<p>{html.escape(warning)}</p>" for warning in result.warnings]
+    body = [f"<p><b>{_prose(result.verdict)}</b></p>", facts_table(facts)]
+    body += [f"<p>{_prose(warning)}</p>" for warning in result.warnings]
     body += [svg(drawing) for drawing in result.drawings]
     body.append("<h2>Figures</h2><table>")
     body += [
-        f"<tr><td>{html.escape(label_of(name))}</td><td>{value:.4g}</td><th>{html.escape(unit)}</th></tr>"
+        f"<tr><td>{html.escape(label_of(name))}</td><td>{number(value, _DIGITS)}</td>"
+        f"<th>{html.escape(pretty_unit(unit))}</th></tr>"
         for name, value, unit in result.quantities
     ]
     body.append("</table>")
     body += _compared(result.kind, profile)
-    body.append(f"<h2>Method</h2><p>{html.escape(result.method)}</p>")
+    body.append(f"<h2>Method</h2><p>{_prose(result.method)}</p>")
     files = ", ".join(f'<a href="{result.kind}-{name}.csv">{result.kind}-{name}.csv</a>' for name, _, _ in result.raw)
     body.append(f"<h2>Raw data</h2><p>{files}</p>")
     return body
+
+
+def _prose(text: str) -> str:
+    """Return prose as HTML, with units as the drawings have them."""
+    return html.escape(pretty_text(text))
 
 
 def _compared(kind: str, profile: Profile) -> list[str]:
