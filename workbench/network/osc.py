@@ -35,7 +35,7 @@ class Double(float):
 
 
 class TimeTag(int):
-    """Time tag: seconds since 1900, times 2^32."""
+    """Time tag: seconds since 1900, times 2^32, in 64 bits: they begin anew in 2036, as NTP's."""
 
     @staticmethod
     def of(unix_s: float) -> "TimeTag":
@@ -43,8 +43,10 @@ class TimeTag(int):
 
         >>> TimeTag.of(0.5) >> 32, TimeTag.of(0.5) & 0xFFFFFFFF == 1 << 31
         (2208988800, True)
+        >>> TimeTag.of(2_085_978_497.0) >> 32  # in the new era
+        1
         """
-        return TimeTag(round((unix_s + _NTP_1970_S) * 4294967296.0))
+        return TimeTag(round((unix_s + _NTP_1970_S) * 4294967296.0) % (1 << 64))
 
 
 class Message(Struct, frozen=True):
