@@ -85,6 +85,7 @@ def clock_of(engine, monkeypatch, end_s):
 def test_a_card_that_is_found_costs_no_time_of_the_session(monkeypatch, block_s, late):
     """No block waits until PortAudio has made its list, which takes as long as its slowest server, and what opening the
     card takes is caught up: the session's clock lost both. Blocks that take longer than they last are late also then.
+    A list that does not come is told: nothing plays meanwhile.
     """
     with engine_of(hum(), sound="no such card") as (engine, _, memory):
         run, went_on, waited = engine.runner.run, threading.Event(), []
@@ -96,7 +97,7 @@ def test_a_card_that_is_found_costs_no_time_of_the_session(monkeypatch, block_s,
             pass_time(block_s)
             if now_s[0] > 2.0 and there:
                 engine.pacer.there = there.pop()
-            if now_s[0] > 4.0:
+            if now_s[0] > 8.0:
                 went_on.set()
 
         def refuse(*_):
@@ -110,6 +111,10 @@ def test_a_card_that_is_found_costs_no_time_of_the_session(monkeypatch, block_s,
         engine.pacer.run()
         monkeypatch.undo()
         assert waited == [True]
+        hangs, answers = engine.listener.notices
+        assert hangs.text == hangs.silence == "the sound card and its server do not answer; nothing plays until they do"
+        assert answers.text == "the sound card and its server answer again"
+        assert answers.silence == "sound device 'no such card' is not there"
         assert memory.status.get(Field.XRUNS) == pytest.approx(late, abs=1 if late else 0)
         assert late or abs(engine.loop.frame / 48_000 - 9.0) < 0.1
 

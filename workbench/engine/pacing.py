@@ -19,6 +19,7 @@ from underfoot.errors import DeviceError
 
 _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
 _STOOD_S = 1.0  # time without a block, as of a process that stood still, in which every card's buffer has run out
+_LISTING_S = 5.0  # time after which a list of cards that does not come is told
 _BUFFERED_S = 0.060  # a ramp down, and what a sound server buffers beyond its reported latency
 
 
@@ -44,6 +45,7 @@ class Pacer:
         self._is_away = False
         self._late, self._refusal = 0, ""
         self._listing: threading.Thread | None = None
+        self._listing_s, self._is_listing_told = math.inf, False
         self._tried: set[str] = set()  # cards for which the others were interrupted, since they came
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
         self._ramped = FADE  # frames of the ramp from silence that have been played
@@ -214,6 +216,21 @@ class Pacer:
             self._end_streams()
             self._listing = threading.Thread(target=list_anew, name="cards", daemon=True)  # it may wait for a server
             self._listing.start()
+            self._listing_s, self._is_listing_told = time.monotonic(), False
+
+    def _await_list(self) -> None:
+        """Open the cards once PortAudio has listed them; tell if it does not: nothing plays meanwhile."""
+        if self._listing is None:
+            return
+        if not self._listing.is_alive():
+            self._listing = None
+            self._return()
+            if self._is_listing_told:
+                self._tell_output("the sound card and its server answer again")
+        elif not self._is_listing_told and time.monotonic() - self._listing_s > _LISTING_S:
+            self._is_listing_told = True
+            line = "the sound card and its server do not answer; nothing plays until they do"
+            self._notify(OutputChanged(line, self.where, line))
 
     def _end_streams(self) -> None:
         """End all streams, in a ramp."""
@@ -272,9 +289,7 @@ class Pacer:
             began_s = time.monotonic()
             if self._stream is None:
                 self._use_found()
-                if self._listing is not None and not self._listing.is_alive():
-                    self._listing = None
-                    self._return()
+                self._await_list()
                 if self._stream is not None:
                     return
                 late_s += time.monotonic() - began_s
