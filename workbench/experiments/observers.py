@@ -16,7 +16,7 @@ from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import constant, magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.free_labels import sorts_of
-from underfoot.experiments.methods.staircases import GUESSED, balanced_share, is_silent
+from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.study import Page
@@ -144,7 +144,8 @@ class Detector(Observer):
             share = (share - GUESSED) / (1.0 - GUESSED)
         felt = (share - guesses) / (1.0 - guesses - lapses) if guesses + lapses < 1.0 else math.nan
         shift = self._spread_db * _normal_inverse(felt) if 0.0 < felt < 1.0 else math.nan  # it tends to no level
-        return {f"threshold {name}": self._middle_of(name) + shift for name in self.given["followed"]}
+        point = PSE if self.given["standard"] and not self._is_silent else THRESHOLD
+        return {f"{point} {name}": self._middle_of(name) + shift for name in self.given["followed"]}
 
     @property
     def _is_silent(self) -> bool:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 import pytest
-from made_studies import TD, made_protocol
+from made_studies import TD, made_protocol, preset_protocol
 
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
@@ -46,6 +46,16 @@ def test_beside_silence_answers_are_right_and_the_thesis_asked_for_something_els
     each, over, *_ = analysed(rows, protocol, Settings())[0].tables
     assert each.note.endswith("The level tends to where 70.7 % of the answers are right.")
     assert over.note == ""
+
+
+def test_beside_a_standard_that_vibrates_the_point_of_equality_is_named_in_the_order_of_the_protocol():
+    protocol = preset_protocol("intensity-equalisation")
+    rows, _ = simulated_rows(protocol, 0, 1, {})
+    each, over, *_ = analysed(rows, protocol, Settings())[0].tables
+    assert each.title == "Points of subjective equality (PSE) of each person"
+    assert each.note.endswith("The level tends to where 50 % of the answers name the comparison.")
+    assert [row[1] for row in each.rows] == [f"pse {name}" for name in protocol.stimuli if name != "WC"]
+    assert [row[0] for row in over.rows] == ["dB", "m/s^2"] * len(each.rows)
 
 
 def test_false_alarms_are_counted_of_the_trials_without_a_stimulus():

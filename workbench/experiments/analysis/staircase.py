@@ -12,7 +12,15 @@ from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.methods.staircases import Staircase, Staircases, balanced_share, is_yes, move
+from underfoot.experiments.methods.staircases import (
+    PSE,
+    THRESHOLD,
+    Staircase,
+    Staircases,
+    balanced_share,
+    is_yes,
+    move,
+)
 from underfoot.experiments.questions import YES
 from underfoot.experiments.table import LEVEL, Row, grouped
 
@@ -54,31 +62,35 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Estimate one person's threshold for each stimulus, the mean of its staircases, in dB re its level."""
-    last = _rule(settings)["last"]
+    """Estimate one person's threshold, or PSE, for each stimulus, the mean of its staircases, in dB re its level."""
+    last, point = _rule(settings)["last"], _point(rows, settings)
     values: dict[str, list[float]] = {}
     for (stimulus, _, _), run in staircases(rows, settings).items():
         values.setdefault(stimulus, [])
         if len(run.turned_at) >= _least_reversals(settings):
             values[stimulus].append(float(np.mean(run.turns_db[-last:])))
-    return [mean_interval(f"threshold {name}", of, "dB") for name, of in values.items()]
+    order = [name for name in settings.given.get("followed", ()) if name in values] or sorted(values)
+    return [mean_interval(f"{point} {name}", values[name], "dB") for name in order]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Report over people: thresholds, in dB and m/s^2, false alarms, and the staircases themselves."""
-    found = Findings("Staircases")
+    """Report over people: thresholds or PSEs, in dB and m/s^2, false alarms, and the staircases themselves."""
+    found, title, chosen = Findings("Staircases"), "Thresholds", "are yes"
+    if settings.is_beside_silence:
+        chosen = "are right"
+    elif _point(rows, settings) == PSE:
+        title, chosen = "Points of subjective equality (PSE)", "name the comparison"
     people = grouped(rows, "participant")
     several = {str(person): estimates(part, settings) for (person,), part in people.items()}
     lines = [(person, one) for person, of in several.items() for one in of]
     note = "Student's intervals over the staircases of each person; dB re the level of the stimulus."
     if settings.given:
-        are = "right" if settings.is_beside_silence else "yes"
-        note += f" The level tends to where {100.0 * balanced_share(_rule(settings)):.3g} % of the answers are {are}."
+        note += f" The level tends to where {100.0 * balanced_share(_rule(settings)):.3g} % of the answers {chosen}."
     if any(math.isnan(one.value) for _, one in lines):
         note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
-    found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
+    found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
     beside = _beside(rows, settings)
-    found.tables.append(estimates_table("Thresholds over people", "in", over_people(lines, rows), beside))
+    found.tables.append(estimates_table(f"{title} over people", "in", over_people(lines, rows), beside))
     alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
     if any(row[2] for row in alarms):
         found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
@@ -87,16 +99,22 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
 
 
 def over_people(lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row]) -> list[tuple[str, Estimate]]:
-    """Return the mean of each threshold over people, in dB and, where levels are known, in m/s^2."""
+    """Return the mean of each threshold, or PSE, over people, in dB and, where levels are known, in m/s^2."""
     references, over = _references(rows), []
     for name in dict.fromkeys(one.name for _, one in lines):
         values = {person: one.value for person, one in lines if one.name == name}
         over.append(("dB", mean_interval(name, list(values.values()), "dB")))
-        at_0_db = {person: references.get((person, name.removeprefix("threshold "))) for person in values}
+        at_0_db = {person: references.get((person, name.partition(" ")[2])) for person in values}
         levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
         if levels:
             over.append(("m/s^2", mean_interval(name, levels, "m/s^2")))
     return over
+
+
+def _point(rows: Sequence[Row], settings: Settings) -> str:
+    """Return what a level tends to: beside a standard that vibrates it is equal to that, else it is just felt."""
+    is_compared = not settings.is_beside_silence and any(row.get("comparison_at") for row in rows)
+    return PSE if is_compared else THRESHOLD
 
 
 def _rule(settings: Settings) -> dict[str, Any]:

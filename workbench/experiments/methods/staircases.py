@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
 
 ABOVE, BELOW = "above", "below"
+PSE, THRESHOLD = "pse", "threshold"
+"""What the level tends to: beside a standard that vibrates the point of subjective equality, else the threshold."""
 MOST_RESTARTS = 20
 """Number of restarts of a pair after false alarms; afterwards they are ignored."""
 
