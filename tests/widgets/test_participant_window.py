@@ -284,6 +284,7 @@ def test_what_to_do_is_read_before_a_trial_and_what_was_right_after_the_last_of_
     for following in (Phase.READY, Phase.PAUSE, Phase.READY, Phase.PAGE):
         bench.until(Phase.READY)
         told.append((bench.person.title.text(), bench.person.text.text()))
+        assert bench.workspace.experimenter.page.text().startswith("main  ·  practice, not counted  ·  trial ")
         bench.key(Qt.Key.Key_Space)
         bench.until(Phase.ANSWERING)
         bench.key(Qt.Key.Key_1)

@@ -117,8 +117,9 @@ class ExperimenterView(QWidget):
         self.progress.setValue(round(1000 * page.share))
         number = f"trial {page.trial.number} of block {page.trial.block}" if page.trial is not None else ""
         attempt = f"attempt {page.attempt}" if page.attempt > 1 else ""
+        practice = "practice, not counted" if page.practice else ""
         share = f"{100 * page.share:.0f} %"
-        self.page.setText(_joined(page.stage or "The end: every answer is kept.", number, attempt, share))
+        self.page.setText(_joined(page.stage or "The end: every answer is kept.", practice, number, attempt, share))
         seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
         left = self._time_left_text(runner)
         is_over = phase is Phase.END
