@@ -49,6 +49,8 @@ def recorded(path):
 def export(path, output, *options):
     done = CliRunner().invoke(cli, ["export", str(path), "-o", str(output), *options])
     assert done.exception is None, done.exception
+    assert done.stdout.startswith(f"{output} is written, as ")
+    assert "NAME" not in done.stdout
     return output
 
 

@@ -35,7 +35,7 @@ class _Formats(click.Command):
 def export(recording: Path, output: Path, vibration: str, from_s: float | None, to_s: float | None) -> None:
     """Write RECORDING for other programs."""
     from underfoot.errors import BadFile
-    from underfoot.records.exports import ExportSource, write_export
+    from underfoot.records.exports import ExportSource, format_of, write_export
     from underfoot.records.recording import Recording, is_recording
     from underfoot.records.survey import RecordedForces
 
@@ -57,3 +57,4 @@ def export(recording: Path, output: Path, vibration: str, from_s: float | None, 
             length_s = RecordedForces(opened).length_s
             stretch_s = (0.0 if from_s is None else from_s, length_s if to_s is None else to_s)
         write_export(ExportSource(opened, vibration, progress, stretch_s), output)
+    print(f"{output} is written, as {format_of(output).title.replace('NAME', output.stem)}")
