@@ -49,6 +49,9 @@ class MonitorOptions:
     SOURCE is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
     a force CSV, the preset walk "corridor", a C3D file, or a recording. Tile number 0 of hardware is the floor's first.
     The floor is 2 x 2 tiles unless --floor names another.
+
+    A line has the step's number, start, tile and side, how long it was down, its first peak, valley and second peak,
+    impulse, rate of loading, person, and length.
     """
 )
 @click.argument("source", type=FORCES)
