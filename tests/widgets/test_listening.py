@@ -116,12 +116,13 @@ def test_marks_are_set_by_keys_heard_and_undone(window, bench, qtbot):
     key(bench, Qt.Key.Key_M)
     assert {node.marks for node in bench.patch().nodes} == {("muted",)}
     assert window.controller.session.patch == bench.patch()
-    assert bench.document.stack.undoText() == "Mute"
+    assert bench.document.stack.undoText() == "Mute 2 nodes"
     key(bench, Qt.Key.Key_M)
     assert bench.patch() == noise_patch()
     canvas.patch_scene.select(["tile-output"])
     key(bench, Qt.Key.Key_S)
     assert bench.patch().node("tile-output").marks == ("soloed",)
+    assert bench.document.stack.undoText() == "Solo Tile output"
     key(bench, Qt.Key.Key_B)
     assert "cannot be bypassed" in canvas.message
     for _ in range(3):

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from underfoot.patch.effective import can_be_bypassed
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.quantities import counted
 from underfoot.widgets.design.canvas import Canvas
 
 MARK_NAMES = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
@@ -65,11 +66,12 @@ def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> 
     if mark == "bypassed":
         can_bypass = [id for id in ids if can_be_bypassed(registry[patch.node(id).type])]
         if not can_bypass:
-            label = registry[patch.node(ids[0]).type].label
-            return patch, f"{label} cannot be bypassed: nothing that comes in could go out in its place; mute it"
+            name = patch.node(ids[0]).name_in(registry)
+            return patch, f"{name} cannot be bypassed: nothing that comes in could go out in its place; mute it"
         ids = can_bypass
     on = not all(mark in patch.node(id).marks for id in ids)
-    return patch.mark(ids, mark, on=on), MARK_NAMES[mark][0 if on else 1]
+    whom = patch.node(ids[0]).name_in(registry) if len(ids) == 1 else counted(len(ids), "node")
+    return patch.mark(ids, mark, on=on), f"{MARK_NAMES[mark][0 if on else 1]} {whom}"
 
 
 def _action(widget: QWidget, text: str, key: str, do: Callable[[], object]) -> QAction:
