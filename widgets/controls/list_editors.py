@@ -147,7 +147,9 @@ class TilesEditor(ParameterEditor):
         for id in ("all", *ids) if few else ():
             self.buttons[id] = button = QToolButton(self._holder)
             button.setText(id)
-            button.setToolTip(id)
+            name = "All tiles" if id == "all" else f"Tile {id}"
+            button.setAccessibleName(name)
+            button.setToolTip(name)
             button.setCheckable(True)
             button.setMinimumWidth(44)
             button.clicked.connect(lambda on, id=id: self._toggled(id, on))

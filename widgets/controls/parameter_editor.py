@@ -139,6 +139,7 @@ class FileEditor(TextEditor):
         look = QToolButton(self)
         look.setText("…")
         look.setAccessibleName("Look for a file")
+        look.setToolTip("Look for a file")
         look.clicked.connect(self._look)
         line = QHBoxLayout()
         line.setSpacing(4)

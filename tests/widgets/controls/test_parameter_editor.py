@@ -7,7 +7,7 @@ import pytest
 from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QTableWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QTableWidgetItem, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
@@ -142,6 +142,7 @@ def test_a_number_in_a_table_is_typed_as_in_a_field(qtbot, typed, value):
 def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     editor = editor_for(FilePath(""))
     qtbot.addWidget(editor)
+    assert "Look for a file" in [button.toolTip() for button in editor.findChildren(QToolButton)]
     editor.set_folder(tmp_path)
     editor.choose(str(tmp_path / "sounds" / "rain.wav"))
     assert editor.value() == str(Path("sounds") / "rain.wav")

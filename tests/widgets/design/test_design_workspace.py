@@ -162,6 +162,7 @@ def test_the_buttons_of_tiles_with_long_ids_can_be_read(workspace, qtbot):
     buttons = workspace.inspector.editors["tiles"].buttons.values()
     qtbot.waitUntil(lambda: all(button.isVisible() for button in buttons))
     assert [button.text() for button in buttons if button.width() < button.sizeHint().width()] == []
+    assert [button.accessibleName() for button in buttons][::3] == ["All tiles", "Tile landing"]  # a word to read aloud
 
 
 def test_the_tiles_of_the_floor_are_offered_before_its_session_is_open(qtbot, tmp_path):
