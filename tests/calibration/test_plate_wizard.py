@@ -71,7 +71,7 @@ def test_the_tile_can_measure_the_force_once_it_is_calibrated():
     from underfoot.calibration.procedures.fsr import FsrProcedure
     from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 
-    hand = SimulatedHand(SimulatedTile(TILE, seed=1), seed=1)
+    hand = SimulatedHand(SimulatedTile(TILE, seed=1), seed=1, rate_hz=250.0)
     known = run(FsrProcedure(TILE), hand, {"loadings": 2, "hold_s": 2.0}).apply(Profile(tile=TILE.id))
     sensors = "load cell, 0.05 N a count, 120 at rest", "displacement, 0.001 mm a count, 0 at rest"
     found = run(PlateProcedure(TILE, known, sensors), rig(), asks).apply(known).plate
