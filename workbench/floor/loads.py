@@ -98,7 +98,8 @@ def centre_m(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
     """Return the centre of pressure of a track, which may be several loads', around a time."""
     apart_s = np.abs(track[:, TIME] - time_s)
     near = track[apart_s <= max(_CENTRE_S, float(apart_s.min()))]
-    return np.asarray(np.average(near[:, PLACE], axis=0, weights=near[:, FORCE]))
+    force_n = near[:, FORCE, None]
+    return np.asarray((near[:, PLACE] * force_n).sum(axis=0) / force_n.sum(axis=0))  # np.average takes thrice as long
 
 
 def distance_m(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
