@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
@@ -26,6 +26,7 @@ def test_a_sine_is_seen_at_its_frequency_and_level(hz, size):
     assert level_db == pytest.approx(20 * np.log10(size), abs=1.5)
 
 
+@settings(max_examples=30)
 @given(st.lists(st.integers(1, 9000), min_size=1, max_size=12))
 def test_a_picture_does_not_depend_on_how_the_samples_come(lengths):
     samples = np.random.default_rng(1).normal(size=sum(lengths)).astype(np.float32)
