@@ -1,9 +1,11 @@
 """A recording's new name: nothing is overwritten, and nothing that is being written is lost."""
 
+import shutil
 import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,9 +21,14 @@ from underfoot.records.renaming import rename_recording
 from underfoot.records.survey import Survey, cache_survey, load_cached_survey
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    return write_recording(tmp_path_factory.mktemp("walks") / "walk.underfoot", 1.0, default_floor(1, 2))
+
+
 @pytest.fixture
-def walk(tmp_path):
-    return write_recording(tmp_path / "walk.underfoot", 1.0, default_floor(1, 2))
+def walk(tmp_path, written):
+    return Path(shutil.copy(written, tmp_path))
 
 
 def frames(path):
