@@ -25,7 +25,6 @@ from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, choice, integer, number, numbers, seed_of
-from underfoot.clock import SPAN
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import require
@@ -39,6 +38,7 @@ from underfoot.models.fibre_bundle.damage import (
     MODELS,
     NO_THRESHOLD,
     PARAMETERS,
+    REST_INTERVAL,
     THRESHOLDS,
     bundle_step,
     critical_load,
@@ -269,7 +269,7 @@ def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, fra
     """Prepare a stretch that begins with a load or without; return its length, up to `most` frames.
 
     A load draws the thresholds of an intact bundle. Without load, a stretch ends before the frame that renews it, and
-    at the edge of a span, where what hardly moves comes to rest.
+    where a bundle that hardly moves comes to rest.
     """
     if is_loaded:
         if s.worn == 0.0:
@@ -278,8 +278,8 @@ def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, fra
             s.wearing = 0.0 if has_mean_damage(c) else math.inf
         s.worn = 1.0
     elif s.worn > 0.0:
-        most = min(most, SPAN - frame % SPAN)
-        if frame % SPAN == 0 and abs(s.strain) < AT_REST and abs(s.speed) < AT_REST:
+        most = min(most, REST_INTERVAL - frame % REST_INTERVAL)
+        if frame % REST_INTERVAL == 0 and abs(s.strain) < AT_REST and abs(s.speed) < AT_REST:
             s.strain = s.speed = 0.0
         if s.worn + 1.0 > c.renewal:
             s.worn = s.failed = s.next_hazard = s.peak = 0.0

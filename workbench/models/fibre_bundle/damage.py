@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from underfoot.clock import SPAN
 from underfoot.kernels import inlined, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import frame_step, resolved
@@ -47,8 +48,10 @@ NO_THRESHOLD = np.finfo(np.float64).max
 """Strain, in a state, of the next failure where there is none: what is infinite in a call."""
 
 AT_REST = 1e-200
-"""Strains and speeds below this are set to 0 once per span without load: as they go on falling to the last bits that a
+"""Strains and speeds below this are set to 0 where nothing loads them: as they go on falling to the last bits that a
 number has, many processors take far longer for each sum."""
+REST_INTERVAL = 8 * SPAN
+"""Session frames after which it is looked for what has come to rest: shorter than from `AT_REST` to those bits."""
 
 _STIFFEST = 1e6
 """Largest stiffness of a bundle, relative to its initial stiffness."""

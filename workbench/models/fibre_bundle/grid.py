@@ -32,6 +32,7 @@ from underfoot.models.fibre_bundle.damage import (
     AT_REST,
     DRAWS,
     NO_THRESHOLD,
+    REST_INTERVAL,
     energy_released,
     fail,
     first_hazard,
@@ -291,7 +292,7 @@ def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory
         s.worn = 1.0
     elif s.worn > 0.0:
         s.worn += 1.0
-        if now % SPAN == 0:
+        if now % REST_INTERVAL == 0:
             for cell in range(cells):
                 if abs(s.strain[cell]) < AT_REST and abs(s.speed[cell]) < AT_REST:
                     s.strain[cell] = s.speed[cell] = 0.0
