@@ -45,6 +45,24 @@ def test_nothing_overlaps_and_all_can_be_scrolled_to(made, qtbot, name):
     assert area.horizontalScrollBar().maximum() > 0
 
 
+def test_the_form_of_a_stage_of_trials_is_read_to_its_right_end(made, qtbot):
+    """The list of studies, of no use meanwhile, had a third of a window of 900 pixels, in which it was cut."""
+    workspace, editor = made.workspace, made.protocol_editor
+    workspace.resize(900, 540)
+    made.click(workspace.study_list.copy_button)
+    made.page(3)
+    editor.stages.list.setCurrentRow([stage.id for stage in workspace.study_list.study.protocol.stages].index("main"))
+
+    def is_read():
+        seen = [(field.visibleRegion().boundingRect().width(), field.width())
+                for field in editor.stages.findChildren(QLineEdit) if not field.visibleRegion().isEmpty()]  # fmt: skip
+        return len(seen) > 2 and all(part == whole for part, whole in seen)
+
+    qtbot.waitUntil(is_read)
+    made.click(editor.close_button)
+    assert workspace.study_list.isVisible()
+
+
 def test_another_page_begins_at_its_left(made):
     area = made.workspace.stack.parentWidget().parentWidget()
     area.horizontalScrollBar().setValue(50)

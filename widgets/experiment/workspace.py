@@ -135,14 +135,21 @@ class ExperimentWorkspace(Workspace):
             self.findings.show_study(study)
             self.start.show_study(study)
 
-    def _show_editor(self) -> None:
+    def _show_alone(self, view: QWidget) -> None:
+        """Show a study that is made or run, which has the room of the list meanwhile."""
         self.study_list.setEnabled(False)
-        self.stack.setCurrentWidget(self.protocol_editor)
+        self.study_list.hide()
+        self.stack.setCurrentWidget(view)
+
+    def _show_list(self) -> None:
+        """Show the list of studies again, and the chosen one."""
+        self.study_list.setEnabled(True)
+        self.study_list.show()
+        self.stack.setCurrentWidget(self.overview)
 
     def _close_editor(self, has_saved: bool) -> None:
         """Return to the list of studies; after a save, focus the field of the participant's id."""
-        self.study_list.setEnabled(True)
-        self.stack.setCurrentWidget(self.overview)
+        self._show_list()
         (self.start.participant if has_saved else self.study_list.list).setFocus()
 
     def _add_saved(self, path: Path) -> None:
@@ -170,7 +177,7 @@ class ExperimentWorkspace(Workspace):
     def _show_running(self) -> None:
         """Show the study that has begun, to the experimenter and to the participant."""
         self.start.show_opened()
-        self.stack.setCurrentWidget(self.experimenter)
+        self._show_alone(self.experimenter)
         self.experimenter.setFocus()
         self.running.show_participant()
 
@@ -184,8 +191,7 @@ class ExperimentWorkspace(Workspace):
 
     def _end(self, study: StudyFile, participant: str) -> None:
         """Return to the choice of a study; `participant` is the id of who has finished the study, or ""."""
-        self.study_list.setEnabled(True)
-        self.stack.setCurrentWidget(self.overview)
+        self._show_list()
         self.start.participant.setFocus()
         self._show_study(self.study_list.study)
         if participant:
@@ -196,7 +202,7 @@ class ExperimentWorkspace(Workspace):
         self.study_list.new_requested.connect(self.protocol_editor.make_new)
         self.study_list.copy_requested.connect(lambda: self.protocol_editor.make_copy(self.study_list.study))
         self.study_list.edit_requested.connect(lambda: self.protocol_editor.edit_study(self.study_list.study))
-        self.protocol_editor.opened.connect(self._show_editor)
+        self.protocol_editor.opened.connect(lambda: self._show_alone(self.protocol_editor))
         self.protocol_editor.saved.connect(self._add_saved)
         self.protocol_editor.closed.connect(self._close_editor)
         self.start.begin_requested.connect(self._begin)
