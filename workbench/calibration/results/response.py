@@ -189,7 +189,7 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
             "accelerometer's place change?"
         )
     if found.basis.passes == 1:
-        lines.append("one pass only: the spread of the response is not known")
+        lines.append("one pass only: neither the spread of the response is known, nor whether samples were lost")
     return tuple(lines)
 
 
