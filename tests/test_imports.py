@@ -262,6 +262,16 @@ def test_without_qt_the_window_says_so_in_a_line():
     assert done.stderr.count("\n") == 1
 
 
+def test_without_a_display_the_window_says_so_in_a_line_where_qt_would_abort():
+    done = python(
+        "import os\nos.environ['QT_QPA_PLATFORM'] = 'none'\n"
+        "from underfoot.widgets import application\napplication.application(application.Settings())"
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("underfoot: the window cannot be opened: Could not find the Qt platform plugin")
+    assert done.stderr.count("\n") == 1
+
+
 def test_before_a_window_opens_neither_metadata_nor_sources_are_read():
     """Qt's hook on imports would read the source of every module that is imported from then on."""
     done = python(

@@ -10,11 +10,12 @@ from functools import partial
 from pathlib import Path
 
 import platformdirs
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QMessageLogContext, QTimer, QtMsgType, qInstallMessageHandler, qWarning
 from PySide6.QtWidgets import QApplication
 
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import require_folders_writable
+from underfoot.commands.telling import no_window, tell
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile
@@ -87,7 +88,7 @@ def application(settings: Settings) -> QApplication:
         given = os.environ.get(SCALE_VARIABLE)
         if settings.text_size != 100:
             os.environ[SCALE_VARIABLE] = f"{float(given or 1) * settings.text_size / 100:g}"
-        made = QApplication(["underfoot"])
+        made = _new_application()
         os.environ.pop(SCALE_VARIABLE, None)
         if given is not None:
             os.environ[SCALE_VARIABLE] = given
@@ -95,6 +96,24 @@ def application(settings: Settings) -> QApplication:
     made.setApplicationName("Underfoot")
     made.setDesktopFileName("underfoot")
     choose_colours(made, settings)
+    return made
+
+
+def _new_application() -> QApplication:
+    """Return an application. Where there is no display, Qt would say so in ten lines and abort: one line is told."""
+    said: list[str] = []
+
+    def hear(kind: QtMsgType, _: QMessageLogContext, text: str) -> None:
+        if kind == QtMsgType.QtFatalMsg:
+            tell(no_window((said or [text])[0].strip()))
+            os._exit(1)  # on the return from here Qt aborts
+        said.append(text)
+
+    before = qInstallMessageHandler(hear)
+    made = QApplication(["underfoot"])
+    qInstallMessageHandler(before)
+    for text in said:
+        qWarning(text)
     return made
 
 

@@ -19,6 +19,7 @@ import click
 
 from underfoot.commands import CommandGroup
 from underfoot.commands.files import FILE, FLOOR, PATCH, require_folders_writable
+from underfoot.commands.telling import no_window
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.version import __version__
@@ -157,10 +158,7 @@ def _require_qt() -> None:
         import_module("PySide6.QtWidgets")
         builtins.__import__ = imports
     except ImportError as error:
-        raise UnderfootError(
-            f"the window cannot be opened: {error}; docs/install.md says what it needs. The commands of "
-            "`underfoot --help` work without it"
-        ) from None
+        raise UnderfootError(no_window(str(error))) from None
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":
