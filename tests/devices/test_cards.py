@@ -162,7 +162,6 @@ def test_a_card_that_comes_later_plays_and_one_that_goes_silences_its_tiles_and_
             playing.until(lambda: playing.of(Notice), "it is there")
             until(lambda: len(right()) and np.abs(right()[-480:]).max(axis=0).min() > 0.05, "its tiles sound")
         until(lambda: left()[-480:].any(), "the first card sounds again")
-        assert np.abs(np.diff(left()[:, 0])).max() < 0.02, "it paused in a ramp"
         assert playing.of(Notice)[0].text.startswith("sound device 'right' is back; it plays t19, t20")
         playing.reports.clear()
         second.stop()

@@ -1,5 +1,6 @@
 """The engine's process from within: what its callback does, one block after the other."""
 
+import ctypes
 import multiprocessing
 import os
 import subprocess
@@ -16,7 +17,7 @@ from made_patches import hum, stepped_bank
 
 from underfoot.clock import FADE
 from underfoot.devices import outputs
-from underfoot.engine import pacing
+from underfoot.engine import further_streams, pacing
 from underfoot.engine.commands import Level, Panic, Play, Swap
 from underfoot.engine.reports import CommandApplied, Notice
 from underfoot.engine.rings import Reader
@@ -141,6 +142,54 @@ def test_why_a_card_that_has_come_does_not_play_is_said_once(monkeypatch):
         engine.pacer.run()
         monkeypatch.undo()
         assert list(engine.listener.notices) == [Notice("too few channels")]
+
+
+def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
+    """PortAudio makes its list anew only where nothing plays."""
+    played, plays = [], {}
+
+    class Card:
+        latency_s = stamped_output_latency_s = stamped_input_latency_s = 0.0
+        underruns, finished = 0, False
+
+        def __init__(self, name, channels, rate, block, fill, *_):
+            if name == "right" and not played:
+                raise DeviceError("not there")
+            self.name, self.fill, self.samples = name, fill, ctypes.c_float * (block * channels)
+
+        def start(self):
+            plays[self.name] = self
+
+        def abort(self):
+            del plays[self.name]
+
+        def close(self):
+            pass
+
+    class Leave(threading.Event):
+        def wait(self, timeout):
+            for _ in range(20):
+                played.append(np.array(plays["left"].samples.from_address(plays["left"].fill())))
+            if len(played) == 200:
+                engine.pacer.there = {"right": "right"}
+            if len(played) > 200 and "right" in plays:
+                self.set()
+
+    sine = hum(tone={"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0})
+    with engine_of(sine, sound="left=2; right=2") as (engine, *_):
+        clock_of(engine, monkeypatch, np.inf)
+        for module in (pacing, further_streams):
+            monkeypatch.setattr(module, "Stream", Card)
+        monkeypatch.setattr(pacing, "list_anew", lambda: None)
+        engine.pacer.leave = Leave()
+        engine.pacer.open()
+        engine.pacer.run()
+        monkeypatch.undo()
+    left = np.concatenate(played)[::2]
+    loudest = np.abs(left).max()
+    assert loudest > 0.1
+    assert not left[220 * 128 - 512 : 220 * 128].any()
+    assert np.abs(np.diff(left)).max() < loudest * (2.0 * np.pi * 100.0 / 48_000 + 1.1 / FADE)
 
 
 def test_output_ramps_up_after_the_engine_stood_still(monkeypatch):

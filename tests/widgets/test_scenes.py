@@ -288,7 +288,8 @@ def test_a_scene_says_that_it_is_not_felt_yet(scenes, qtbot):
 def test_what_one_scene_did_is_not_said_of_another(scenes, qtbot):
     start(scenes, qtbot, "touch-widgets")
     scenes.panel.add_line("Button down, press 1")
-    scenes.panel.show_speed(60.0, [], [])
+    scenes.panel.show_speed(1.2, [], [])
+    assert scenes.panel.speed.text() == "1 picture a second"
     qtbot.mouseClick(scenes.panel.start, LEFT)
     assert scenes.panel.state.text().startswith("button pressed")
     scenes.list.list.setCurrentRow(list(scenes.kinds).index("frozen-pond"))

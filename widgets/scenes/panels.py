@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from underfoot.quantities import counted
 from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
@@ -155,7 +156,7 @@ class ScenePanel(QWidget):
 
     def show_speed(self, per_s: float, cue_s: Sequence[float], shown_s: Sequence[float]) -> None:
         """Show pictures per second, and latencies of strikes and pictures."""
-        parts = [f"{per_s:.0f} pictures a second"]
+        parts = [f"{counted(round(per_s), 'picture')} a second"]
         for name, values in (("felt", cue_s), ("seen", shown_s)):
             if len(values):
                 half, most = 1e3 * np.percentile(values, (50, 95))

@@ -105,8 +105,8 @@ class Pacer:
                     line = "what the sound card hears has fallen far behind: its stream is opened anew"
                     self._notify(Notice(line))
                     self._stream.abort()
-                self._use_found()
                 self.leave.wait(0.05)
+                self._use_found()
 
     def close(self) -> None:
         """Close the sound card, after the ramp down."""
