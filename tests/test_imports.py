@@ -98,6 +98,14 @@ def widget_level(module):
     return next(i for i, parts in enumerate(WIDGET_LEVELS) if widget_part(module) in parts)
 
 
+def statements(body):
+    """All statements, also within others; what is in expressions imports nothing, and is most of a file."""
+    for one in body:
+        yield one
+        for inside in ("body", "handlers", "cases", "orelse", "finalbody"):
+            yield from statements(getattr(one, inside, ()))
+
+
 @cache
 def imported(module):
     """Every module that a module imports, in its functions and for its annotations, too.
@@ -108,7 +116,7 @@ def imported(module):
     tree = ast.parse(SOURCES[module].read_text())
     if module == "underfoot":
         tree.body = [one for one in tree.body if not ast.unparse(one).startswith("if TYPE_CHECKING")]
-    for node in ast.walk(tree):
+    for node in statements(tree.body):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
