@@ -37,7 +37,8 @@ def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - 
         return _connected(f"{where}?mode=rw", asked, options)
     log, is_protected = Path(f"{path}-wal"), not os.access(path, os.W_OK)
     if not (log.exists() and log.stat().st_size) and (is_protected or not os.access(path.parent, os.W_OK)):
-        return _connected(f"{where}?immutable=1", (), options)  # there is no log, and there can be none
+        # There is no log, and there can be none. A file that was moved just now is protected, too: it must not be made.
+        return _connected(f"{where}?mode=ro&immutable=1", (), options)
     how = "mode=ro&vfs=unix-none" if is_protected and os.name == "posix" else "mode=rw"
     return _connected(f"{where}?{how}", ("pragma locking_mode = exclusive",), options)
 

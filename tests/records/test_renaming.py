@@ -19,6 +19,7 @@ from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
 from underfoot.records.renaming import rename_recording
 from underfoot.records.survey import Survey, cache_survey, load_cached_survey
+from underfoot.sqlite_files import opened
 
 
 @pytest.fixture(scope="module")
@@ -135,3 +136,9 @@ def test_a_damaged_file_can_be_renamed_too(tmp_path):
     assert rename_recording(path, "damaged").read_bytes() == bytes(5000)
     with pytest.raises(sqlite3.DatabaseError), closing(sqlite3.connect(tmp_path / "damaged.underfoot")) as base:
         base.execute("select 1 from about")
+
+
+def test_whoever_opens_the_old_name_too_late_makes_no_file_of_it(tmp_path):
+    with pytest.raises(sqlite3.OperationalError):
+        opened(tmp_path / "moved a moment ago.underfoot")
+    assert not list(tmp_path.iterdir())
