@@ -76,6 +76,8 @@ class RecordingsWorkspace(Workspace):
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self)
+        self._asked: Path | None = None
+        """The recording that was asked for last: one before it may still be reported as opened."""
         self._renaming: Path | None = None
         """Its survey waits until it has its name: a recording that is read cannot be renamed."""
         self._survey_again = False
@@ -121,7 +123,8 @@ class RecordingsWorkspace(Workspace):
         self._close_recording(f"Opening {path.name}…")
         self._show_name(path.stem)
         self.recordings.mark(path)
-        self.reader.open(path.absolute())
+        self._asked = path.absolute()
+        self.reader.open(self._asked)
 
     def _open_if_other(self, path: Path) -> None:
         """Open the recording that was chosen, or go back to it."""
@@ -171,6 +174,8 @@ class RecordingsWorkspace(Workspace):
         self._enable()
 
     def _show_opened(self, opened: OpenedRecording) -> None:
+        if opened.path != self._asked:
+            return
         survey = opened.survey or Survey()
         content = RecordingContent(opened, contacts=survey.contacts, steps=survey.steps)
         content.visible_steps = self.steps.matching(survey.steps)
@@ -302,6 +307,8 @@ class RecordingsWorkspace(Workspace):
 
     def _show_renamed(self, old: Path, new: Path) -> None:
         self._renaming = None
+        if self._asked == old:
+            self._asked = new
         content = self.axis.content
         if content is not None and self._is_open(old):
             content.opened = replace(content.opened, path=new)

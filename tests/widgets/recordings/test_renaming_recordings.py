@@ -1,6 +1,7 @@
 """A recording gets another name in the list: by F2, by the menu, and only if nothing is lost by it."""
 
 import shutil
+import threading
 from itertools import pairwise
 
 import pytest
@@ -15,6 +16,8 @@ from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
 from underfoot.records.survey import load_cached_survey
+
+TIMEOUT_S = 60.0
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +115,20 @@ def test_one_that_is_renamed_while_it_is_being_opened_is_surveyed_under_its_new_
     assert workspace.title.text() == "wednesday"
     with Recording(folder / "wednesday.underfoot") as recording:
         assert load_cached_survey(recording).whole
+
+
+def test_what_is_opened_while_another_is_clicked_is_not_shown_in_its_place(workspace, qtbot):
+    """It was shown for a moment, and its survey went on: its steps came into the recording that was clicked then."""
+    is_opened, shown = threading.Event(), []
+    workspace.reader.opened.connect(is_opened.set, Qt.ConnectionType.DirectConnection)
+    workspace.reader.opened.connect(lambda _: shown.append(workspace.title.text()))
+    click(workspace, "tuesday")
+    assert is_opened.wait(TIMEOUT_S)  # in the reader's thread, and not told in this one yet
+    click(workspace, "monday")
+    qtbot.waitUntil(lambda: len(shown) == 2)
+    assert shown == ["monday", "monday"]
+    assert workspace.recordings.chosen_path().stem == "monday"
+    assert not workspace.surveyor.is_busy
 
 
 @pytest.mark.parametrize(
