@@ -269,7 +269,7 @@ class TrackPainter:
         painter.setPen(QColor(theme.TEXT))
         painter.drawText(QPointF(8.0, track.top + 11.0), labels[0])
         painter.setPen(QColor(theme.MUTED))
-        if track.bottom - track.top > 40.0 and metrics.horizontalAdvance(labels[1]) <= GUTTER_PX - 12.0:
+        if track.bottom - track.top > 20.0 and metrics.horizontalAdvance(labels[1]) <= GUTTER_PX - 12.0:
             painter.drawText(QPointF(8.0, track.top + 24.0), labels[1])
         else:
             painter.drawText(QPointF(self.left + 6.0, track.top + 11.0), labels[1])

@@ -205,3 +205,13 @@ def test_a_long_name_is_cut_off_and_lies_over_nothing_in_a_narrow_window(qtbot, 
         assert all(left.right() < right.left() for left, right in pairwise(shown))
         assert workspace.title.text().startswith("2026-11")
         assert workspace.title.toolTip() == name
+
+
+def test_the_unit_of_a_low_track_is_beside_it_and_not_over_its_curve(workspace, qtbot):
+    workspace.resize(900, 548)
+    qtbot.waitUntil(lambda: not workspace.surveyor.is_busy and workspace.axis.content.overview is not None)
+    QApplication.processEvents()
+    axis = workspace.axis
+    name = QRect(0, round(axis.position_of(0.0, "commanded").y()) + 5, 60, 8)  # below "Commanded,"
+    picture = axis.grab(name).toImage()
+    assert len({picture.pixel(x, y) for x in range(name.width()) for y in range(name.height())}) > 1
