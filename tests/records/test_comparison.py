@@ -59,6 +59,9 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
     drawn = comparison_drawing(groups).series
     assert [one.style for one in drawn] == ["area", "area", "line", "line", "line"]
     np.testing.assert_array_equal(drawn[0].y, band(groups[0].stance).y)
+    many = comparison_drawing([groups[0]] * 5)  # five bands would hide the means
+    assert [one.style for one in many.series] == ["line"] * 5
+    assert many.y == "mean force, N"
 
 
 @pytest.fixture

@@ -42,6 +42,8 @@ GAIT_MEASURES = ("stance_asymmetry_percent", "length_asymmetry_percent", "stride
 PERCENT = np.linspace(0.0, 100.0, STANCE)
 """The share of stance at each value of a curve."""
 SPREAD_AXIS = "mean force ± 1 SD, N"
+_MOST_BANDS = 4
+"""Of more groups, bands would lie over each other and over the means."""
 STANCE_SUFFIX = ".stance.csv"
 
 _NO_SHARE = ("double_support_ms", *GAIT_MEASURES)
@@ -134,17 +136,18 @@ def band(curve: StanceCurve, name: str = "", colour: str = "force") -> Series:
 
 
 def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawing:
-    """Return the mean force over stance of each group, in a band of one standard deviation; a note without any."""
+    """Return the mean force over stance of each group, of up to four with bands of one SD; a note without any."""
     series = []
     shown = [(k, group) for k, group in enumerate(groups) if group.stance.count]
     looks = {k: (_COLOURS[k % len(_COLOURS)], "dashed" if k >= len(_COLOURS) else "line") for k, _ in shown}
-    series += [band(group.stance, colour=looks[k][0]) for k, group in shown if group.stance.count > 1]
+    has_bands = len(shown) <= _MOST_BANDS
+    series += [band(group.stance, colour=looks[k][0]) for k, group in shown if has_bands and group.stance.count > 1]
     series += [Series(group.name, PERCENT, group.stance.mean_n, looks[k][1], looks[k][0]) for k, group in shown]
     largest = max((float(np.max(one.y)) for one in series), default=0.0)
     return Drawing(
         "Stance",
         "share of stance, %",
-        SPREAD_AXIS,
+        SPREAD_AXIS if has_bands else "mean force, N",
         tuple(series),
         x_range=(0.0, 100.0),
         y_range=(0.0, max(100.0, 1.05 * largest)),
