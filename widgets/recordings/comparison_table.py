@@ -47,6 +47,7 @@ class ComparisonTable(QTableWidget):
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         self.horizontalHeader().setHighlightSections(False)
+        self.horizontalHeader().setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names often differ at their ends
         self.groups: list[Group] = []
 
     def show_groups(self, groups: list[Group]) -> None:
