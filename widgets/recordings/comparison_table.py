@@ -70,7 +70,7 @@ class ComparisonTable(QTableWidget):
             self._fill(row, heading, "", [(fixed(getattr(group, name)), "", "") for group in groups])
         for row, column in enumerate(rows, start=len(_COUNTS)):
             heading = f"{column.heading}, {column.unit}"
-            self._fill(row, heading, column.doc, [_cells(group.figures[column.name], column) for group in groups])
+            self._fill(row, heading, column.doc, [_cells(group, column) for group in groups])
         self.resizeColumnsToContents()
         for place in range(len(heads)):
             self.setColumnWidth(place, min(self.columnWidth(place) + theme.GRID, WIDEST_PX))
@@ -109,11 +109,14 @@ _SIDE = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _FIRST_SIDE = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-def _cells(one: Figures, column: Column) -> tuple[str, str, str]:
+def _cells(group: Group, column: Column) -> tuple[str, str, str]:
+    one = group.figures[column.name]
     if not one.count:
         return UNKNOWN, "", ""
     spread = f" ± {fixed(one.sd, column.decimals)}" if math.isfinite(one.sd) else ""
     of = counted(one.count, "person") if column.name in GAIT_MEASURES else counted(one.count, "step")
+    if column.name in STEP_MEASURES and group.persons > 1:  # whose means differ: the SD is not that of one walk
+        of += f" of {counted(group.persons, 'person')} together"
     tip = f"Mean ± SD of {of}" if spread else f"Of {of}"
     return f"{fixed(one.mean, column.decimals)}{spread}", _difference(one, column.decimals), tip
 

@@ -40,7 +40,10 @@ class ComparisonView(QWidget):
         self.table, self.plot = ComparisonTable(), Plot("Mean force over stance")
         self.facts, self.by = ElidedLabel("muted"), QComboBox()
         self.by.setAccessibleName("What is compared")
-        self.by.setToolTip("Compare the recordings, or left and right, or the persons of each")
+        self.by.setToolTip(
+            "Compare the recordings, or left and right, or the persons of each: a number is of its recording,\n"
+            "and person 1 of another can be somebody else"
+        )
         self.by.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         for by, text in _BY:
             self.by.addItem(text, by)

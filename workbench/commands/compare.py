@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     type=click.Choice(["recording", "side", "person"]),
     default="recording",
     show_default=True,
-    help="What is compared: the recordings, or left and right, or the persons of each.",
+    help="What is compared: the recordings, or left and right, or the persons of each; person 1 of another recording "
+    "can be somebody else.",
 )
 @click.option("-o", "--output", type=OUTPUT, help="CSV file to write; force over stance beside it, as NAME.stance.csv.")
 @click.option("--json", "as_json", is_flag=True, help="Print measures and force over stance as JSON.")

@@ -20,14 +20,15 @@ CONTACT_MS = {"before": (600.0, 620.0), "after": (640.0, 650.0)}
 
 @pytest.fixture
 def two(workspace, folder, qtbot):
-    """The workspace with two recordings, the earlier one open; steps are those of `CONTACT_MS`, left and right."""
+    """The workspace with two recordings, the earlier one open; steps are those of `CONTACT_MS`, left and right, the
+    later ones of two persons."""
     for day, (name, contacts_ms) in enumerate(CONTACT_MS.items()):
         path = folder / f"{name}.underfoot"
         about = {"begun": f"2026-11-{24 + day}T10:00:00"}
         write_recording(path, 0.5, default_floor(1, 2), vibration=False, about=about)
         steps = [
-            Stance(replace(STEP, contact_ms=ms, side=side), (ms,) * 101)
-            for side, ms in zip(("left", "right"), contacts_ms, strict=True)
+            Stance(replace(STEP, contact_ms=ms, side=side, person=person), (ms,) * 101)
+            for side, person, ms in zip(("left", "right"), (1, 1 + day), contacts_ms, strict=True)
         ]
         with Recording(path) as recording:
             cache_survey(recording, Survey(steps=steps, whole=True))
@@ -64,6 +65,8 @@ def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot
     assert view.isVisible()
     assert [view.table.horizontalHeaderItem(place).text() for place in (1, 2, 3)] == ["before", "after", "Difference"]
     assert row_of(two, "Contact, ms") == ["610 ± 14", "645 ± 7", "+35 (+5.7 %)"]
+    of_each = [view.table.item(2, column).toolTip() for column in (1, 2)]
+    assert of_each == ["Mean ± SD of 2 steps", "Mean ± SD of 2 steps of 2 persons together"]
     assert [one.name for one in view.plot.drawing.series if one.style == "line"] == ["before", "after"]
     two.recordings.refresh()  # as when a recording has ended
     assert [path.stem for path in two.recordings.chosen_paths()] == ["before", "after"]
