@@ -49,8 +49,8 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
     groups = compared(whole, "person")
     assert all(not group.figures["stance_asymmetry_percent"].count for group in compared(whole, "side"))
     head, *lines = csv.reader(comparison_csv(groups).splitlines())
-    assert head[:5] == ["measure", "a, b, person 1 steps", "a, b, person 1 mean", "a, b, person 1 SD",
-                        "a, b, person 2 steps"]  # fmt: skip
+    assert head[:5] == ["measure", "a, b, person 1 n", "a, b, person 1 mean", "a, b, person 1 SD",
+                        "a, b, person 2 n"]  # fmt: skip
     assert next(line for line in lines if line[0] == "contact_ms") == [
         "contact_ms", "4", "600", "0", "2", "650", "0", "50", "8.33333", "1", "500", "", "-100", "-16.6667"
     ]  # fmt: skip

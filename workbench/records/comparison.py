@@ -159,10 +159,10 @@ def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawi
 
 
 def comparison_csv(groups: Sequence[Group]) -> str:
-    """Return a table, a line per measure: count, mean and SD of each group, and differences from the first one."""
+    """Return a table, a line per measure: n of each group, mean, SD, and difference from the first one."""
     heads = ["measure"]
     for number, group in enumerate(groups):
-        ends = ("steps", "mean", "SD", *(("difference", "difference %") if number else ()))
+        ends = ("n", "mean", "SD", *(("difference", "difference %") if number else ()))
         heads += [f"{group.name} {end}" for end in ends]
     lines = [heads]
     for measure in (*STEP_MEASURES, *GAIT_MEASURES):

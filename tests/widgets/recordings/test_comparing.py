@@ -95,7 +95,7 @@ def test_the_feet_of_one_recording_are_compared_renamed_and_saved(two, qtbot, fo
     qtbot.waitUntil(lambda: view.facts.full_text == "shod")
     assert two.export()
     two.window().findChild(QFileDialog).fileSelected.emit(str(folder / "feet.csv"))
-    assert (folder / "feet.csv").read_text().startswith("measure,left steps,left mean,left SD,right steps")
+    assert (folder / "feet.csv").read_text().startswith("measure,left n,left mean,left SD,right n")
     assert (folder / "feet.stance.csv").read_text().splitlines()[1] == "0,600,,620,"
     qtbot.mouseClick(view.close_button, Qt.MouseButton.LeftButton)
     assert not view.isVisible()
