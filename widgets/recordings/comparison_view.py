@@ -22,7 +22,12 @@ from underfoot.widgets.recordings.survey_reader import SurveyReader
 
 MOST = 12
 """Most recordings that are compared: a table of more is read by nobody."""
-_BY = (("recording", "By recording"), ("side", "By side"), ("person", "By person"))
+_BY = (
+    ("recording", "By recording", "no steps"),
+    ("side", "By side", "no steps whose side is known"),
+    ("person", "By person", "no steps whose person is known"),
+)
+"""What groups differ in, in words, and what is said where there is no group."""
 
 
 class ComparisonView(QWidget):
@@ -45,7 +50,7 @@ class ComparisonView(QWidget):
             "and person 1 of another can be somebody else"
         )
         self.by.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        for by, text in _BY:
+        for by, text, _ in _BY:
             self.by.addItem(text, by)
         self.copy_button = tool_button("", "Copy", "Copy the table as CSV")
         self.save_button = tool_button("export", "Save…", "Save the table as CSV, and the curves beside it")
@@ -71,8 +76,7 @@ class ComparisonView(QWidget):
         for path in set(paths) - set(self.paths):
             self.notified.emit(f"{path.name} is being recorded; it can be compared when that has ended.")
         self._stances = {path: self._stances[path] for path in self.paths if path in self._stances}
-        self._show()
-        self.reader.begin([path for path in self.paths if path not in self._stances])
+        self._read()
 
     def show_renamed(self, old: Path, new: Path) -> None:
         """Show a recording under its new name."""
@@ -80,7 +84,7 @@ class ComparisonView(QWidget):
             self.paths[self.paths.index(old)] = new
             if old in self._stances:
                 self._stances[new] = self._stances.pop(old)
-            self._show()
+            self._read()
 
     def save(self) -> None:
         """Ask for a file, and write table and curves."""
@@ -113,6 +117,11 @@ class ComparisonView(QWidget):
         else:
             super().keyPressEvent(event)
 
+    def _read(self) -> None:
+        """Show what is known, and read the rest."""
+        self._show()
+        self.reader.begin([path for path in self.paths if path not in self._stances])
+
     def _take(self, path: Path, stances: Sequence[Stance]) -> None:
         self._stances[path] = stances
         self._show()
@@ -132,7 +141,8 @@ class ComparisonView(QWidget):
         groups = compared(named, self.by.currentData()) if named else []
         self.table.show_groups(groups)
         waits = len(read) < len(self.paths)
-        self.plot.show_drawing(comparison_drawing(groups, "looking for steps…" if waits else "no steps"))
+        note = "looking for steps…" if waits else _BY[self.by.currentIndex()][2]
+        self.plot.show_drawing(comparison_drawing(groups, note))
         for button in (self.copy_button, self.save_button):
             button.setEnabled(bool(groups) and not waits)
         self._show_facts()

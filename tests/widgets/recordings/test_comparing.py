@@ -101,6 +101,18 @@ def test_the_feet_of_one_recording_are_compared_renamed_and_saved(two, qtbot, fo
     assert not view.isVisible()
 
 
+def test_one_that_is_renamed_while_its_steps_are_looked_for_is_compared_under_its_new_name(two, qtbot, folder):
+    view = two.comparison
+    write_recording(folder / "new.underfoot", 3.0, default_floor(1, 2), vibration=False)
+    two.recordings.refresh()
+    two.recordings.compared.emit([folder / "new.underfoot"])  # as of its context menu
+    qtbot.waitUntil(lambda: "looking" in view.facts.full_text)
+    two.reader.rename(folder / "new.underfoot", "named")
+    qtbot.waitUntil(lambda: view.paths == [folder / "named.underfoot"])
+    qtbot.waitUntil(lambda: view.plot.drawing.note == "no steps whose side is known")
+    assert view.facts.full_text == "named"
+
+
 def test_steps_that_nobody_has_looked_for_are_found_and_what_is_damaged_is_left_out(two, qtbot, folder):
     view, said = two.comparison, []
     two.notified.connect(said.append)
