@@ -163,6 +163,11 @@ def write_document(format: str, version: int, document: msgspec.Struct) -> bytes
     return msgspec.json.format(msgspec.json.encode(_lean(fields)), indent=1)
 
 
+def written_part(part: msgspec.Struct) -> bytes:
+    """Return a part of a document as JSON as `write_document` writes it, without spaces."""
+    return msgspec.json.encode(_lean(msgspec.to_builtins(part)))
+
+
 def _lean(value: object) -> object:
     if isinstance(value, dict):
         return {key: _lean(item) for key, item in value.items() if item not in (None, "", (), [], {})}

@@ -67,6 +67,7 @@ def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
     assert found.equaliser.shape == (7, 6)
     page = (report / "response.html").read_text()
     assert page.count("<svg") == 4
+    assert f"<th>calibration</th><td>{found.response.identity}</td>" in page
     assert page.count("m/s²") >= 3  # among the drawings, the figures and the verdict
     assert not re.search(r"<b>[^<]*m/s\^2|<t[dh]>(-|m/s\^2)", page)
     assert (report / "response-none.csv").exists()

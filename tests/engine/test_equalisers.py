@@ -14,15 +14,18 @@ from scipy.signal import butter, sosfilt
 from underfoot.__main__ import cli
 from underfoot.clock import FADE
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.calibrations import calibrations_in_use
 from underfoot.engine.commands import Pulse, TileEqualiser, equalisers_of, from_text, to_text
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render_source
 from underfoot.engine.safety import Limits
 from underfoot.engine.session_replay import replay
+from underfoot.engine.target import Target
 from underfoot.engine.tile_pulse import PULSE_S
 from underfoot.errors import BadFile, BadValue
-from underfoot.floor.profile import Profile, Response
+from underfoot.floor.profile import Centroid, Latency, Profile, Response
 from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
 from underfoot.records.recording import Recording
 
 RATE = 48_000
@@ -151,7 +154,7 @@ def test_equalisers_that_cannot_be_are_refused():
 
 
 def test_an_equaliser_is_recorded_as_it_was():
-    for command in (TileEqualiser("t1", 31.4, BAND, 44_100.0), TileEqualiser("t2")):
+    for command in (TileEqualiser("t1", 31.4, BAND, 44_100.0, "2026-05-02 a07be6c51f98"), TileEqualiser("t2")):
         assert from_text(*to_text(command)) == command
 
 
@@ -184,7 +187,21 @@ def test_a_live_session_takes_its_profiles_and_a_new_one_at_once_and_is_replayed
     assert np.abs(before[:, 0]).max() < 0.8 * np.abs(before[:, 2]).max()
     with Recording(path) as recording:
         played_live = recording.vibration()[1]
+        used = recording.calibrations
+    assert used == {"t1": {"response": Profile.load(folder / "t1.json").response.identity}}
     assert replay(path, REGISTRY).samples.tobytes() == played_live.tobytes()
+
+
+def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_where_it_holds():
+    place = Centroid(made="2024-05-01", sensors_m=FLOOR.tiles[0].sensors_m)
+    lag = Latency(made="2024-05-02", round_trip_ms=20.0)
+    profiles = {"t1": Profile(tile="t1", centroid=place, latency=lag), "t2": Profile(tile="t2")}
+    wired = Target(FLOOR, "serial", "none", round_trip_frames=960)
+    assert calibrations_in_use(wired, profiles, {}) == {"t1": {"centroid": place.identity, "latency": lag.identity}}
+    simulated = Target(FLOOR, simulation=str(preset_files.simulations()["plywood-tile"]))
+    assert calibrations_in_use(simulated, profiles, {}) == {"t1": {"centroid": place.identity}}
+    for ideal in (Target(FLOOR), Target(FLOOR, simulation="people=2", block=64, round_trip_frames=960)):
+        assert calibrations_in_use(ideal, profiles, {}) == {}
 
 
 def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):
@@ -208,7 +225,9 @@ def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):
 
 def test_a_profile_drives_its_tile():
     profile = measured("t1")
-    assert TileEqualiser.of_profile("t1", profile) == TileEqualiser("t1", 30.0, BAND)
+    assert TileEqualiser.of_profile("t1", profile) == TileEqualiser(
+        "t1", 30.0, BAND, calibration=profile.response.identity
+    )
     source = SimulatedFloor(FLOOR)
     rendered = render_source(hum(), REGISTRY, source, 0.2, LoopOptions(equalisers=equalisers_of({"t1": profile})))
     out = played(loop_of(hum(), equalisers=[TileEqualiser("t1", 30.0, BAND)]), 9_600)

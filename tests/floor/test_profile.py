@@ -1,5 +1,6 @@
 """What calibration knows of a tile: its arithmetic, its file, and what it has against itself."""
 
+import hashlib
 import json
 import math
 from datetime import date
@@ -272,6 +273,19 @@ def test_a_replaced_part_is_kept_compared_and_restored():
         profile.restored(1)
     lags = Latency(made="2024-06-01", error=0.017, error_unit="ms", figures={"jitter_ms": 0.0171}, round_trip_ms=20.0)
     assert lags.measured == {"jitter_ms": 0.0171}  # once, and under its own name
+
+
+def test_a_part_is_known_by_its_day_and_the_digest_of_what_its_file_has():
+    lag = Latency(made="2024-06-01", software="0.1.0", round_trip_ms=20, figures={"jitter_ms": 0.0171})
+    profile = Profile.loads(Profile(tile="t1", latency=lag).dumps())
+    written = json.dumps(json.loads(profile.dumps())["latency"], separators=(",", ":"))
+    assert profile.latency.identity == f"2024-06-01 {hashlib.sha256(written.encode()).hexdigest()[:12]}"
+    assert lag.identity == profile.latency.identity == "2024-06-01 1194c49a4013"
+    parts = [msgspec.structs.replace(whole().part(kind), software="0.1.0") for kind in ("fsr", "centroid", "response")]
+    digests = [part.identity.split()[1] for part in parts]
+    assert digests == ["bcd9e8c9045a", "3ad7d6584a3b", "e380c84b21ae"]  # as recordings name them
+    slower = msgspec.structs.replace(lag, round_trip_ms=20.001)
+    assert slower.identity != lag.identity
 
 
 def test_what_speaks_against_a_profile_is_said():

@@ -74,6 +74,14 @@ def test_a_file_with_our_number_and_nothing_else_is_refused_and_let_go_of(tmp_pa
     path.unlink()  # nothing holds it: where that matters, this fails
 
 
+@pytest.mark.parametrize("text", ["[", '{"t1": 2}', b"\x00"])
+def test_calibrations_that_cannot_be_read_are_said_in_a_line(whole, text):
+    with closing(sqlite3.connect(whole)) as base, base:
+        base.execute("insert into about values ('calibrations', ?)", (text,))
+    with Recording(whole) as recording, pytest.raises(BadFile, match=r"whole\.uf: its calibrations cannot be read: "):
+        assert recording.calibrations
+
+
 @pytest.mark.parametrize("key", ["floor", "rate", "force_rate", "patch"])
 def test_one_that_lacks_what_it_needs_says_what(whole, key):
     with closing(sqlite3.connect(whole)) as base:

@@ -26,11 +26,14 @@ from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
 
 FLOOR, BEGUN = default_floor(1, 2), "2026-11-24T10:00:00"
+CALIBRATIONS = {"t1": {"fsr": "2026-05-01 0f3c9a1b2d4e"}, "t2": {"response": "2026-05-02 a07be6c51f98"}}
+IN_USE = ["t1 Forces 2026-05-01 0f3c9a1b2d4e", "t2 Vibration 2026-05-02 a07be6c51f98"]
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    made = write_recording(tmp_path_factory.mktemp("exported") / "walk.underfoot", 4.0, FLOOR, about={"begun": BEGUN})
+    about = {"begun": BEGUN, "calibrations": json.dumps(CALIBRATIONS)}
+    made = write_recording(tmp_path_factory.mktemp("exported") / "walk.underfoot", 4.0, FLOOR, about=about)
     with Recording(made) as recording:
         recording.add_mark(48_000, 'a "quoted" mark')
     return made
@@ -66,6 +69,8 @@ def test_csv_is_read_again_to_the_last_bit_with_its_floor(path, recorded, tmp_pa
     with (tmp_path / "walk.marks.csv").open() as file:
         assert list(csv.DictReader(file)) == [{"time_s": "1.000000", "text": 'a "quoted" mark'}]
     assert len((tmp_path / "walk.contacts.csv").read_text().splitlines()) > 1000
+    used = (tmp_path / "walk.calibrations.csv").read_text().splitlines()
+    assert used == ["tile,calibration,made,digest", *(line.replace(" ", ",") for line in IN_USE)]
     refused = CliRunner().invoke(cli, ["export", str(output), "-o", str(tmp_path / "again.c3d")]).exception
     assert isinstance(refused, BadFile)
     assert str(refused).startswith(f"{output} is not a recording; allowed: one (`underfoot monitor FILE --record")
@@ -97,7 +102,7 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         assert [name.decode() for name in file["steps/tile"][:]] == [step.tile for step in recorded[2]]
         assert file["marks/text"][0].decode() == 'a "quoted" mark'
         assert json.loads(file.attrs["floor"])["tiles"][0]["id"] == "t1"
-        assert file.attrs["begun"] == BEGUN
+        assert (file.attrs["begun"], file.attrs["calibrations"].tolist()) == (BEGUN, IN_USE)
 
 
 def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
@@ -108,7 +113,7 @@ def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
         np.testing.assert_array_equal(content["measured_m_s2"], recording.acceleration("measured")[1])
     np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
     assert content["tiles"].tolist() == ["t1", "t2"]
-    assert content["begun"] == BEGUN
+    assert (content["begun"], content["calibrations"].tolist()) == (BEGUN, IN_USE)
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +162,8 @@ def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_p
     assert (events["USED"]["type"], events["USED"]["value"]) == (2, [2 * len(steps) + 1])  # 2: a whole number
     assert events["TIMES"]["value"][:, mark] == pytest.approx([0.0, 1.0])
     assert events["SUBJECTS"]["value"][mark] == ""
-    assert content["parameters"]["UNDERFOOT"]["BEGUN"]["value"] == [BEGUN]
+    own = content["parameters"]["UNDERFOOT"]
+    assert (own["BEGUN"]["value"], own["CALIBRATIONS"]["value"]) == ([BEGUN], IN_USE)
 
 
 def test_events_of_c3d_are_told_in_minutes_and_seconds(tmp_path):
@@ -426,7 +432,9 @@ def test_an_export_that_is_stopped_at_any_of_its_parts_leaves_nothing(path, tmp_
             assert not list(tmp_path.iterdir()), last
 
 
-@pytest.mark.parametrize("name", ["csv", "floor.json", "steps.csv", "contacts.csv", "marks.csv", "stretch.csv"])
+@pytest.mark.parametrize(
+    "name", ["csv", "floor.json", "steps.csv", "contacts.csv", "marks.csv", "stretch.csv", "calibrations.csv"]
+)
 def test_a_csv_export_of_which_a_table_cannot_be_written_leaves_none_of_them(path, tmp_path, name):
     (tmp_path / f"walk.{name}").mkdir()
     with Recording(path) as recording, pytest.raises(BadFile, match=f"walk.{name} cannot be written: is a directory"):

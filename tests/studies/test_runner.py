@@ -23,7 +23,7 @@ from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import Plate, PlateCalibration
 from underfoot.devices.replay import Replay
-from underfoot.engine.commands import Strike
+from underfoot.engine.commands import Strike, TileEqualiser
 from underfoot.engine.reports import CommandApplied, OutputChanged
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile, BadValue
@@ -166,13 +166,18 @@ def test_a_study_that_was_left_goes_on_at_the_next_trial(session, until, tmp_pat
     with taking_part(session, two, path, until) as person:
         person.answer_page()
         next_page = person.runner.page.key
+    session.send(TileEqualiser("t1", calibration="2026-05-02 a07be6c51f98"))
     with taking_part(session, two, path, until) as person:
         person.until_phase(Phase.READY)
         assert person.runner.page.key == next_page
+    with taking_part(session, two, path, until) as person:
         person.finish_study()
+    session.send(TileEqualiser("t1"))
     file = SessionFile.open(path)
     assert [entry.trial.number for entry in file.entries()] == [1, 2]
+    notes = [(note.entry, note.text) for note in file.notes()]
     file.close()
+    assert notes == [(1, "calibrations in use: t1: Vibration 2026-05-02 a07be6c51f98")]  # once, since it was so
 
 
 def test_a_spoiled_trial_is_kept_and_presented_again(session, until, tmp_path):

@@ -65,6 +65,9 @@ def test_an_earlier_part_is_that_of_the_list_also_where_another_window_changed_t
     profiles = driver.workspace.profiles
     profiles.follow(default_floor())
     driver.wait(lambda: len(profiles.of("t1").earlier) == 2)
+    choice = driver.workspace.choice
+    assert choice.cards["response"].toolTip().endswith(rings[1].identity)
+    assert choice.history.item(0).toolTip() == rings[0].identity
     profile.restored(0).save(driver.file())  # by another window
     profiles.restore("t1", 1)
     driver.wait(lambda: driver.written)

@@ -303,9 +303,11 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
     qtbot.mouseClick(calibrate(window).choice.cards["response"], Qt.MouseButton.LeftButton)
     calibrate(window).profiles.save("t2", _with_response(31.0))
     qtbot.waitUntil(lambda: bool(sent), timeout=LONG_MS)
-    assert sent == [TileEqualiser("t2", 31.0, ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),))]
+    saved = Profile.load(f"{window.controller.target.profiles}/t2.json").response
+    assert sent == [TileEqualiser("t2", 31.0, saved.equaliser, calibration=saved.identity)]
+    assert session.calibrations == {"t2": {"response": saved.identity}}
     assert window.controller.session is session
-    assert Profile.load(f"{window.controller.target.profiles}/t2.json").acceleration_per_unit == 31.0
+    assert (saved.acceleration_per_unit, saved.equaliser) == (31.0, ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),))
     assert window.main_bar.warnings.isVisible()
     assert "days ago" in window.main_bar.warnings.toolTip()
     window.workspaces.choose("Design")

@@ -119,7 +119,9 @@ class ChoicePanel(QWidget):
         with QSignalBlocker(self.history):
             self.history.clear()
             for index in self._indices:
-                self.history.addItem(part_text(getattr(profile.earlier[index], kind)))
+                part: Part = getattr(profile.earlier[index], kind)
+                self.history.addItem(part_text(part))
+                self.history.item(self.history.count() - 1).setToolTip(part.identity)
             self.history.setCurrentRow(-1)
         self.history.setVisible(bool(self._indices))
         self._none.setVisible(not self._indices)
@@ -162,7 +164,7 @@ class KindCard(QPushButton):
         self._state.setText(error_text(part))
         theme.set_role(self._state, "small" if part is None or part.good else "alarm")
         self.setAccessibleName(f"{self._name}: {text}")
-        self.setToolTip(text if part is None else part.verdict or text)
+        self.setToolTip(text if part is None else f"{part.verdict or text}\n{part.identity}")
 
     def visible_text(self) -> str:
         """Return the text beside and under the name."""

@@ -6,18 +6,18 @@ from PySide6.QtWidgets import QLabel
 
 
 class ElidedLabel(QLabel):
-    """A label that uses the available width; the tooltip has the full text if it is elided."""
+    """A label that uses the available width; the tooltip has the full text if it is elided, and details."""
 
     def __init__(self, role: str = "") -> None:
         super().__init__()
-        self.full_text = ""
+        self.full_text = self._details = ""
         self.setTextFormat(Qt.TextFormat.PlainText)
         if role:
             self.setProperty("role", role)
 
-    def set_full_text(self, text: str) -> None:
-        """Set the text, elided to the available width."""
-        self.full_text = text
+    def set_full_text(self, text: str, details: str = "") -> None:
+        """Set the text, elided to the available width; `details` are in the tooltip only."""
+        self.full_text, self._details = text, details
         self.updateGeometry()
         self._fit()
 
@@ -35,4 +35,4 @@ class ElidedLabel(QLabel):
     def _fit(self) -> None:
         shown = self.fontMetrics().elidedText(self.full_text, Qt.TextElideMode.ElideRight, self.contentsRect().width())
         self.setText(shown)
-        self.setToolTip(self.full_text if shown != self.full_text else "")
+        self.setToolTip("\n".join(filter(None, (self.full_text if shown != self.full_text else "", self._details))))

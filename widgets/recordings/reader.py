@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
+from underfoot.floor.profile_parts import InUse
 from underfoot.records import envelopes
 from underfoot.records.envelopes import Envelope
 from underfoot.records.recording import Gap, Mark, Recording
@@ -47,6 +48,7 @@ class OpenedRecording:
     survey: Survey | None
     is_drawn: bool
     """Whether the envelopes are complete."""
+    calibrations: InUse
 
     @property
     def length_s(self) -> float:
@@ -323,6 +325,7 @@ def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
         recording.gaps(),
         load_cached_survey(recording),
         has_envelopes(recording),
+        recording.calibrations,
     )
 
 

@@ -12,6 +12,7 @@ from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
+from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.quantities import counted
 from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
@@ -183,10 +184,15 @@ class RecordingsWorkspace(Workspace):
         self.axis.show_content(content)
         self.steps.show_steps(survey.steps)
         self.recordings.mark(opened.path)
-        folder = opened.about.get("target", "")
-        length, tiles = time_text(opened.length_s, 0.1), counted(len(opened.floor.tiles), "tile")
+        used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
+        facts = (
+            time_text(opened.length_s, 0.1),
+            counted(len(opened.floor.tiles), "tile"),
+            opened.about.get("target", ""),
+            f"{', '.join(used)} calibrated" if used else "",
+        )
         self._show_name(opened.path.stem)
-        self.facts.set_full_text(f"{length}  ·  {tiles}" + (f"  ·  {folder}" if folder else ""))
+        self.facts.set_full_text("  ·  ".join(filter(None, facts)), "\n".join(lines_of(opened.calibrations)))
         self._enable()
         self.follower.follow(opened.path)
         if self.follower.is_written(opened.path):

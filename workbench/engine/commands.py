@@ -256,7 +256,8 @@ class Mark(Command, frozen=True):
 class TileEqualiser(Command, frozen=True):
     """Set the drive of a tile as in its profile: the acceleration in m/s^2 per full-scale unit, and the equaliser.
 
-    `sections` are second-order sections [b0, b1, b2, 1, a1, a2] at `rate_hz`; none for no equaliser.
+    `sections` are second-order sections [b0, b1, b2, 1, a1, a2] at `rate_hz`; none for no equaliser. `calibration` is
+    the `identity` of the profile's response.
     """
 
     kind: ClassVar[str] = "Correct"
@@ -265,18 +266,20 @@ class TileEqualiser(Command, frozen=True):
     acceleration_per_unit: float = NOMINAL_ACCELERATION
     sections: tuple[tuple[float, ...], ...] = ()
     rate_hz: float = RATE_HZ
+    calibration: str = ""
 
     @staticmethod
     def of_profile(tile: str, profile: Profile) -> "TileEqualiser":
         """Return the command for a tile with this profile; without equaliser if its response was not measured.
 
         >>> TileEqualiser.of_profile("t1", Profile(tile="t1"))
-        TileEqualiser(tile='t1', acceleration_per_unit=20.0, sections=(), rate_hz=48000)
+        TileEqualiser(tile='t1', acceleration_per_unit=20.0, sections=(), rate_hz=48000, calibration='')
         """
         response = profile.response
         if response is None:
             return TileEqualiser(tile, profile.acceleration_per_unit)
-        return TileEqualiser(tile, response.acceleration_per_unit, response.equaliser, response.rate_hz)
+        level, sections = response.acceleration_per_unit, response.equaliser
+        return TileEqualiser(tile, level, sections, response.rate_hz, response.identity)
 
     def check(self, floor: Floor) -> None:
         """Check the tile, and raise `BadValue` for unstable sections, or a scale that is not above 0."""

@@ -13,9 +13,9 @@ from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
-import msgspec
 from msgspec.structs import replace
 
+from underfoot.engine.calibrations import calibration_texts, calibrations_in_use
 from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import (
     Command,
@@ -55,6 +55,7 @@ from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz, is_simulated, plates_of
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.profile import profiles_of, round_trip_frames
+from underfoot.floor.profile_parts import InUse
 from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -91,7 +92,7 @@ class Session:
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
-        profiles = profiles_of(target.profiles, target.floor)
+        self._profiles = profiles = profiles_of(target.profiles, target.floor)
         is_of_the_card = target.kind != "simulator" or not is_simulated(target)  # or measured on the simulated tile
         if is_of_the_card and not target.round_trip_frames:
             self.target = replace(target, round_trip_frames=round_trip_frames(profiles, target.rate, target.block))
@@ -322,7 +323,7 @@ class Session:
             "force_rate": repr(self.force_rate_hz),
             "target": self.target.kind,
             "begun": datetime.now().isoformat(timespec="seconds"),
-            "corrections": self._equalisers_text(),
+            **calibration_texts(self._equalisers, self.calibrations),
             "simulation": made_of.dumps().decode() if made_of else "",
         }
         self._recorder.begin(Path(path), about)
@@ -343,8 +344,10 @@ class Session:
         """Return what has become of the files of recordings since the last `poll`; for a session that was closed."""
         return self._recorder.take_files()
 
-    def _equalisers_text(self) -> str:
-        return msgspec.json.encode(tuple(self._equalisers.values())).decode()
+    @property
+    def calibrations(self) -> InUse:
+        """The calibrations in use, by tile and part of its profile."""
+        return calibrations_in_use(self.target, self._profiles, self._equalisers)
 
     # --- the compiler ---
 
@@ -401,7 +404,8 @@ class Session:
         self._compiled = patch, scopes = self._playable
         if self._setup is None:
             self._recorder.send(RecordAbout("patch", patch.dumps().decode()))
-            self._recorder.send(RecordAbout("corrections", self._equalisers_text()))
+            for key, text in calibration_texts(self._equalisers, self.calibrations).items():
+                self._recorder.send(RecordAbout(key, text))
         self._started = False
         frame, since = self._engine.resume_point
         self._setup = Setup(

@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
 
+import msgspec
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from underfoot.arguments import choice, integer
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
+from underfoot.floor.profile_parts import InUse
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
 from underfoot.sqlite_files import is_gone, opened, require_whole
 
@@ -186,6 +188,17 @@ class Recording:
             guess = first + int((frame - rows[0, 0]) / period)
             probes += 1
         return low
+
+    @property
+    def calibrations(self) -> InUse:
+        """The calibrations in use when it was begun: day and digest, by tile and part of its profile.
+
+        Empty where there were none, and in files of an earlier version. Raises `BadFile` if they cannot be read.
+        """
+        try:
+            return msgspec.json.decode(self.about.get("calibrations", "{}"), type=InUse)
+        except (msgspec.DecodeError, TypeError) as error:
+            raise BadFile(f"{self.path}: its calibrations cannot be read: {in_one_line(error)}") from None
 
     @property
     def rate_hz(self) -> float:

@@ -52,7 +52,10 @@ class Results:
         found = analysed(self.rows, self.protocol, settings)
         found[0].remarks += self.remarks
         if self.notes:
-            told = "Entries are numbered as in the table of trials. Stops are noted by the program."
+            told = (
+                "Entries are numbered as in the table of trials. Stops, and calibrations in use with day and digest, "
+                "are noted by the program."
+            )
             columns = ("participant", "time", "after entry", "note")
             found.append(Findings("What was noted", [Table("Notes of the sessions", columns, self.notes, told)]))
         return found

@@ -23,6 +23,7 @@ from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.store import SessionFile, time_of_day
 from underfoot.experiments.study import AGREED, LEVEL_RANGE_DB, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
+from underfoot.floor.profile_parts import lines_of
 from underfoot.patch.patch import Patch
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.equipment import Equipment
@@ -35,6 +36,9 @@ from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
 from underfoot.studies.stimulus_patches import StimulusPatches
 from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 from underfoot.studies.trial_run import Answered, Interrupted, TrialRun
+
+CALIBRATIONS = "calibrations in use: "
+"""Words with which a note begins that the program makes of them."""
 
 
 class Runner:
@@ -84,6 +88,7 @@ class Runner:
         if self.study.was_interrupted and self.page.trial is not None:
             number = f"trial {self.page.trial.number} of {self.page.stage}"
             self.messages.append(f"{number} was felt and not answered when the session ended; it comes again")
+        self._note_calibrations()
         session.stop()  # silence while patches are compiled
 
     # --- display ---
@@ -301,6 +306,13 @@ class Runner:
     def _all_patches(self) -> list[Patch]:
         """Return what is played in silence before the first page, the last one first."""
         return [IDLE, *self._stimuli.kinds()]
+
+    def _note_calibrations(self) -> None:
+        """Note which calibrations are in use, with day and digest, where that has changed since the last time."""
+        noted = [note.text for note in self.file.notes() if note.text.startswith(CALIBRATIONS)]
+        used = CALIBRATIONS + ("; ".join(lines_of(self.session.calibrations)) or "none")
+        if used != (noted[-1] if noted else f"{CALIBRATIONS}none"):
+            self.note(used)
 
     def _require_prepared(self) -> None:
         require(self.is_prepared, "phase", str(self._phase), "what follows the preparation")

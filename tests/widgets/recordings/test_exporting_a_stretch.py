@@ -1,5 +1,7 @@
 """The export dialog offers the stretch that is selected on the axis."""
 
+import json
+
 import pytest
 import soundfile
 from long_recording import write_recording
@@ -17,7 +19,9 @@ def workspace(qtbot, tmp_path, monkeypatch):
     """The workspace on the screen, with six seconds of a walk open."""
     monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
     made = recordings_shown(qtbot)
-    made.open_file(write_recording(tmp_path / "walk.underfoot", 6.0, default_floor(1, 2)))
+    used = {"t1": {"fsr": "2026-05-01 0f3c9a1b2d4e", "response": "2026-05-02 a07be6c51f98"}}
+    about = {"calibrations": json.dumps(used)}
+    made.open_file(write_recording(tmp_path / "walk.underfoot", 6.0, default_floor(1, 2), about=about))
     qtbot.waitUntil(lambda: made.axis.content is not None and made.axis.content.overview is not None)
     qtbot.waitUntil(lambda: not made.surveyor.is_busy)
     return made
@@ -54,7 +58,9 @@ def test_what_is_selected_on_the_axis_is_exported_alone(workspace, qtbot, tmp_pa
     assert len(soundfile.read(tmp_path / "part.wav")[0]) == round(2.5 * 48_000)
 
 
-def test_without_a_selection_the_dialog_says_how_to_make_one(workspace):
+def test_without_a_selection_the_dialog_says_how_to_make_one_and_the_title_which_calibrations_there_were(workspace):
+    assert workspace.facts.full_text == "6.0 s  ·  2 tiles  ·  simulator  ·  Forces, Vibration calibrated"
+    assert "t1: Forces 2026-05-01 0f3c9a1b2d4e, Vibration 2026-05-02 a07be6c51f98" in workspace.facts.toolTip()
     dialog = ask(workspace)
     assert choices(dialog) == ["Whole recording, 6.00 s"]
     hints = [label.text() for label in dialog.findChildren(type(dialog.about)) if label.isVisible()]

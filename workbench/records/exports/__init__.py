@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.floor.profile_parts import PARTS
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.plugins import values_in
 from underfoot.records.recording import Recording
@@ -81,6 +82,12 @@ class ExportSource:
     def begun(self) -> str:
         """Date and local time at which the recording was begun, to the second (ISO 8601); "" if it is not known."""
         return self.recording.about.get("begun", "")
+
+    @property
+    def calibrations(self) -> list[str]:
+        """The calibrations in use when it was begun, each as tile, name, day and digest."""
+        found = self.recording.calibrations.items()
+        return [f"{tile} {PARTS.get(kind, kind)} {named}" for tile, parts in found for kind, named in parts.items()]
 
     def pieces(self, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield times (n,) and corner forces (n, tiles, 4), piece by piece."""

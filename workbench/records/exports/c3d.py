@@ -60,7 +60,12 @@ def _write(export: ExportSource, path: Path) -> None:
     groups: dict[str, Parameters] = {
         "ANALOG": _analogs(floor, rate_hz),
         "FORCE_PLATFORM": _plates(floor, sensors),
-        "UNDERFOOT": {"TILES": list(floor.ids), "FIRST_S": export.from_s + first_s, "BEGUN": [export.begun]},
+        "UNDERFOOT": {
+            "TILES": list(floor.ids),
+            "FIRST_S": export.from_s + first_s,
+            "BEGUN": [export.begun],
+            "CALIBRATIONS": export.calibrations,
+        },
         "SUBJECTS": _people(steps),
         "EVENT": _events(export, steps, first_s),  # last: a byte tells some readers how much there is of parameters
     }

@@ -1,4 +1,4 @@
-"""CSV: the force table that Underfoot reads, and beside it tables of steps, contacts, marks, and of the stretch."""
+"""CSV: the force table that Underfoot reads, and beside it tables of steps, contacts, marks, stretch, calibrations."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
@@ -26,6 +26,8 @@ def _write(export: ExportSource, path: Path) -> None:
         write(".marks.csv", _mark_lines(export))
         # In a table of its own: a remark before the forces would be the header to readers that know no remarks.
         write(".stretch.csv", ["from_s,length_s", f"{export.from_s:.10g},{export.length_s:.10g}"])
+        used = [one.replace(" ", ",") for one in export.calibrations]
+        write(".calibrations.csv", ["tile,calibration,made,digest", *used])
         steps = stack.enter_context(step_table(path.with_suffix(".steps.csv")))
         contacts = stack.enter_context(contact_table(path.with_suffix(".contacts.csv"), floor))
         for found in export.found("Writing steps and contacts"):
@@ -49,7 +51,7 @@ def _mark_lines(export: ExportSource) -> Iterator[str]:
 FORMAT = ExportFormat(
     ".csv",
     "CSV tables: NAME.csv with forces, NAME.floor.json, NAME.steps.csv, NAME.contacts.csv, NAME.marks.csv, "
-    "NAME.stretch.csv (where in the recording 0 s was)",
+    "NAME.stretch.csv (where in the recording 0 s was), NAME.calibrations.csv",
     "vibration, commands; samples that one tile of several lost are left out",
     _write,
 )

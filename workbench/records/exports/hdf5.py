@@ -35,7 +35,7 @@ def _write(export: ExportSource, path: Path) -> None:
     with replaced(path) as part, written(path), _Disk(part) as disk, h5py.File(disk, "w") as file:
         file.attrs.update({key: recording.about[key] for key in ("floor", "patch")})
         file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
-        file.attrs.update(from_s=export.from_s, begun=export.begun)
+        file.attrs.update(from_s=export.from_s, begun=export.begun, calibrations=export.calibrations)
         table = _Growing(file.create_group("force"), ("time_s", "corners_n"))
         table.append(time_s=np.zeros(0), corners_n=np.zeros((0, tiles, 4)))  # there also if no sample came
         for time_s, force_n in export.pieces("Writing forces"):

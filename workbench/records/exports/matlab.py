@@ -50,6 +50,7 @@ def _write(export: ExportSource, path: Path) -> None:
         "force_rate_hz": forces.rate_hz,
         "from_s": export.from_s,
         "begun": export.begun,
+        "calibrations": np.array(export.calibrations, object),
         "floor_json": export.recording.about["floor"],
         "patch_json": export.recording.about["patch"],
         "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)])[:, None],
