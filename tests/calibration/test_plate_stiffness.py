@@ -90,7 +90,7 @@ def test_one_footstep_at_each_position_has_no_known_error(underfoot, tmp_path):
     assert "Mean error" not in said.out
     profile = Profile.load(tmp_path / "t1.json")
     assert "Stiffness of t1: its error is not known" in profile.flags("t1", date.fromisoformat(profile.plate.made))
-    assert "error" not in profile.plate.measured
+    assert "mean_error_percent" not in profile.plate.measured
     assert PlateCalibration.load(tmp_path / "t1.plate.json").error is None
 
 

@@ -263,7 +263,7 @@ def test_a_replaced_part_is_kept_compared_and_restored():
     profile = Profile(tile="t1").with_part(old, TODAY).with_part(new, TODAY)
     assert [(one.kind, one.replaced) for one in profile.earlier] == [("fsr", "2024-06-01")]
     compared = profile.compare(0)
-    assert compared["error"] == (4.0, 2.0)
+    assert compared["error_percent"] == (4.0, 2.0)
     assert compared["noise_n"] == (1.0, 0.5)
     assert np.isnan(compared["more"][0])
     back = profile.restored(0, TODAY)
@@ -273,6 +273,14 @@ def test_a_replaced_part_is_kept_compared_and_restored():
         profile.restored(1)
     lags = Latency(made="2024-06-01", error=0.017, error_unit="ms", figures={"jitter_ms": 0.0171}, round_trip_ms=20.0)
     assert lags.measured == {"jitter_ms": 0.0171}  # once, and under its own name
+    place = Centroid(made="2024-06-01", sensors_m=SENSORS, error=4.0, error_unit="mm", figures={"mean_after_mm": 4.01})
+    flat = Response(
+        made="2024-06-01", frequencies_hz=(), magnitude=(), error=0.2, error_unit="dB", figures={"snr_db": 70.0}
+    )
+    assert place.measured == {"mean_after_mm": 4.01}
+    assert flat.measured == {"flatness_measured_db": 0.2, "snr_db": 70.0}
+    flat = msgspec.structs.replace(flat, figures={"flatness_computed_db": 0.2})
+    assert flat.measured == {"flatness_computed_db": 0.2}
 
 
 def test_a_part_is_known_by_its_day_and_the_digest_of_what_its_file_has():

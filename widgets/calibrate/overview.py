@@ -4,7 +4,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
-from underfoot.calibration.results.labels import label_of, unit_of
+from underfoot.calibration.results.labels import unit_of
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
@@ -123,7 +123,7 @@ class Overview(QWidget):
         self.table.setVisible(part is not None or earlier is not None)
         self.picture.setVisible(part is None and earlier is None)
         self.picture.set_tile(tile)
-        now, then = _figures(part), _figures(earlier)
+        now, then = ({} if one is None else one.measured for one in (part, earlier))
         shown = part or earlier
         unit = "" if shown is None else shown.error_unit
         quantities = [(name, now.get(name, float("nan")), unit_of(name, unit)) for name in {**now, **then}]
@@ -140,10 +140,3 @@ class Overview(QWidget):
             (self.begin_automatic if self.begin_automatic.hasFocus() else self.begin).click()
         else:
             super().keyPressEvent(event)
-
-
-def _figures(part: Part | None) -> dict[str, float]:
-    """Return the part's error and its other figures; a figure with the same label is left out."""
-    if part is None:
-        return {}
-    return {name: x for name, x in part.measured.items() if name == "error" or label_of(name) != label_of("error")}

@@ -60,8 +60,8 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     simulated: bool | msgspec.UnsetType = msgspec.UNSET
     errs: ClassVar[str] = "errs by"
     """The words before its error."""
-    error_name: ClassVar[str] = "error"
-    """The name of its error among the figures."""
+    error_names: ClassVar[tuple[str, ...]]
+    """Names of its error among the figures, of which it has the first one that is there."""
 
     def __post_init__(self) -> None:
         _require_date("made", self.made)
@@ -69,7 +69,8 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     @property
     def measured(self) -> dict[str, float]:
         """All figures by name, with the error first, if it is known."""
-        return {self.error_name: self.error, **self.figures} if self.error_unit else self.figures
+        name = next((name for name in self.error_names if name in self.figures), self.error_names[0])
+        return {name: self.error, **self.figures} if self.error_unit else self.figures
 
     @property
     def identity(self) -> str:
@@ -85,6 +86,8 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
 class Fsr(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Readings to newtons: one curve a sensor, exactly four."""
 
+    error_names: ClassVar[tuple[str, ...]] = ("error_percent",)
+
     sensors: tuple[Curve, Curve, Curve, Curve]
 
 
@@ -94,6 +97,8 @@ class Centroid(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     `correction` is for what `Profile.force` gives; `over_time` for what `Profile.force_over_time` gives, where that was
     measured, too.
     """
+
+    error_names: ClassVar[tuple[str, ...]] = ("mean_after_mm",)
 
     sensors_m: tuple[tuple[float, float], ...]
     correction: CentroidCorrection = CentroidCorrection()
@@ -115,6 +120,8 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     are second-order sections (b0, b1, b2, a0, a1, a2) at `rate_hz`; `band_hz` is the band that can be used. All hold
     for what was on the tile while it was measured: `load`, one of `LOADS`.
     """
+
+    error_names: ClassVar[tuple[str, ...]] = ("flatness_measured_db", "flatness_computed_db")
 
     frequencies_hz: tuple[float, ...]
     magnitude: tuple[float, ...]
@@ -150,7 +157,7 @@ class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     errs: ClassVar[str] = "jitter"
-    error_name: ClassVar[str] = "jitter_ms"
+    error_names: ClassVar[tuple[str, ...]] = ("jitter_ms",)
 
     round_trip_ms: float
     rate_hz: int = 48000
@@ -164,7 +171,7 @@ class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
 class PlateStiffness(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Stiffness in N/mm of a variable stiffness plate at positions of its servo, both rising."""
 
-    error_name: ClassVar[str] = "mean_error_percent"
+    error_names: ClassVar[tuple[str, ...]] = ("mean_error_percent",)
 
     positions: tuple[float, ...]
     stiffness_n_mm: tuple[float, ...]

@@ -96,10 +96,10 @@ def unit_of(name: str, error_unit: str = "") -> str:
     ('N', '%', '', 'mm')
     >>> unit_of("distortion_2_percent"), unit_of("at_50_hz_db")
     ('%', 'dB')
-    >>> unit_of("error", "mm"), [unit_of(f"{name}_percent", "% of full scale") for name in ("hysteresis", "spread")]
-    ('mm', ['% of full scale', '%'])
+    >>> [unit_of(f"{name}_percent", "% of full scale") for name in ("hysteresis", "spread")]
+    ['% of full scale', '%']
     """
-    if name == "error" or (error_unit.startswith("%") and _ERRORS.search(name)):
+    if error_unit.startswith("%") and _ERRORS.search(name):
         return error_unit
     found = re.search(rf"_({'|'.join(_UNITS)})(?=_|$)", re.sub(r"_\d+_(n|hz)(?=_|$)", "", name))
     return _UNITS[found[1]] if found else ""
