@@ -86,15 +86,17 @@ def clock_of(engine, monkeypatch, end_s):
 def test_a_card_that_is_found_costs_no_time_of_the_session(monkeypatch, block_s, late):
     """No block waits until PortAudio has made its list, which takes as long as its slowest server, and what opening the
     card takes is caught up: the session's clock lost both. Blocks that take longer than they last are late also then.
-    A list that does not come is told: nothing plays meanwhile.
+    A list that does not come is told: nothing plays meanwhile. The card counts as missing until it plays: otherwise it
+    was looked for every 2 s again, after each list.
     """
     with engine_of(hum(), sound="no such card") as (engine, _, memory):
         run, went_on, waited = engine.runner.run, threading.Event(), []
         now_s, pass_time = clock_of(engine, monkeypatch, 9.0)
-        there = [{"no such card": "no such card"}]
+        there, missing = [{"no such card": "no such card"}], set()
 
         def run_block():
             run()
+            missing.add(memory.status.get(Field.MISSING))
             pass_time(block_s)
             if now_s[0] > 2.0 and there:
                 engine.pacer.there = there.pop()
@@ -111,7 +113,7 @@ def test_a_card_that_is_found_costs_no_time_of_the_session(monkeypatch, block_s,
         monkeypatch.setattr(pacing, "Stream", refuse)
         engine.pacer.run()
         monkeypatch.undo()
-        assert waited == [True]
+        assert (waited, missing) == ([True], {1.0})
         hangs, answers = engine.listener.notices
         assert hangs.text == hangs.silence == "the sound card and its server do not answer; nothing plays until they do"
         assert answers.text == "the sound card and its server answer again"

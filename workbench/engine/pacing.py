@@ -191,7 +191,7 @@ class Pacer:
     def _keep(self) -> None:
         """Look after further cards, and publish whether a card is to be looked for."""
         self._further.keep()
-        is_missing = (self._is_away or self._further.any_missing) and self._listing is None and is_loaded()
+        is_missing = (self._is_away or self._further.any_missing) and is_loaded()
         self._status.put(Field.MISSING, float(is_missing))
 
     def _use_found(self) -> None:
