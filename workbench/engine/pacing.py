@@ -46,7 +46,7 @@ class Pacer:
         self._late, self._refusal = 0, ""
         self._listing: threading.Thread | None = None
         self._listing_s, self._is_listing_told = math.inf, False
-        self._tried: set[str] = set()  # cards for which the others were interrupted, since they came
+        self._tried: set[str] = set()  # cards that were listed while the others were interrupted, since they came
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
         self._ramped = FADE  # frames of the ramp from silence that have been played
         self._is_ending, self._ended = False, 0  # whether it is to end in a ramp, and the frames of that played
@@ -198,7 +198,7 @@ class Pacer:
         """Open missing cards that are there now.
 
         Where PortAudio does not list one, as it was not there when it made its list, it lists anew, for which all
-        streams must end: once for a card that has come.
+        streams must end: once for a card that has come, unless it was away again as the list was made.
         """
         there, self.there = self.there, None
         if there is None or self._first is None or self._listing is not None:
@@ -224,6 +224,7 @@ class Pacer:
             return
         if not self._listing.is_alive():
             self._listing = None
+            self._tried = {name for name in self._tried if listed_name(name)}  # a loose plug was out
             self._return()
             if self._is_listing_told:
                 self._tell_output("the sound card and its server answer again")
@@ -234,7 +235,7 @@ class Pacer:
 
     def _end_streams(self) -> None:
         """End all streams, in a ramp."""
-        self._is_ending, self._ended = True, 0
+        self._ended, self._is_ending = 0, True  # in this order: a block may be filled in between
         self._further.silence_all()
         if self._stream is not None or self._further.any_open:
             self.leave.wait(self.ramp_down_s)
