@@ -63,6 +63,16 @@ def test_a_stamp_that_cannot_be_counts_as_it_arrives_and_is_said(until):
     assert found["before"] == pytest.approx(-30.0, abs=10.0)
 
 
+def test_text_that_is_not_in_utf8_is_a_mark_too(marks, until):
+    """It ended the thread that takes marks, of all streams, without a word."""
+    _, heard = marks
+    outlet = markers("triggers", "old")
+    say(outlet, "before", heard, until)
+    outlet.push_sample(["Größe".encode("latin-1")])
+    until(lambda: "Größe" in heard, "it is taken")
+    say(outlet, "after", heard, until)
+
+
 def test_a_stream_that_ends_for_good_ends_no_other(marks, until):
     inlet, heard = marks
     with_no_source = markers("triggers")

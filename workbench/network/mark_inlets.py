@@ -7,7 +7,7 @@ problem, or "".
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -86,13 +86,10 @@ class LslMarks:
             if may_wait:
                 return
             correction_s = math.nan
-        if not inlet.samples_available():  # of a stream that has ended, a chunk can be waited for without end
-            return
-        samples, at_s = inlet.pull_chunk(timeout=0.0)
         now_s = time.monotonic()
         ahead_s = now_s - self._lsl.local_clock() + correction_s
-        for sample, lsl_s in zip(samples, at_s, strict=True):
-            ago_s = 0.0 if math.isnan(ahead_s) else now_s - (lsl_s + ahead_s)
+        for text, lsl_s in _samples(inlet):
+            ago_s = 0.0 if math.isnan(ahead_s) or lsl_s is None else now_s - (lsl_s + ahead_s)
             if -_EARLIEST_S < ago_s < _LATEST_S:
                 self._off.pop(source, None)
             else:
@@ -100,7 +97,7 @@ class LslMarks:
                 line = f"marks of {name} are stamped {-ago_s:+.4g} s from now; they count as they arrive"
                 self._off.setdefault(source, line)  # whatever the next ones say: each new line is told
                 ago_s = 0.0
-            self._take(str(sample[0]), now_s - ago_s)
+            self._take(text, now_s - ago_s)
 
     def _open(self, found: list[Any]) -> None:
         """Open new streams. Their times are converted to this computer's clock.
@@ -120,6 +117,22 @@ class LslMarks:
                 with suppress(RuntimeError):  # it has ended since
                     inlet.open_stream(timeout=_AGAIN_S)
                     self.streams[source] = inlet, time.monotonic()
+
+
+def _samples(inlet: Any) -> Iterator[tuple[str, float | None]]:  # noqa: ANN401 - pylsl has no types
+    """Take the samples that have come, one by one: text, and time by the sender's clock.
+
+    pylsl refuses text that is not in UTF-8, as of a sender that writes Latin-1, together with its time.
+    """
+    for _ in range(inlet.samples_available()):  # of a stream that has ended, one could be waited for without end
+        try:
+            sample, lsl_s = inlet.pull_sample(timeout=0.0)
+        except UnicodeDecodeError as error:
+            yield error.object.decode("latin-1"), None
+            continue
+        if sample is None:
+            return
+        yield str(sample[0]), lsl_s
 
 
 def _source(info: Any) -> tuple[str, ...]:  # noqa: ANN401 - pylsl has no types
