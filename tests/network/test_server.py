@@ -94,6 +94,17 @@ def test_contacts_that_nobody_tells_of_any_more_end(serve, end, until):
     until(lambda: end.received("/underfoot/contacts")[-1][1] == 0, "nobody is there any more")
 
 
+def test_a_bug_is_told_and_keeps_nothing_else_from_being_sent(serve, end, until, capfd):
+    """All sending and taking ended, and nobody was told."""
+    server = serve(send=end.text)
+    server.show(0.5, 0.0, ["no contact"])
+    until(lambda: server.problem, "it is told")
+    server.show(0.5, 0.0, [contact()])
+    until(lambda: end.received("/underfoot/contact"), "the next contact is sent")
+    assert "kept something from being sent or taken: AttributeError" in server.problem
+    assert capfd.readouterr().err.count("Traceback") == 1
+
+
 def test_the_last_word_is_that_nobody_is_there_and_ids_go_on(serve, end, until):
     first = serve(tuio=end.text)
     first.show(0.5, 0.0, [contact()])

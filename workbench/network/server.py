@@ -10,6 +10,7 @@ import select
 import socket
 import threading
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -110,7 +111,7 @@ class NetworkServer:
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
         self._ended, self._released = False, threading.Event()
-        self._problem = ""
+        self._problem = self._bug = ""
         self._failing: dict[str, tuple[float, float, str]] = {}  # of what: since when, until when, and why
         self._lsl: LslStreams | None = None
         self._inlets: list[LslMarks | SerialMarks] = []
@@ -138,7 +139,7 @@ class NetworkServer:
         """Parts of the plan that fail, with reasons; "" if none."""
         failing = tuple(self._failing.items())
         unsent = (f"{what}: {why}" for what, (since_s, last_s, why) in failing if last_s - since_s > LASTING_S)
-        return "; ".join(filter(None, (self._problem, *unsent, *(inlet.problem for inlet in self._inlets))))
+        return "; ".join(filter(None, (self._problem, self._bug, *unsent, *(inlet.problem for inlet in self._inlets))))
 
     # --- output ---
 
@@ -218,7 +219,7 @@ class NetworkServer:
             self._problem = str(error)
         try:
             self._serve_sockets()
-            self._send_frame(math.inf)
+            self._attempt(partial(self._send_frame, math.inf))
         finally:
             for one in (self._listening, self._out, self._wake, self._woken):
                 if one is not None:
@@ -234,7 +235,7 @@ class NetworkServer:
         while not self._ended:
             now_s = time.monotonic()
             if now_s >= due_s:
-                self._send_frame(now_s)
+                self._attempt(partial(self._send_frame, now_s))
                 due_s = max(due_s + 1.0 / FRAME_HZ, now_s)
             sources = [self._woken]
             if self._listening is not None and self._reads.left >= 1.0:
@@ -243,9 +244,19 @@ class NetworkServer:
             if self._woken in ready:
                 self._woken.recv(4096)
             if self._listening in ready:
-                self._receive()
+                self._attempt(self._receive)
             while self._jobs:
-                self._jobs.popleft()()
+                self._attempt(self._jobs.popleft())
+
+    def _attempt(self, job: Callable[[], object]) -> None:
+        """Do a job. One that a bug ends is told, with the first traceback, and keeps nothing else from going on."""
+        try:
+            job()
+        except Exception as error:
+            if not self._bug:
+                traceback.print_exc()
+            why = f"{type(error).__name__}: {error}"
+            self._bug = f"an error of the program kept something from being sent or taken: {why}"
 
     def _send_frame(self, now_s: float) -> None:
         """Send the present contacts; if there are none, only every `IDLE_S`."""
