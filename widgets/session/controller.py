@@ -1,7 +1,8 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -409,7 +410,7 @@ class SessionController(QObject):
         path = session.recording
         if on and path is None:
             try:
-                session.record(path := _recording_path())
+                session.record(path := _recording_path(self._written))
             except (UnderfootError, OSError) as error:
                 self.notified.emit(f"The recording could not be started: {error}")
             else:
@@ -456,7 +457,13 @@ def recordings_folder() -> Path:
     return Path(platformdirs.user_documents_dir()) / "Underfoot"
 
 
-def _recording_path() -> Path:
+def _recording_path(begun: Collection[Path]) -> Path:
+    """Return a new file named by the time; it has a number, too, if that was taken in this second.
+
+    Those that are `begun` may not be there yet.
+    """
     folder = recordings_folder()
     folder.mkdir(parents=True, exist_ok=True)
-    return folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.underfoot"
+    name = f"{datetime.now():%Y-%m-%d %H.%M.%S}"
+    paths = (folder / f"{name}{'' if k == 1 else f' {k}'}.underfoot" for k in count(1))
+    return next(path for path in paths if path not in begun and not path.exists())

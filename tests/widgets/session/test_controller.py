@@ -1,7 +1,9 @@
 """The controller: sessions that are opened, released and opened again, on one simulated floor after another."""
 
 import threading
+from datetime import datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from polling import Poll
@@ -44,22 +46,25 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
 
 
 def test_a_recording_is_called_saved_once_its_file_is_there(controller, qtbot, tmp_path, monkeypatch):
-    """A recorder that loaded late began the file after its end was announced, and lists of recordings lacked it."""
+    """A recorder that loaded late began the file after its end was announced, and lists of recordings lacked it.
+    The second of two in one second was refused: it had the name of the first.
+    """
+    now = SimpleNamespace(now=lambda: datetime(2026, 11, 29, 9, 30))
+    monkeypatch.setattr("underfoot.widgets.session.controller.datetime", now)
     monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
     path, said, shown = tmp_path, [], []
     controller.notified.connect(lambda line: said.append((line, path.exists())))
     controller.recording_file_changed.connect(lambda path: shown.append((path, controller.is_written(path))))
     with qtbot.waitSignals([controller.opened, controller.bridge.started], timeout=LONG_MS):
         controller.start()
-    for end in (lambda: controller.record(False), controller.release):
+    for end, name in ((lambda: controller.record(False), "09.30.00"), (controller.release, "09.30.00 2")):
         controller.record(True)
         path, played_s = controller.session.recording, controller.played_s
-        assert controller.is_written(path)
+        assert (path.name, controller.is_written(path)) == (f"2026-11-29 {name}.underfoot", True)
         qtbot.waitUntil(lambda so_far_s=played_s: controller.played_s > so_far_s + 0.1, timeout=LONG_MS)
         end()
         qtbot.waitUntil(lambda one=path: bool(shown) and shown[-1] == (one, False), timeout=LONG_MS)
         assert said[-1] == (f"The recording was saved as {path}", True)
-        path.unlink()  # the next one may have the same name
         shown.clear()
 
 
