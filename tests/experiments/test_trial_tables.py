@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
+from msgspec import structs
 
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.questions import Question
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
@@ -273,6 +275,25 @@ def test_what_the_experimenter_noted_is_in_the_report(tmp_path):
     written_files([tmp_path / "P1.session"], "report", tmp_path, Settings(bootstrap=0), protocol)
     page = (tmp_path / "analysis.html").read_text()
     assert re.search(f"<td>P1</td><td>{at}:..</td><td>1</td><td>has changed shoes</td>", page)
+
+
+def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
+    """Presets say something in other words from one version to the next, and nobody's earlier sessions counted."""
+    asked = (Question("age", "How old?", "number"),)
+    before = structs.replace(made_protocol("rating", {"blocks": 1}), participant=asked)
+    paths = [tmp_path / "P1.session"]
+    with closing(SessionFile.create(paths[0], before, "P1")) as file:
+        study = file.study(before)
+        for answer in ({"age": 40.0}, {"rating": 40.0}):
+            file.add(study.answer(answer))
+    stages = tuple(structs.replace(stage, title="Softness", text="Cross it.") for stage in before.stages)
+    asked = (Question("age", "How old are you?", "number"),)
+    now = structs.replace(before, title="Study", about="It is.", stages=stages, participant=asked)
+    (found, *_) = results_of(paths, now).findings(Settings(bootstrap=0))
+    assert found.remarks[-1].startswith("Begun with other titles, texts or words of questions")
+    assert found.tables
+    with pytest.raises(BadMeasurement, match=r"^Begun with another version of the protocol, left out: P1\.$"):
+        results_of(paths, structs.replace(now, seed=2)).findings(Settings(bootstrap=0))
 
 
 @pytest.mark.parametrize("damaged", [b"", b"not a database"])

@@ -201,6 +201,18 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         title, stages = f"{self.title}, pilot", tuple(map(_pilot, self.stages))
         return msgspec.structs.replace(self, title=title, participant=(), stages=stages)
 
+    def without_words(self) -> "Protocol":
+        """Return this protocol without what is only read and changes no trial: titles, texts, words of questions."""
+
+        def unread(questions: tuple[Question, ...]) -> tuple[Question, ...]:
+            return tuple(msgspec.structs.replace(one, text="") for one in questions)
+
+        stages = tuple(
+            msgspec.structs.replace(stage, title="", text="", questions=unread(stage.questions))
+            for stage in self.stages
+        )
+        return msgspec.structs.replace(self, title="", about="", participant=unread(self.participant), stages=stages)
+
     # --- checks ---
 
     def check(self, registry: Registry, folder: Path | None = None) -> "Protocol":

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.report import write_page
@@ -27,8 +27,8 @@ SUFFIX = ".session"
 class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
-    `left_out` lists sessions of another version of the protocol; `notes` those of the experimenter: participant, time,
-    number of the entry before, text.
+    `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, which
+    count; `notes` those of the experimenter: participant, time, number of the entry before, text.
     """
 
     title: str
@@ -36,19 +36,27 @@ class Results:
     protocol: Protocol | None
     sessions: tuple[Path, ...]
     left_out: tuple[Path, ...] = ()
+    reworded: tuple[Path, ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
 
     @property
     def remarks(self) -> list[str]:
         """What the user should know about these trials, a line each."""
-        names = ", ".join(path.stem for path in self.left_out)
-        found = [f"Begun with another version of the protocol, left out: {names}."] if names else []
+        found = []
+        for how, paths in (
+            ("another version of the protocol, left out", self.left_out),
+            ("other titles, texts or words of questions, which changes no trial, and counted", self.reworded),
+        ):
+            if paths:
+                found.append(f"Begun with {how}: {', '.join(path.stem for path in paths)}.")
         for ids in alike_ids(self.rows):
             found.append(f"{' and '.join(ids)} differ in letter case only, and are counted as {len(ids)} participants.")
         return found
 
     def findings(self, settings: Settings) -> list[Findings]:
-        """Analyse the trials; what the experimenter noted comes last."""
+        """Analyse the trials; what the experimenter noted comes last. Raises `BadMeasurement` if none is left."""
+        if self.left_out and not self.rows:
+            raise BadMeasurement(" ".join(self.remarks))
         found = analysed(self.rows, self.protocol, settings)
         found[0].remarks += self.remarks
         if self.notes:
@@ -84,10 +92,10 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     """Return the trials of one or more files: sessions, and CSVs of trials.
 
     With a `protocol`, sessions of another version are left out. Without, raises `BadValue` if sessions differ in
-    protocol. Raises `BadValue` also if two files contain the same trial.
+    protocol, in more than its words. Raises `BadValue` also if two files contain the same trial.
     """
     rows: list[Row] = []
-    sessions, left_out, notes = list[Path](), list[Path](), list[tuple[str, str, int, str]]()
+    sessions, left_out, reworded, notes = list[Path](), list[Path](), list[Path](), list[tuple[str, str, int, str]]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
@@ -97,7 +105,9 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         file = SessionFile.open(path)
         try:
             known = file.about["protocol"]
-            if text and known != text:
+            if shared is not None and known != text and _differs_in_words(file, shared):
+                reworded.append(path)
+            elif shared is not None and known != text:
                 if protocol is None:
                     other = f"{path} is of another protocol than {sessions[0]}"
                     raise BadValue(f"{other}; analyse them one by one, or write a CSV of each, and analyse these")
@@ -111,7 +121,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         finally:
             file.close()
     title = shared.title if shared is not None else paths[0].stem
-    return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out), tuple(notes))
+    return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out), tuple(reworded), tuple(notes))
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -138,6 +148,14 @@ def written_files(
     trials = counted(len(results.rows), "trial")
     text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"
     return [Findings("Written", remarks=[text, *results.remarks])]
+
+
+def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
+    """Return whether the session was begun with this protocol, except for what is only read."""
+    try:
+        return file.stored_protocol().without_words().dumps() == protocol.without_words().dumps()
+    except BadFile:  # of a version that had other fields
+        return False
 
 
 def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
