@@ -298,3 +298,16 @@ def test_what_to_do_is_read_before_a_trial_and_what_was_right_after_the_last_of_
     assert {said[1], said[2]} == {said[4], said[5]} == {"The last one: right.", "The last one: it was 2."}
     assert [title for title, _ in told] == ["Practice", "Practice", "Pause", "Practice", "Practice", ""]
     assert told[-1][1].endswith("\n\nThank you.")
+
+
+def test_a_foot_is_asked_nothing_while_the_study_is_stopped(bench):
+    use = {"kind": "constant-stimuli", "parameters": {"blocks": 1, "question": "Felt it?"}}
+    foot = {"by": "halves", "tiles": ["t1"]}
+    bench.choose(stages=[{"id": "main", "kind": "trials", "foot": foot, "method": use}], stimuli={"TD": TD})
+    bench.until(Phase.READY)
+    bench.key(Qt.Key.Key_Space)
+    bench.until(Phase.ANSWERING)
+    bench.wait(lambda: (bench.person.text.text(), bench.person.foot.isVisible()) == ("Felt it?", True))
+    bench.key(Qt.Key.Key_Escape)
+    bench.until(Phase.STOPPED)
+    assert (bench.person.text.text(), bench.person.foot.isVisible()) == ("", False)

@@ -145,8 +145,8 @@ class Runner:
 
     @property
     def foot(self) -> FootAnswers | None:
-        """The fields on the floor for the current question; None if it has no answer by foot."""
-        return self._trial.foot if self._trial is not None else None
+        """The fields on the floor for the current question; None without an answer by foot, or if it is stopped."""
+        return self._trial.foot if self._trial is not None and not self._why_stopped else None
 
     @property
     def target(self) -> FloorTarget | None:
