@@ -406,10 +406,11 @@ def test_a_sound_card_that_goes_away_stops_a_study_until_it_is_back(session, unt
         person.until_phase(Phase.READY)
         runner.start()
         runner.poll([gone])
+        person.poll()
         assert runner.phase is Phase.STOPPED
         runner.go_on()
         person.until_phase(Phase.STOPPED)
-        assert runner.messages[-1] == "the card is not there"
+        assert runner.messages == [gone.text, *["the card is not there"] * 2]
         runner.poll([OutputChanged("the card is back", "sound card")])
         runner.go_on()
         person.until_phase(Phase.READY)

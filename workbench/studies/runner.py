@@ -178,8 +178,8 @@ class Runner:
             self.messages.append(self._equipment_problem or "markers are sent again")
         if self.presenter.problem:
             self.messages.append(self.presenter.problem)
-            self.presenter.problem = ""
             self.stop("a stimulus cannot be played")
+            self.presenter.problem = ""  # which silence, too, has while the card is away
         if self.phase in _STEPS:
             _STEPS[self.phase](self)
         elif self._trial is not None and not self._why_stopped:
