@@ -56,6 +56,9 @@ def test_beside_a_standard_that_vibrates_the_point_of_equality_is_named_in_the_o
     assert each.note.endswith("The level tends to where 50 % of the answers name the comparison.")
     assert [row[1] for row in each.rows] == [f"pse {name}" for name in protocol.stimuli if name != "WC"]
     assert [row[0] for row in over.rows] == ["dB", "m/s^2"] * len(each.rows)
+    renamed = [row | {"comparison": row["comparison"].replace("TD", "mine")} for row in rows]  # as a table can have it
+    (other, *_) = analysed(renamed, protocol, Settings())[0].tables
+    assert [row[1] for row in other.rows] == [*(row[1] for row in each.rows if row[1] != "pse TD"), "pse mine"]
 
 
 def test_false_alarms_are_counted_of_the_trials_without_a_stimulus():

@@ -69,8 +69,8 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
         values.setdefault(stimulus, [])
         if len(run.turned_at) >= _least_reversals(settings):
             values[stimulus].append(float(np.mean(run.turns_db[-last:])))
-    order = [name for name in settings.given.get("followed", ()) if name in values] or sorted(values)
-    return [mean_interval(f"{point} {name}", values[name], "dB") for name in order]
+    order = dict.fromkeys([*settings.given.get("followed", ()), *sorted(values)])
+    return [mean_interval(f"{point} {name}", values[name], "dB") for name in order if name in values]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
