@@ -13,7 +13,7 @@ from msgspec import structs
 from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import Question
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.store import SessionFile
@@ -277,10 +277,23 @@ def test_what_the_experimenter_noted_is_in_the_report(tmp_path):
     assert re.search(f"<td>P1</td><td>{at}:..</td><td>1</td><td>has changed shoes</td>", page)
 
 
+def test_sessions_that_lack_answers_are_named_and_a_word_of_thanks_is_none(tmp_path):
+    """They counted as the others, and nobody was told; who does not confirm the thanks has answered all the same."""
+    made = made_protocol("rating", {"blocks": 2, "rated": ["TD"]})
+    protocol = structs.replace(made, stages=(*made.stages, Stage(id="thanks", kind="read")))
+    paths = [tmp_path / f"P{answers}.session" for answers in (1, 2, 3)]
+    for answers, path in enumerate(paths, 1):
+        with closing(SessionFile.create(path, protocol, path.stem)) as file:
+            study = file.study(protocol)
+            while len(study.entries) < answers:
+                file.add(study.answer(first_answers(study.page)))
+    assert results_of(paths).remarks == ["Not finished, and counted as far as they go: P1."]
+
+
 def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
     """Presets say something in other words from one version to the next, and nobody's earlier sessions counted."""
     asked = (Question("age", "How old?", "number"),)
-    before = structs.replace(made_protocol("rating", {"blocks": 1}), participant=asked)
+    before = structs.replace(made_protocol("rating", {"blocks": 1, "rated": ["TD"]}), participant=asked)
     paths = [tmp_path / "P1.session"]
     with closing(SessionFile.create(paths[0], before, "P1")) as file:
         study = file.study(before)

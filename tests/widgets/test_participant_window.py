@@ -298,6 +298,8 @@ def test_what_to_do_is_read_before_a_trial_and_what_was_right_after_the_last_of_
     assert {said[1], said[2]} == {said[4], said[5]} == {"The last one: right.", "The last one: it was 2."}
     assert [title for title, _ in told] == ["Practice", "Practice", "Pause", "Practice", "Practice", ""]
     assert told[-1][1].endswith("\n\nThank you.")
+    bench.click(bench.workspace.experimenter.leave)  # who is thanked has come to the end
+    assert bench.workspace.overview.state.text() == "P1 has come to the end of the study. The answers are kept."
 
 
 def test_a_foot_is_asked_nothing_while_the_study_is_stopped(bench):

@@ -66,7 +66,7 @@ class RunningStudy(QObject):
     def has_participant(self) -> bool:
         """Whether a participant is in an unfinished session; a pilot does not count."""
         is_pilot = self._study is not None and self._study.is_pilot
-        return self.runner is not None and not is_pilot and not self.runner.study.is_done
+        return self.runner is not None and not is_pilot and not self.runner.study.has_all_answers
 
     def begin(
         self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
@@ -198,7 +198,7 @@ class RunningStudy(QObject):
         except UnderfootError as error:
             self.notified.emit(str(error))
         self._controller.take_back()
-        self.ended.emit(self._study, runner.study.participant if runner.study.is_done else "")
+        self.ended.emit(self._study, runner.study.participant if runner.study.has_all_answers else "")
 
     def take(self, reports: list[Report]) -> None:
         """Pass the session's reports to the runner."""

@@ -109,6 +109,11 @@ class Study:
         return self._page.kind == "end"
 
     @property
+    def has_all_answers(self) -> bool:
+        """Whether nothing is left to be answered: what follows, if anything, is only read, such as a word of thanks."""
+        return _are_read(self._stages[self._at :])
+
+    @property
     def gain_db(self) -> float:
         """The participant's gain re the protocol's levels, in dB; at most 0."""
         return self._gain_db
@@ -298,6 +303,22 @@ class Study:
     @cached_property
     def _usual_s(self) -> list[float]:
         return [usual_s(self.protocol, stage) for stage in self._stages]
+
+
+def is_over(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> bool:
+    """Return whether these entries leave nothing to be answered; False where trials come last, since it is not known.
+
+    `Study.has_all_answers` knows it of these, too, but goes through all of them, which takes seconds of QUEST+.
+    """
+    order, last = protocol.order_of(participant), entries[-1] if entries else None
+    for at, stage in enumerate(order):
+        if last is not None and (last.stage, last.kind) == (stage.id, stage.kind) and stage.kind != "trials":
+            return _are_read(order[at + 1 :])
+    return False
+
+
+def _are_read(stages: Sequence[Stage]) -> bool:
+    return all(stage.kind == "read" for stage in stages)
 
 
 def _rows_begun(entries: Iterable[Entry]) -> dict[str, int]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.errors import BadFile, BadMeasurement, BadValue, UnderfootError
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.report import write_page
@@ -12,6 +12,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import Entry, Study, is_over
 from underfoot.experiments.table import Row, alike_ids, rows_of, with_levels
 from underfoot.experiments.trial_files import columns_of_study, read_csv, write_bids, write_csv
 from underfoot.quantities import counted
@@ -28,7 +29,8 @@ class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
     `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, which
-    count; `notes` those of the experimenter: participant, time, number of the entry before, text.
+    count; `unfinished` those that lack answers, and count as far as they go; `notes` those of the experimenter:
+    participant, time, number of the entry before, text.
     """
 
     title: str
@@ -37,6 +39,7 @@ class Results:
     sessions: tuple[Path, ...]
     left_out: tuple[Path, ...] = ()
     reworded: tuple[Path, ...] = ()
+    unfinished: tuple[Path, ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
 
     @property
@@ -44,11 +47,15 @@ class Results:
         """What the user should know about these trials, a line each."""
         found = []
         for how, paths in (
-            ("another version of the protocol, left out", self.left_out),
-            ("other titles, texts or words of questions, which changes no trial, and counted", self.reworded),
+            ("Begun with another version of the protocol, left out", self.left_out),
+            (
+                "Begun with other titles, texts or words of questions, which changes no trial, and counted",
+                self.reworded,
+            ),
+            ("Not finished, and counted as far as they go", self.unfinished),
         ):
             if paths:
-                found.append(f"Begun with {how}: {', '.join(path.stem for path in paths)}.")
+                found.append(f"{how}: {', '.join(path.stem for path in paths)}.")
         for ids in alike_ids(self.rows):
             found.append(f"{' and '.join(ids)} differ in letter case only, and are counted as {len(ids)} participants.")
         return found
@@ -95,7 +102,8 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     protocol, in more than its words. Raises `BadValue` also if two files contain the same trial.
     """
     rows: list[Row] = []
-    sessions, left_out, reworded, notes = list[Path](), list[Path](), list[Path](), list[tuple[str, str, int, str]]()
+    sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
+    notes = list[tuple[str, str, int, str]]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
@@ -115,13 +123,18 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
                 continue
             if shared is None:
                 shared, text = file.stored_protocol(), known
-            rows += _required_new(path, rows_of(shared, file.participant, file.entries()), rows)
+            entries = file.entries()
+            found = rows_of(shared, file.participant, entries)
+            rows += _required_new(path, found, rows)
+            if found and not _has_all_answers(shared, file.participant, entries):
+                unfinished.append(path)
             notes += [(file.participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
             sessions.append(path)
         finally:
             file.close()
     title = shared.title if shared is not None else paths[0].stem
-    return Results(title, tuple(rows), shared, tuple(sessions), tuple(left_out), tuple(reworded), tuple(notes))
+    several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes)
+    return Results(title, tuple(rows), shared, *several)
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -148,6 +161,14 @@ def written_files(
     trials = counted(len(results.rows), "trial")
     text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"
     return [Findings("Written", remarks=[text, *results.remarks])]
+
+
+def _has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> bool:
+    """Return whether a session has all answers, or it cannot be known: a package or an earlier version is needed."""
+    try:
+        return is_over(protocol, participant, entries) or Study(protocol, participant, entries).has_all_answers
+    except UnderfootError:
+        return True
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
