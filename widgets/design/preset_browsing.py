@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.files import make_folder
+from underfoot.files import make_folder, write_file
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.groups import LONGEST_LABEL, Group
 from underfoot.patch.patch import Patch
@@ -112,8 +112,9 @@ class PresetBrowsing(QObject):
     def _write(self, patch: Patch, path: Path) -> None:
         try:
             make_folder(self.folder)
-            open_patch, registry = self._context.open_patch, self._context.registry
-            with_files_kept(patch, registry, open_patch.folder, self.folder).save(path, registry)
+            open_patch = self._context.open_patch
+            kept = with_files_kept(patch, self._context.registry, open_patch.folder, self.folder)
+            write_file(path, kept.dumps())  # unchecked, as the patch's own file
         except UnderfootError as error:
             self._side.presets.notified.emit(str(error))
             return

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.files import read_file
+from underfoot.files import read_file, write_file
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
@@ -345,7 +345,7 @@ class OpenPatch(QObject):
         before, folder = self.patch, path.absolute().parent
         try:
             patch = before if folder == self.folder else with_files_kept(before, self._registry, self.folder, folder)
-            patch.save(path, self._registry)
+            write_file(path, patch.dumps())  # unchecked: a node may be another one since, and work is to be kept
         except UnderfootError as error:
             self.notified.emit(str(error))
             return False

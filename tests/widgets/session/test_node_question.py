@@ -185,3 +185,21 @@ def test_a_patch_that_is_saved_elsewhere_takes_its_node_along_and_writes_over_no
     choose_file(window, own_node.folder / "second" / "hum.json", save_as)
     assert other.read_text() == "# mine"
     assert "is another one, and stays" in window.status.message
+
+
+def test_a_patch_is_saved_though_its_node_is_another_one_meanwhile(qtbot, own_node):
+    window = quiet_window(qtbot, own_node.folder / "kept")
+    window.open_patch.open(own_node.patch)
+    answer(qtbot, window, "Run it")
+    edited = window.open_patch.patch.move({"hum": (10.0, 0.0)})
+    design(window).document.edit(edited, "Move")
+    plain = own_node.patch.with_name("plain.json")
+    noise_patch().save(plain)
+    window.open_patch.switch()
+    window.open_patch.read(plain)
+    own_node.file.write_text(own_node.file.read_text().replace("strength", "level"))
+    window.open_patch.read(plain)  # in the other slot, with a node of which the first patch cannot be
+    answer(qtbot, window, "Run it")
+    window.open_patch.switch()
+    window.open_patch.save()
+    assert Patch.unchecked(own_node.patch.read_bytes(), "saved") == edited
