@@ -257,7 +257,7 @@ class OpenPatch(QObject):
         return True
 
     def _open(self, path: Path, patch: Patch, then: Callable[[], object]) -> None:
-        if path in preset_files.patches().values():  # of `--patch gravel`: the program's file, and not the user's
+        if path.resolve() in map(Path.resolve, preset_files.patches().values()):  # the program's file, not the user's
             patch = with_files_kept(patch, self._registry, path.parent, None)
             self._set_document(patch, None, saved=patch)
         else:

@@ -44,8 +44,9 @@ def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
     assert not kept.exists()
 
 
-def test_a_preset_that_the_window_was_started_with_is_not_saved_over(qtbot, tmp_path):
-    window = quiet_window(qtbot, tmp_path, preset_files.patches()["gravel"])
+def test_a_preset_that_the_window_was_started_with_is_not_saved_over(qtbot, tmp_path, monkeypatch):
+    monkeypatch.chdir(preset_files.presets_folder())
+    window = quiet_window(qtbot, tmp_path, Path("patches", "gravel.json"))  # by path or by name, as `--patch` gives it
     assert window.open_patch.name == "Gravel underfoot"
     assert window.open_patch.path is None  # saving asks for a file
     assert not window.isWindowModified()
