@@ -98,9 +98,14 @@ def test_a_file_in_the_folder_of_commands_is_a_command(underfoot, refused, folde
     assert "No such command 'shared'" in refused("shared")
 
 
-def test_tab_completes_commands_and_presets_and_leaves_files_to_the_shell(underfoot, monkeypatch):
+def test_tab_completes_commands_and_presets_and_leaves_files_to_the_shell(underfoot, monkeypatch, folder):
     monkeypatch.setenv("_UNDERFOOT_COMPLETE", "bash_complete")
-    for words, completed in (("mon", ["plain,monitor"]), ("render grav", ["file,grav", "plain,gravel"])):
+    (folder / "snowed.json").touch()
+    for words, completed in (
+        ("mon", ["plain,monitor"]),
+        ("render grav", ["file,grav", "plain,gravel"]),
+        ("render sno", ["plain,snow", "file,sno"]),  # bash takes the last: the file
+    ):
         monkeypatch.setenv("COMP_WORDS", f"underfoot {words}")
         monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
         assert underfoot().out.split() == completed

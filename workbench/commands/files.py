@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from glob import escape, glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,13 +58,18 @@ class FileOrPreset(FileName):
         return self.coerce_path_result(presets.get(text, named))
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
-        """Return that the shell has the files, and the presets that begin so: bash drops what is before the files."""
+        """Return that the shell has the files, and the presets that begin so.
+
+        bash drops what comes before the files, and has no files if anything comes after: it is offered the presets
+        where no file begins so.
+        """
         from click.shell_completion import CompletionItem
 
         from underfoot.patch import preset_files
 
         presets = [CompletionItem(name) for name in getattr(preset_files, self._kind)() if name.startswith(incomplete)]
-        return [*super().shell_complete(ctx, param, incomplete), *presets]
+        files = super().shell_complete(ctx, param, incomplete)
+        return [*presets, *files] if glob(f"{escape(incomplete)}*") else [*files, *presets]
 
 
 PATCH = FileOrPreset("patches")
