@@ -217,6 +217,7 @@ BAD_OPTIONS = [
     ("monitr corridor", "No such command 'monitr'. Did you mean 'monitor'? See `underfoot --help`"),
     ("calibrate force", "No such command 'force'. Did you mean 'forces'? See `underfoot calibrate --help`"),
     ("gravel", "No such command 'gravel'; `underfoot --patch gravel` opens the preset; see `underfoot --help`"),
+    ("grvel", "No such command 'grvel'; `underfoot --patch gravel` opens the preset"),  # it is like serve, too
     ("convert gravel -o -", "'-' cannot be read or written; allowed: a file's name, as nothing is piped"),
     ("monitor corridor --steps -", "'-' cannot be read"),
     ("levels --profile=", "'' cannot be read"),

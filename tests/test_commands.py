@@ -103,6 +103,7 @@ def test_tab_completes_commands_and_presets_and_leaves_files_to_the_shell(underf
     (folder / "snowed.json").touch()
     for words, completed in (
         ("mon", ["plain,monitor"]),
+        ("gravel m", ["plain,monitor"]),
         ("render grav", ["file,grav", "plain,gravel"]),
         ("render sno", ["plain,snow", "file,sno"]),  # bash takes the last: the file
     ):

@@ -18,12 +18,16 @@ class SentenceGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command of the first word; what is none is refused with one that is like it."""
+        """Return the command of the first word; what is none is refused with what may be meant."""
         word = args[0]
         if not word.startswith("-") and not ctx.resilient_parsing and self.get_command(ctx, word) is None:
-            like = get_close_matches(word, self.list_commands(ctx), 1)
-            ctx.fail(f"No such command {word!r}." + "".join(f" Did you mean {one!r}?" for one in like))
+            ctx.fail(f"No such command {word!r}{self.meant(ctx, word)}")
         return super().resolve_command(ctx, args)
+
+    def meant(self, ctx: click.Context, word: str) -> str:
+        """Return the end of a sentence: which command is like a word that is none."""
+        like = get_close_matches(word.lower(), self.list_commands(ctx), 1)
+        return "".join(f". Did you mean {one!r}?" for one in like)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what each command does, on several lines where it needs them."""
@@ -46,16 +50,14 @@ class CommandGroup(SentenceGroup):
             args = ["--patch" if args[0].lower().endswith(".json") else "--recording", *args]
         return super().parse_args(ctx, args)
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command of the first word; that of a preset is refused with how presets are opened."""
-        if args[0] not in _modules():
-            from underfoot.patch import preset_files
+    def meant(self, ctx: click.Context, word: str) -> str:
+        """Return the same, or how the preset is opened that a word is, or is like."""
+        from underfoot.patch import preset_files
 
-            if args[0] in preset_files.patches():
-                ctx.fail(f"No such command {args[0]!r}; `underfoot --patch {args[0]}` opens the preset")
-        return super().resolve_command(ctx, args)
+        presets = preset_files.patches()
+        like = get_close_matches(word.lower(), [*presets, *self.list_commands(ctx)], 1)
+        opens = "".join(f"; `underfoot --patch {one}` opens the preset" for one in like if one in presets)
+        return opens or super().meant(ctx, word)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command of this name, or None."""
