@@ -384,28 +384,34 @@ class EditableView(PatchView):
         top = min(item.pos().y() for item in items.values()) - min(y for _, y in places.values())
         boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
         notes = self._notes_beside(items)
-        dx, dy = shift_to_free_place(boxes, scene.boxes(without={*items, *notes}))
+        dx, dy = shift_to_free_place(boxes, scene.boxes(without={*items, *(note for whole in notes for note in whole)}))
         moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
         self.document.edit(self._with_notes(moved, notes), f"Tidy up {counted(len(nodes), 'node')}")
 
-    def _notes_beside(self, items: Collection[str]) -> dict[str, str]:
-        """Return the notes that are not among these items but nearest to one of them, with it."""
+    def _notes_beside(self, items: Collection[str]) -> dict[tuple[str, ...], str]:
+        """Return the notes that are not among these items but nearest to one, with it; those in a frame as one."""
         boxes, notes = self.patch_scene.boxes_by_id(), self.patch_scene.notes
         others = {id: box for id, box in boxes.items() if id not in notes}
-        found = {note: nearest(boxes[note], others) for note in notes if note not in items}
-        return {note: id for note, id in found.items() if id in items}
+        frames = [group.members for group in self.patch_scene.group_view.opened if notes.keys() >= {*group.members}]
+        found = dict[tuple[str, ...], str]()
+        for note in (note for note in notes if note not in items):
+            whole = next((members for members in frames if note in members), (note,))
+            found.setdefault(whole, nearest(boxes[note], others))
+        return {whole: id for whole, id in found.items() if id in items}
 
-    def _with_notes(self, moved: Mapping[str, Place], notes: Mapping[str, str]) -> Patch:
+    def _with_notes(self, moved: Mapping[str, Place], notes: Mapping[tuple[str, ...], str]) -> Patch:
         """Return the patch with items moved, and these notes to their items as before, or where there is room near."""
         scene, patch = self.patch_scene, self.document.patch.move(moved)
         boxes = scene.boxes_by_id()
-        taken = scene.boxes_in(patch, scene.members(boxes.keys() - notes), with_frames=True)
-        for note, id in notes.items():
-            left, top, width, height = boxes[note]
-            x, y = (place + now - was for place, now, was in zip((left, top), moved[id], boxes[id][:2], strict=True))
-            dx, dy = shift_to_free_place([(x, y, width, height)], taken)
-            taken.append((x + dx, y + dy, width, height))
-            patch = patch.move({note: (x + dx, y + dy)})
+        others = boxes.keys() - {note for whole in notes for note in whole}
+        taken = scene.boxes_in(patch, scene.members(others), with_frames=True)
+        for whole, id in notes.items():
+            x, y = (now - was for now, was in zip(moved[id], boxes[id][:2], strict=True))
+            beside = [(left + x, top + y, wide, high) for left, top, wide, high in (boxes[note] for note in whole)]
+            dx, dy = shift_to_free_place(beside, taken)
+            places = [(left + dx, top + dy, wide, high) for left, top, wide, high in beside]
+            taken += places
+            patch = patch.move({note: place[:2] for note, place in zip(whole, places, strict=True)})
         return patch
 
     # --- names ---

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.nodes import REGISTRY as NODES
-from underfoot.patch.groups import Note
+from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.node_list import MIME, NodeList
@@ -256,7 +256,10 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
         ("through1.out", "shaker.acceleration"),
     ):
         patch = patch.connect(*wire, REGISTRY)
-    patch = replace(patch, notes=(Note("note", "The tile", (0.0, 3120.0)),))
+    framed = Note("upper", "How", (0.0, -400.0)), Note("lower", "and why", (0.0, 2900.0))
+    patch = replace(
+        patch, notes=(Note("note", "The tile", (0.0, 3120.0)), *framed), groups=(Group("legend", ("upper", "lower")),)
+    )
     workspace.set_patch(patch)
     QTest.keyClick(workspace.canvas, Qt.Key.Key_L, CONTROL)
     places = {node.id: node.at for node in workspace.patch().nodes}
@@ -264,7 +267,9 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
     assert min(x for x, _ in places.values()) == min(node.at[0] for node in patch.nodes)
     assert min(y for _, y in places.values()) == min(node.at[1] for node in patch.nodes)
     assert not [pair for pair in combinations(boxes(workspace), 2) if pair[0].intersects(pair[1])]
-    assert workspace.patch().notes[0].at == (places["shaker"][0], places["shaker"][1] + 120.0)  # not 3000 below it
+    note, upper, lower = workspace.patch().notes
+    assert note.at == (places["shaker"][0], places["shaker"][1] + 120.0)  # not 3000 below it
+    assert (lower.at[0] - upper.at[0], lower.at[1] - upper.at[1]) == (0.0, 3300.0)  # of one frame
     assert workspace.document.stack.undoText() == "Tidy up 5 nodes"
     workspace.undo_action.trigger()
     assert workspace.patch() == patch
