@@ -270,11 +270,12 @@ def test_without_qt_the_window_says_so_in_a_line():
     assert done.stderr.count("\n") == 1
 
 
-def test_without_a_display_the_window_says_so_in_a_line_where_qt_would_abort():
+def test_without_a_display_the_window_says_so_in_a_line_where_qt_would_abort(tmp_path):
     done = python(
-        "import os\nos.environ['QT_QPA_PLATFORM'] = 'none'\n"
-        "from underfoot.widgets import application\napplication.application(application.Settings())"
+        f"import os, tempfile\nos.environ['QT_QPA_PLATFORM'], tempfile.tempdir = 'none', {str(tmp_path)!r}\n"
+        "from underfoot.widgets.application import run\nrun(screenshot_dir='pictures')"
     )
+    assert not [*tmp_path.iterdir()]
     assert done.returncode == 1
     assert done.stderr.startswith("underfoot: the window cannot be opened: Could not find the Qt platform plugin")
     assert done.stderr.count("\n") == 1

@@ -47,9 +47,9 @@ def run(
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes. It makes
     no sound and stores no settings.
     """
-    with tempfile.TemporaryDirectory() as passing, ExitStack() as stack:
-        folder = Path(passing) if screenshot_dir else data_folder()
-        app = application(Settings.load(folder))
+    with ExitStack() as stack:
+        app = application(Settings() if screenshot_dir else Settings.load(data_folder()))
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory())) if screenshot_dir else data_folder()
         window = MainWindow(folder, target, patch_path, engine)
         window.settings.first_steps_done |= screenshot_dir is not None
         # Later: the signal may interrupt code that reads the session, which closing ends.
