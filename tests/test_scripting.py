@@ -198,6 +198,9 @@ SENSORS_M = uf.default_floor().tiles[0].sensors_m
     (lambda patch: uf.walk(1.0).steps().save(3), "path is 3; allowed: text or a Path"),
     (lambda patch: uf.Patch(seed="one"), "seed is 'one'; allowed: a whole number"),
     (lambda patch: uf.Patch(title=3), "title is 3; allowed: text"),
+    (lambda patch: uf.Patch(title="\udce9"), "title is '\\udce9'; allowed: text in UTF-8"),
+    (lambda patch: uf.Patch().add("wav-player", file="\udce9.wav"),  # a file's name that is not UTF-8
+     "nodes[0].parameters.file is '\\udce9.wav'; allowed: text of at most 1000 characters in UTF-8"),
     (lambda patch: uf.Patch(nodes=3), "nodes is 3; allowed: a list"),
     (lambda patch: uf.Patch(wires=[("tone.out", None)]), "wires[0][1] is None; allowed: text"),
     (lambda patch: uf.Patch(wires=patch.wires).save("a.json"),  # which could not be opened again

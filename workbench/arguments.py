@@ -1,6 +1,7 @@
 """Validation of arguments of public functions: numbers and arrays of one type, or `BadValue`."""
 
 import math
+import re
 import sys
 from collections.abc import Collection, Mapping
 from numbers import Real
@@ -48,6 +49,16 @@ def integer(name: str, value: object, lowest: int, highest: int, allowed: str) -
         found = number(name, value, lowest, highest, f"a whole number, {allowed}")
         require(found == int(found), name, value, f"a whole number, {allowed}")
     return int(found)
+
+
+def is_text(value: object) -> bool:
+    """Return whether this is text that a file can have: UTF-8 has no halves of a surrogate pair, which are what Python
+    has of the name of a file that is not UTF-8.
+
+    >>> is_text("rain.wav"), is_text(b"caf\\xe9.wav".decode(errors="surrogateescape")), is_text(3)
+    (True, False, False)
+    """
+    return isinstance(value, str) and (value.isascii() or not re.search("[\ud800-\udfff]", value))
 
 
 def choice(name: str, value: object, choices: Collection[str]) -> None:

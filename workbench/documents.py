@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec.structs import fields, force_setattr
 
-from underfoot.arguments import plain
+from underfoot.arguments import is_text, plain
 from underfoot.errors import BadFile, BadValue, cut_short, require, shown
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
@@ -56,7 +56,9 @@ def as_declared(document: msgspec.Struct) -> None:
         found = msgspec.convert(given, _form(type(document)))
     except msgspec.ValidationError as error:
         raise BadValue(placed(error, given, shown).removeprefix("$.")) from None
-    for name in given:
+    for name, value in given.items():
+        texts = [one for one in (value if isinstance(value, list | tuple) else (value,)) if isinstance(one, str)]
+        require(all(map(is_text, texts)), name, value, "text in UTF-8")
         force_setattr(document, name, getattr(found, name))
 
 
@@ -149,11 +151,8 @@ def _require_plain(raw: object, source: str, deepest: int) -> None:
                 inside += value.values()
             elif isinstance(value, list):
                 inside += value
-            elif isinstance(value, str) and not value.isascii():
-                try:
-                    value.encode()
-                except UnicodeEncodeError:
-                    raise BadFile(f"{source} has half of a surrogate pair in {_short(value)}") from None
+            elif isinstance(value, str) and not is_text(value):
+                raise BadFile(f"{source} has half of a surrogate pair in {_short(value)}")
         level, depth = inside, depth + 1
 
 

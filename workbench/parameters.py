@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from underfoot.arguments import is_text
 from underfoot.errors import BadValue, refusal, require
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
@@ -246,10 +247,10 @@ class Text(Parameter):
 
     @property
     def allowed(self) -> str:
-        return f"text of at most {self.most} characters"
+        return f"text of at most {self.most} characters in UTF-8"
 
     def check(self, value: object) -> str:
-        if not isinstance(value, str) or len(value) > self.most or "\0" in value:
+        if not isinstance(value, str) or not is_text(value) or len(value) > self.most or "\0" in value:
             raise self.refuse(value)
         return value
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from underfoot.arguments import is_text
 from underfoot.parameters import FilePath
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -20,14 +21,16 @@ def with_files_kept(patch: Patch, registry: Registry, before: Path | None, after
     """Return the patch moved from folder `before` to folder `after`, with paths to the same files.
 
     Paths of files below `after` become relative to it, others absolute; without `after` all become absolute. A relative
-    path of a patch without a folder is kept, as it does not identify a file.
+    path of a patch without a folder is kept, as it does not identify a file; so is one in a folder whose name is not
+    UTF-8, as no patch can have it.
     """
     for id, name, named in files_of(patch, registry):
         if before is None and not Path(named).is_absolute():
             continue
         file = Path(named) if before is None else before / named
         told = file.relative_to(after) if after is not None and file.is_relative_to(after) else file
-        patch = patch.set(id, name, str(told), registry)
+        if after is not None or is_text(str(told)):
+            patch = patch.set(id, name, str(told), registry)
     return patch
 
 

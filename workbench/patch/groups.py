@@ -5,7 +5,7 @@ from numbers import Real
 
 import msgspec
 
-from underfoot.arguments import choice
+from underfoot.arguments import choice, is_text
 from underfoot.errors import BadValue, require
 from underfoot.parameters import require_identifier
 from underfoot.patch.wiring import node_id, renamed_end
@@ -124,7 +124,7 @@ def check_notes_and_groups(
     for i, note in enumerate(notes):
         _check_id(f"notes[{i}]", note.id, seen)
         long = f"text of at most {LONGEST_NOTE} characters"
-        require(len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text, long)
+        require(is_text(note.text) and len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text, long)
         check_place(f"notes[{i}]", note.at)
         wide = NARROWEST <= note.width <= WIDEST
         require(wide, f"notes[{i}].width", note.width, f"{NARROWEST:g} to {WIDEST:g}")

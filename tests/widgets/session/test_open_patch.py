@@ -351,6 +351,7 @@ def test_sound_files_are_stored_relative_to_the_patch_and_stay_the_same_files(qt
 def test_a_path_that_belongs_to_no_folder_stays_as_it_was_typed(tmp_path):
     patch = Patch().add("wav-player", REGISTRY).set("wav-player", "file", "rain.wav", REGISTRY)
     assert with_files_kept(patch, REGISTRY, None, tmp_path) == patch
+    assert with_files_kept(patch, REGISTRY, Path("/caf\udce9"), None) == patch  # no patch can have it: not UTF-8
 
 
 def test_a_patch_that_was_rescued_knows_its_folder(qtbot, tmp_path):
