@@ -63,3 +63,21 @@ def test_memory_without_room_is_refused_in_one_line_and_leaves_nothing():
     with pytest.raises(DeviceError, match=r"no shared memory in /dev/shm: .*; the session needs [\d.]+ MB more"):
         SessionMemory.create(1 << 20, 48_000.0, 1000.0)
     assert not list(BLOCKS.glob(f"underfoot_{os.getpid()}_*"))
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="nothing can be reserved here")
+def test_memory_beyond_the_largest_file_writes_no_traceback():
+    """Python's process that removes shared memory was told of a block that it did not know (`ulimit -f`)."""
+    script = """if True:
+        import resource
+        from underfoot.engine.shared_blocks import new_block
+        from underfoot.errors import DeviceError
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))
+        try:
+            new_block(1 << 21)
+        except DeviceError as error:
+            print(error)
+    """
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stdout.startswith("no shared memory in /dev/shm: file too large; the session needs 2.1 MB more")
+    assert done.stderr == ""

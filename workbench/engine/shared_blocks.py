@@ -3,7 +3,7 @@
 import os
 import re
 import secrets
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 
@@ -17,14 +17,13 @@ _NAME = re.compile(r"underfoot_(\d+)_[0-9a-f]+")
 def new_block(size: int) -> SharedMemory:
     """Create a block of this process, all zero; `DeviceError` if there is no room for it."""
     run_tracker()
+    path = _BLOCKS / f"underfoot_{os.getpid()}_{secrets.token_hex(4)}"
     try:
-        memory = SharedMemory(f"underfoot_{os.getpid()}_{secrets.token_hex(4)}", create=True, size=size)
-        with ExitStack() as unless_reserved:
-            unless_reserved.callback(memory.unlink)
-            unless_reserved.callback(memory.close)
-            _reserve(_BLOCKS / memory.name, size)
-            unless_reserved.pop_all()
+        is_made = _reserve(path, size)
+        memory = SharedMemory(path.name, create=not is_made, size=size)
     except OSError as error:
+        with suppress(OSError):
+            path.unlink()
         room = f"{str(error.strerror).lower()}; the session needs {size / 1e6:.1f} MB more"
         cure = "end other programs, or give a container more, as --shm-size=1g"
         raise DeviceError(f"no shared memory in {_BLOCKS}: {room} ({cure})") from None
@@ -33,11 +32,20 @@ def new_block(size: int) -> SharedMemory:
     return memory
 
 
-def _reserve(path: Path, size: int) -> None:
-    """Take the room of a block now: where it is full, the first write would end this process with a bus error."""
-    if path.exists() and hasattr(os, "posix_fallocate"):
-        with path.open("r+b") as file:
-            os.posix_fallocate(file.fileno(), 0, size)
+def _reserve(path: Path, size: int) -> bool:
+    """Make the file of a block with all of its room, where blocks are files, and return whether they are.
+
+    Where there is less room, the first write would end this process with a bus error, or, beyond the largest file that
+    is allowed (`ulimit -f`), Python's process that removes shared memory would write a traceback.
+    """
+    if not (path.parent.is_dir() and hasattr(os, "posix_fallocate")):
+        return False
+    file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+    try:
+        os.posix_fallocate(file, 0, size)
+    finally:
+        os.close(file)
+    return True
 
 
 def remove_orphans() -> None:
