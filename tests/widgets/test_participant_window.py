@@ -63,6 +63,19 @@ def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_it
     assert bench.entries()[0].answers == {"tired": 3, "which": "seldom", "again": 7, "words": "3 times"}
 
 
+def test_the_page_is_hidden_while_a_screen_is_away_if_it_filled_it(bench):
+    """One beside the experimenter's window, which the system moves along with it, was gone for the participant."""
+    ask(bench, tired())
+    app, person = QApplication.instance(), bench.person
+    app.screenRemoved.emit(person.screen())
+    assert person.isVisible()
+    person.show_on(person.screen())
+    app.screenRemoved.emit(person.screen())
+    assert person.isHidden()
+    bench.click(bench.workspace.experimenter.window_button)
+    assert (person.isVisible(), person.isFullScreen()) == (True, False)
+
+
 @pytest.mark.parametrize(("keys", "answer"), [("1", 1), ("10", 10), ("50", 0), ("37", 7)])
 def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, answer):
     form = ask(bench, tired(high=10))

@@ -11,8 +11,8 @@ _DEFAULT_PX_PER_M = 96.0 / 0.0254
 class FullScreenWindow(QWidget):
     """A window without a parent, which is deleted once it is closed.
 
-    While its screen is away, as a projector that is switched off for the night, it is hidden: Qt would move it before
-    all other windows, and leave it there when the screen is back.
+    While the screen that it fills is away, as a projector that is switched off for the night, it is hidden: Qt would
+    move it before all other windows, and leave it there when the screen is back.
     """
 
     closed = Signal()
@@ -41,7 +41,7 @@ class FullScreenWindow(QWidget):
         return 1e3 * self.screen().geometry().width() / width_mm if width_mm > 0 else _DEFAULT_PX_PER_M
 
     def _hide_without(self, screen: QScreen) -> None:
-        if self.isVisible() and screen == self.screen():
+        if self.isVisible() and self.isFullScreen() and screen == self.screen():
             self._missed = screen.name()
             self.hide()
 
