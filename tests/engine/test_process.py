@@ -147,7 +147,9 @@ def test_why_a_card_that_has_come_does_not_play_is_said_once(monkeypatch):
 
 
 def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
-    """PortAudio makes its list anew only where nothing plays. It is made again for one that was away just then."""
+    """PortAudio makes its list anew only where nothing plays. It is made again for one that was away just then.
+    It is told once all are open: a third card was said to be silent, for which a study stopped.
+    """
     played, plays, lists = [], {}, []
 
     class Card:
@@ -155,7 +157,7 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
         underruns, finished = 0, False
 
         def __init__(self, name, channels, rate, block, fill, *_):
-            if name == "right" and len(lists) < 2:
+            if name == "late" and len(lists) < 2:
                 raise DeviceError("not there")
             self.name, self.fill, self.samples = name, fill, ctypes.c_float * (block * channels)
 
@@ -173,21 +175,23 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
             for _ in range(20):
                 played.append(np.array(plays["left"].samples.from_address(plays["left"].fill())))
             if len(played) in (200, 400):
-                engine.pacer.there = {"right": "right"}
+                engine.pacer.there = {"late": "late"}
             if len(played) > 600:
                 self.set()
 
     sine = hum(tone={"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0})
-    with engine_of(sine, sound="left=2; right=2") as (engine, *_):
+    with engine_of(sine, sound="left=2; late=1; right=1") as (engine, *_):
         clock_of(engine, monkeypatch, np.inf)
         for module in (pacing, further_streams):
             monkeypatch.setattr(module, "Stream", Card)
-        monkeypatch.setattr(pacing, "list_anew", lambda: lists.append("right"))
+        monkeypatch.setattr(pacing, "list_anew", lambda: lists.append("late"))
         engine.pacer.leave = Leave()
         engine.pacer.open()
         engine.pacer.run()
         monkeypatch.undo()
-    assert "right" in plays
+    assert plays.keys() == {"left", "late", "right"}
+    (back,) = engine.listener.notices
+    assert (back.text, back.silence) == ("sound device 'late' is back; it plays t3", "")
     left = np.concatenate(played)[::2]
     loudest = np.abs(left).max()
     assert loudest > 0.1

@@ -122,7 +122,7 @@ class FurtherStreams:
 
     def open(self) -> list[str]:
         """Open all cards that are closed; return a line for each that fails. One that was missing is told of."""
-        notices = []
+        notices, news = [], []
         for stream in self._streams:
             if stream.stream is None:
                 stream.frames.silence(on=self._status.panic)
@@ -133,10 +133,12 @@ class FurtherStreams:
                     stream.is_missing = True
                     notices.append(f"{error}; silent: {stream.tiles}")
                     if stream.has_played and not was_missing:
-                        self._notify(stream.loss_line)
+                        news.append(stream.loss_line)
                     continue
                 if was_missing:
-                    self._notify(stream.return_line)
+                    news.append(stream.return_line)
+        for line in news:  # not before: it is told with all cards that do not play
+            self._notify(line)
         return notices
 
     def open_found(self, there: Mapping[str, str]) -> set[str]:
