@@ -159,10 +159,13 @@ def test_a_card_that_comes_later_plays_and_one_that_goes_silences_its_tiles_and_
         until(lambda: len(left()) and left()[-480:].any(), "the first card sounds")
         second.start()
         with listening(second) as right:
-            playing.until(lambda: playing.of(Notice), "it is there")
+            playing.until(lambda: len(playing.of(Notice)) > 1, "it is there")
             until(lambda: len(right()) and np.abs(right()[-480:]).max(axis=0).min() > 0.05, "its tiles sound")
         until(lambda: left()[-480:].any(), "the first card sounds again")
-        assert playing.of(Notice)[0].text.startswith("sound device 'right' is back; it plays t19, t20")
+        pause, back = playing.of(OutputChanged)
+        assert pause.silence == "a sound card has come; the others pause until the cards are listed"
+        assert back.text.startswith("sound device 'right' is back; it plays t19, t20")
+        assert back.silence == ""
         playing.reports.clear()
         second.stop()
         playing.until(lambda: playing.of(Notice), "it is told")

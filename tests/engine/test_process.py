@@ -148,9 +148,10 @@ def test_why_a_card_that_has_come_does_not_play_is_said_once(monkeypatch):
 
 def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
     """PortAudio makes its list anew only where nothing plays. It is made again for one that was away just then.
-    It is told once all are open: a third card was said to be silent, for which a study stopped.
+    Both are told, the return once all are open: a third card was said to be silent, for which a study stopped.
     """
     played, plays, lists = [], {}, []
+    pause = "a sound card has come; the others pause until the cards are listed"
 
     class Card:
         latency_s = stamped_output_latency_s = stamped_input_latency_s = 0.0
@@ -190,8 +191,8 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
         engine.pacer.run()
         monkeypatch.undo()
     assert plays.keys() == {"left", "late", "right"}
-    (back,) = engine.listener.notices
-    assert (back.text, back.silence) == ("sound device 'late' is back; it plays t3", "")
+    told = [notice.silence for notice in engine.listener.notices]
+    assert told == [pause, "sound device 'late' is not there; silent: t3", pause, ""]
     left = np.concatenate(played)[::2]
     loudest = np.abs(left).max()
     assert loudest > 0.1

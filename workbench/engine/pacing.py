@@ -45,7 +45,7 @@ class Pacer:
         self._is_away = False
         self._late, self._refusal = 0, ""
         self._listing: threading.Thread | None = None
-        self._listing_s, self._is_listing_told = math.inf, False
+        self._listing_s, self._is_pause_told = math.inf, False
         self._tried: set[str] = set()  # cards that were listed while the others were interrupted, since they came
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
         self._ramped = FADE  # frames of the ramp from silence that have been played
@@ -213,10 +213,12 @@ class Pacer:
         plays = self._stream is not None or self._further.any_open
         if left - self._tried if plays else left:
             self._tried |= left
+            if plays:
+                self._tell_pause("a sound card has come; the others pause until the cards are listed")
             self._end_streams()
             self._listing = threading.Thread(target=list_anew, name="cards", daemon=True)  # it may wait for a server
             self._listing.start()
-            self._listing_s, self._is_listing_told = time.monotonic(), False
+            self._listing_s = time.monotonic()
 
     def _await_list(self) -> None:
         """Open the cards once PortAudio has listed them; tell if it does not: nothing plays meanwhile."""
@@ -226,12 +228,16 @@ class Pacer:
             self._listing = None
             self._tried = {name for name in self._tried if listed_name(name)}  # a loose plug was out
             self._return()
-            if self._is_listing_told:
+            if self._is_pause_told:
                 self._tell_output("the sound card and its server answer again")
-        elif not self._is_listing_told and time.monotonic() - self._listing_s > _LISTING_S:
-            self._is_listing_told = True
-            line = "the sound card and its server do not answer; nothing plays until they do"
-            self._notify(OutputChanged(line, self.where, line))
+        elif time.monotonic() - self._listing_s > _LISTING_S:
+            self._listing_s = math.inf
+            self._tell_pause("the sound card and its server do not answer; nothing plays until they do")
+
+    def _tell_pause(self, line: str) -> None:
+        """Report that nothing plays, until something else is told."""
+        self._is_pause_told = True
+        self._notify(OutputChanged(line, self.where, line))
 
     def _end_streams(self) -> None:
         """End all streams, in a ramp."""
@@ -263,6 +269,7 @@ class Pacer:
 
     def _tell_output(self, line: str) -> None:
         """Report the state of a card, and the tiles that are silent now."""
+        self._is_pause_told = False
         silence = self._further.silence
         if self._is_away and self._first is not None:
             silence = (f"{self._first.name} is not there", *silence)
