@@ -33,13 +33,16 @@ def test_an_engine_that_stood_still_is_found_again():
     assert np.abs(played[-9_600:, 0]).max() > 0.99
 
 
-def test_a_panic_is_silence_in_a_millisecond():
+def test_a_panic_is_silence_in_a_millisecond_and_no_underrun_where_the_engine_stops():
+    """As it does until a card that has come is open: a floor of two cards said that it had 17."""
     simulated = SimulatedCards(0.0, seconds=4.0)
     simulated.run(until_s=3.0)
+    simulated.events = deque((t, is_card) for t, is_card in simulated.events if is_card)
     simulated.card.silence(on=True)
     played = simulated.run()[:, 1]
     np.testing.assert_allclose(played[:48], 0.5 * np.linspace(1.0, 0.0, 49)[1:], atol=1e-6)
     assert not played[48:].any()
+    assert simulated.card.underruns == 0
 
 
 @pytest.mark.parametrize(("hz", "error"), [(100.0, 1e-7), (1000.0, 1e-7), (5000.0, 4e-4)])

@@ -123,10 +123,10 @@ class FurtherCard:
         return min(max(ratio + pull, 1.0 - _MOST_RATIO), 1.0 + _MOST_RATIO)
 
     def _handle_underrun(self) -> None:
-        """Handle an underrun: silence for this block, and a longer delay from then on."""
+        """Handle an underrun: silence for this block, and, unless it is silenced, a longer delay from then on."""
         self._out[:] = 0.0
         self._gain[0] = 0.0
-        if self._is_reading:
+        if self._is_reading and not self._is_silenced:
             self.underruns += 1
             self.delay_frames = min(self.delay_frames + _MORE_S * self.rate_hz, _MOST_S * self.rate_hz)
-            self._is_reading = False
+        self._is_reading = False
