@@ -186,6 +186,7 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
         for module in (pacing, further_streams):
             monkeypatch.setattr(module, "Stream", Card)
         monkeypatch.setattr(pacing, "list_anew", lambda: lists.append("late"))
+        monkeypatch.setattr(pacing, "_LISTING_S", np.inf)  # simulated time passes until its thread has run
         engine.pacer.leave = Leave()
         engine.pacer.open()
         engine.pacer.run()
