@@ -187,7 +187,8 @@ class FurtherStreams:
     @property
     def latency_s(self) -> float:
         """The largest latency of their streams; 0 without any."""
-        return max((one.stream.latency_s for one in self._streams if one.stream is not None), default=0.0)
+        # Asked by the thread of commands as well, while a stream may be closed.
+        return max((stream.latency_s for one in self._streams if (stream := one.stream) is not None), default=0.0)
 
     @property
     def any_playing(self) -> bool:
