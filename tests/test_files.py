@@ -51,11 +51,11 @@ def test_what_a_killed_process_left_of_a_file_is_gone_with_the_next_that_is_writ
 
 def test_what_cannot_be_is_a_bad_file_that_leaves_nothing(tmp_path):
     (tmp_path / "folder").mkdir()
-    with pytest.raises(BadFile, match=r"no.a\.txt cannot be written: no such file"):
+    with pytest.raises(BadFile, match=r"no.a\.txt cannot be written: no such folder"):
         write_file(tmp_path / "no" / "a.txt", b"")
-    with pytest.raises(BadFile, match="folder cannot be written: is a directory"):
+    with pytest.raises(BadFile, match="folder cannot be written: it is a folder"):
         write_file(tmp_path / "folder", b"")
-    with pytest.raises(BadFile, match="folder cannot be read: is a directory"):
+    with pytest.raises(BadFile, match="folder cannot be read: it is a folder"):
         read_file(tmp_path / "folder")
     write_file(tmp_path / "file", b"")
     with pytest.raises(BadFile, match="inside cannot be written"):

@@ -168,7 +168,8 @@ def written(path: str | Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise BadFile(f"{path} cannot be written: {reason_of(error)}") from None
+        reason = "no such folder" if isinstance(error, FileNotFoundError) else reason_of(error)
+        raise BadFile(f"{path} cannot be written: {reason}") from None
 
 
 def make_folder(path: str | Path) -> Path:
@@ -194,8 +195,9 @@ def is_within(path: str | Path, folder: str | Path) -> bool:
 
 
 def reason_of(error: OSError) -> str:
-    """Return the system's reason in words."""
-    return (error.strerror or str(error)).lower()
+    """Return the system's reason in words, and those of `no_file` where there is none."""
+    known = {errno.ENOENT: "no such file", errno.EISDIR: "it is a folder"}
+    return known.get(error.errno or 0) or (error.strerror or str(error)).lower()
 
 
 def cache_folder() -> Path:

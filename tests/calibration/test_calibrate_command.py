@@ -249,7 +249,7 @@ class Terminal(io.StringIO):
     [
         (("fsr",), "give either --pairs or --target"),
         (("fsr", "--pairs", "pairs.csv", "--target", "simulator"), "give either --pairs or --target"),
-        (("fsr", "--pairs", "nope.csv"), "nope.csv cannot be read: no such file or directory"),
+        (("fsr", "--pairs", "nope.csv"), "nope.csv cannot be read: no such file"),
         (("fsr", "--pairs", "presses.csv"), "presses.csv: line 1 has no column time_s"),
         (("fsr", "--pairs", "pairs.csv", "--tile", "t2"), "pairs.csv has no tile t2; allowed: t1"),
         (("fsr", "--pairs", "pairs.csv", "--profile", "no/where.json"), "no/where.json cannot be written"),

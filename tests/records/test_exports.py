@@ -437,7 +437,7 @@ def test_an_export_that_is_stopped_at_any_of_its_parts_leaves_nothing(path, tmp_
 )
 def test_a_csv_export_of_which_a_table_cannot_be_written_leaves_none_of_them(path, tmp_path, name):
     (tmp_path / f"walk.{name}").mkdir()
-    with Recording(path) as recording, pytest.raises(BadFile, match=f"walk.{name} cannot be written: is a directory"):
+    with Recording(path) as recording, pytest.raises(BadFile, match=f"walk.{name} cannot be written: it is a folder"):
         format_of(tmp_path / "walk.csv").write(ExportSource(recording), tmp_path / "walk.csv")
     assert [file.name for file in tmp_path.iterdir()] == [f"walk.{name}"]
 

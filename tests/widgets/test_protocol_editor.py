@@ -394,13 +394,13 @@ def test_a_draft_that_cannot_be_kept_is_asked_about_before_the_window_closes(qtb
     kept.mkdir(parents=True)
     for words, is_open in (("Go on with it", True), ("Discard the changes", False)):
         window.close()
-        assert window.status.message == f"{kept} cannot be written: is a directory"
+        assert window.status.message == f"{kept} cannot be written: it is a folder"
         box = dialog_of(window, QMessageBox)
         button = next(one for one in box.buttons() if one.text().replace("&", "") == words)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert window.isVisible() == is_open
         assert (editor.draft is not None) == is_open
-    assert window.last_box.informativeText() == f"{kept} cannot be written: is a directory"
+    assert window.last_box.informativeText() == f"{kept} cannot be written: it is a folder"
     window.last_box.close()
 
 

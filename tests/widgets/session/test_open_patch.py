@@ -64,7 +64,7 @@ def test_work_that_cannot_be_copied_is_said_once(qtbot, tmp_path):
         window.open_patch.write_autosave()
         qtbot.waitUntil(lambda: bool(said))
     window.leave()
-    assert said == [f"Unsaved work would not survive a crash: {kept} cannot be written: is a directory"]
+    assert said == [f"Unsaved work would not survive a crash: {kept} cannot be written: it is a folder"]
 
 
 def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
