@@ -48,10 +48,7 @@ class Results:
         found = []
         for how, paths in (
             ("Begun with another version of the protocol, left out", self.left_out),
-            (
-                "Begun with other titles, texts or words of questions, which changes no trial, and counted",
-                self.reworded,
-            ),
+            ("Begun with other words in titles, texts or questions, and counted", self.reworded),
             ("Not finished, and counted as far as they go", self.unfinished),
         ):
             if paths:
