@@ -1,6 +1,8 @@
 """What was felt and not answered is kept: by a program that is killed, and by a study that is stopped."""
 
+import os
 import shutil
+import signal
 from contextlib import closing
 
 import pytest
@@ -82,3 +84,15 @@ def test_what_is_presented_again_after_a_stop_is_felt(until, tmp_path):
             assert runner.study.entries[-1].facts["commanded_m_s2"] > 0.1
         assert [entry.spoiled for entry in runner.study.entries] == ["a door slammed", "slipped", ""]
         assert [note.text for note in runner.file.notes()] == ["stopped: by the experimenter", "went on"] * 2
+
+
+def test_a_trial_that_awaits_a_key_is_presented_though_the_engine_was_lost(until, tmp_path):
+    """It waited for good: the new engine begins with what was asked for while there was none, and reports no change."""
+    protocol = made_protocol("rating", {"blocks": 1, "rated": ["TD"]})
+    with open_session(until) as session, taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.READY)
+        os.kill(session.pids["engine"], signal.SIGKILL)
+        person.until(lambda: person.runner.messages, "it is told")
+        assert person.runner.phase is Phase.WAITING
+        person.finish_study()
+        assert len(person.runner.file.entries()) == 1

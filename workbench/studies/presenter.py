@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.commands import Level, Strike, Swap
-from underfoot.engine.reports import CommandApplied, OutputChanged, PatchRefused, Report
+from underfoot.engine.reports import CommandApplied, OutputChanged, PatchRefused, Report, Started
 from underfoot.engine.rings import Reader
 from underfoot.engine.session import Session
 from underfoot.floor.profile import NOMINAL_ACCELERATION, profiles_of
@@ -83,6 +83,9 @@ class Presenter:
             match report:
                 case CommandApplied(frame, Swap(patch)) if patch in self._awaited:
                     self.since_frame = frame
+                case Started() if self.since_frame is None:  # what was requested while no engine ran is not swapped in
+                    requested, scopes = self._requested
+                    self.session.edit(requested, scopes, anew=True)
                 case OutputChanged(silence=silence):
                     self.problem = self._silence = silence
                 case PatchRefused(said):
