@@ -90,10 +90,10 @@ class SessionStart(QWidget):
             why_not = (
                 f"{alike} has a session already, and ids must differ in more than letter case; type {alike} to go on."
             )
-        if goes_on and not why_not and (begun := self._sessions.begun(self._study, person)):
-            why_not = (
-                f"{person} was begun on {begun:%d %b %Y, %H:%M}, and goes on there. Somebody else needs another id."
-            )
+        if goes_on and not why_not and (found := self._sessions.begun(self._study, person)):
+            begun, is_over = found
+            now = "has come to the end" if is_over else "goes on there"
+            why_not = f"{person} was begun on {begun:%d %b %Y, %H:%M}, and {now}. Somebody else needs another id."
         self.pilot_button.setEnabled(has_session)
         self.begin_button.setEnabled(has_session and is_id(person) and not alike)
         self.begin_button.setText("Go on" if goes_on else "Begin")

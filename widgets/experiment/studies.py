@@ -9,6 +9,7 @@ from pathlib import Path
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import is_over
 from underfoot.files import make_folder, write_file
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
@@ -92,13 +93,14 @@ class SessionFolder:
         with closing(SessionFile.open(path)) as file:
             return not file.is_of(study.protocol, study.folder)
 
-    def begun(self, study: StudyFile, participant: str) -> datetime | None:
-        """Return when the participant's session was begun; None if there is none, or it cannot be read."""
+    def begun(self, study: StudyFile, participant: str) -> tuple[datetime, bool] | None:
+        """Return when the participant's session was begun, and whether it is over; None if there is none to be read."""
         path = self.path(study, participant)
         if not path.exists():
             return None
         with suppress(UnderfootError, ValueError), closing(SessionFile.open(path)) as file:
-            return datetime.fromisoformat(file.about.get("begun", ""))
+            begun = datetime.fromisoformat(file.about.get("begun", ""))
+            return begun, is_over(file.stored_protocol(), participant, file.entries())
         return None
 
     def unused_id(self, study: StudyFile) -> str:
