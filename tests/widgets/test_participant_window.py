@@ -48,8 +48,9 @@ def test_the_number_that_is_read_on_a_button_answers_it(bench, question, keys, a
 def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_its_last(bench):
     """The focus was in the text below, out of sight: numbers went there, and buttons had Tab alone."""
     words = {"name": "words", "text": "What else?", "kind": "text"}
-    ask(bench, tired(high=5), chosen("never", "seldom", "often"), tired(name="again"), words)
+    ask(bench, tired(high=5), chosen("never", "seldom", "often"), tired(name="again"), words, title="Afterwards")
     person = bench.person
+    bench.wait(lambda: person.scrolled.verticalScrollBar().maximum() == 0)
     assert person.hint.text().startswith("Numbers choose and go on to the next question")
     assert not person.text.isVisible()  # an empty line of it took the room of the last question
     for key in "32":

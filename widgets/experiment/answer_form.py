@@ -34,7 +34,10 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.slider import Slider
 
-TEXT_PX, BUTTON_LINES = 20, 2.6
+TEXT_PX, BUTTON_LINES, ROW_LINES = 20, 2.6, 1.6
+"""Size of text; heights, in its lines, of buttons that answer the page, and of those in a row of several questions, of
+which four are then in sight in a window of 700 pixels.
+"""
 MAX_BUTTONS = 12
 """Integer questions with up to this many values have buttons; others have a text field."""
 _KEY_STEP = 0.02
@@ -247,10 +250,11 @@ class AnswerForm(QWidget):
         if len(self._questions) > 1:
             self._rows[question.name] = (keys, row_buttons)
         is_numbered = len(keys) > 2 and not is_read
+        height_px = round((BUTTON_LINES if len(self._questions) == 1 else ROW_LINES) * self._text_px)
         for key, word, option in zip(keys, words, options, strict=True):
             button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
             button.setFont(theme.font(self._text_px))
-            button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
+            button.setStyleSheet(f"min-height: {height_px}px")  # over the theme's
             button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # where it is gone, the focus would go to another
             button.clicked.connect(
