@@ -214,18 +214,6 @@ def test_the_experimenter_ends_a_pause_with_the_button(bench):
     bench.until(Phase.PRESENTING, Phase.ANSWERING)
 
 
-def test_on_the_simulated_floor_space_presses_the_button_that_is_shown(bench):
-    parameters = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 1, "sessions": 1,
-                  "origin_m": [0.1525, 0.1525], "visible_s": 60.0, "pause_s": 0.1}  # fmt: skip
-    bench.choose(stages=[rated() | {"method": {"kind": "target-selection", "parameters": parameters}}])
-    bench.wait(lambda: bench.runner.target is not None and bench.person.target is not None)
-    bench.key(Qt.Key.Key_Space)
-    bench.until(Phase.END)
-    (entry,) = bench.entries()
-    assert entry.answers["selected"] == "yes"
-    bench.wait(lambda: not bench.runner.watch.is_loaded)  # the foot is off again
-
-
 def test_stop_note_and_present_again_by_the_experimenter(bench):
     """F12, panic in each window, did nothing in the participant's, which has the keys."""
     bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})

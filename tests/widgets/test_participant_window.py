@@ -334,3 +334,17 @@ def test_a_foot_is_asked_nothing_while_the_study_is_stopped(bench):
     bench.key(Qt.Key.Key_Escape)
     bench.until(Phase.STOPPED)
     assert (bench.person.text.text(), bench.person.foot.isVisible()) == ("", False)
+
+
+def test_on_the_simulated_floor_space_presses_the_button_that_is_shown(bench):
+    given = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 1, "sessions": 1,
+             "origin_m": [0.1525, 0.1525], "visible_s": 60.0, "pause_s": 0.1}  # fmt: skip
+    buttons = {"id": "main", "kind": "trials", "method": {"kind": "target-selection", "parameters": given}}
+    bench.choose(stages=[buttons, {"id": "asked", "kind": "questions", "questions": [tired()]}])
+    bench.wait(lambda: bench.runner.target is not None and bench.person.target is not None)
+    bench.key(Qt.Key.Key_Space)
+    bench.until(Phase.PAGE)
+    assert not any(label.isVisible() for label in (bench.person.title, bench.person.text))  # questions have their room
+    (entry,) = bench.entries()
+    assert entry.answers["selected"] == "yes"
+    bench.wait(lambda: not bench.runner.watch.is_loaded)  # the foot is off again

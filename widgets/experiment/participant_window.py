@@ -85,6 +85,7 @@ class ParticipantWindow(FullScreenWindow):
         """Show the state of a runner."""
         page, phase = runner.page, runner.phase
         key = (f"{page.key} {runner.interval}", str(phase))
+        self._show_floor(runner)
         if key != self.shown:
             self.shown = key
             asking = phase in (Phase.PAGE, Phase.ANSWERING)
@@ -109,7 +110,6 @@ class ParticipantWindow(FullScreenWindow):
         left = round(runner.seconds_left)
         self.clock.setText(f"{left // 60}:{left % 60:02d}" if counts else "")
         self.clock.setVisible(counts)
-        self._show_floor(runner)
 
     @property
     def px_per_m(self) -> float:
@@ -197,9 +197,7 @@ class ParticipantWindow(FullScreenWindow):
         drawn = (runner.target, runner.selected, shown)
         if drawn != (self.target, self._selected, self._on_floor):
             self.update()  # at each tick this would be half of the window's load
-        if shown != self._on_floor:
-            for label in (self.title, self.text, self.hint):
-                label.setVisible(not shown)
+        self.hint.setVisible(not shown)
         self.target, self._selected, self._on_floor = drawn
 
 
