@@ -305,7 +305,7 @@ def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
     (found, *_) = results_of(paths, now).findings(Settings(bootstrap=0))
     assert found.remarks[-1] == "Begun with other words in titles, texts or questions, and counted: P1."
     assert found.tables
-    with pytest.raises(BadMeasurement, match=r"^Begun with another version of the protocol, left out: P1\.$"):
+    with pytest.raises(BadMeasurement, match=r"^Begun with another version of the protocol, left out: P1\. Analyse"):
         results_of(paths, structs.replace(now, seed=2)).findings(Settings(bootstrap=0))
 
 

@@ -60,7 +60,7 @@ class Results:
     def findings(self, settings: Settings) -> list[Findings]:
         """Analyse the trials; what the experimenter noted comes last. Raises `BadMeasurement` if none is left."""
         if self.left_out and not self.rows:
-            raise BadMeasurement(" ".join(self.remarks))
+            raise BadMeasurement(f"{self.remarks[0]} Analyse these files without the protocol: they hold theirs.")
         found = analysed(self.rows, self.protocol, settings)
         found[0].remarks += self.remarks
         if self.notes:
