@@ -313,10 +313,14 @@ class RecordingList(QWidget):
 
     def _add_summary(self, summary: Summary) -> None:
         self._known[summary.path] = summary
+        before = self.chosen_paths()
         self._show(summary)
         self._sort()
         if self.search.text():
             self._filter()
+        chosen = self.chosen_paths()
+        if len(chosen) > 1 and chosen != before:  # another one is the earliest
+            self.compared.emit(chosen)
 
     def _show(self, summary: Summary) -> None:
         item = self._rows.get(summary.path)

@@ -101,6 +101,17 @@ def test_the_feet_of_one_recording_are_compared_renamed_and_saved(two, qtbot, fo
     assert not view.isVisible()
 
 
+def test_the_earliest_is_the_first_also_where_that_is_read_after_they_were_chosen(two, qtbot, folder):
+    """They were in the order in which their files were written last, as by a copy or by a mark."""
+    begun = {"begun": "2026-11-01T10:00:00"}
+    write_recording(folder / "first.underfoot", 0.5, default_floor(1, 2), vibration=False, about=begun)
+    two.recordings.refresh()
+    click(two, "first")
+    click(two, "after", Qt.KeyboardModifier.ControlModifier)
+    assert [path.stem for path in two.comparison.paths] == ["after", "first"]
+    qtbot.waitUntil(lambda: [path.stem for path in two.comparison.paths] == ["first", "after"])
+
+
 def test_one_that_is_renamed_while_its_steps_are_looked_for_is_compared_under_its_new_name(two, qtbot, folder):
     view = two.comparison
     write_recording(folder / "new.underfoot", 3.0, default_floor(1, 2), vibration=False)
