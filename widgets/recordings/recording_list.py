@@ -158,7 +158,7 @@ class RecordingList(QWidget):
     def refresh(self) -> None:
         """Update the list from the folders."""
         paths = self._paths()
-        chosen = self.chosen_paths()
+        selected = [item.data(_PATH) for item in reversed(self._items()) if item.isSelected()]  # a search may hide it
         with QSignalBlocker(self.list):
             self.list.clear()
             self._rows = {path: _Row(path, written_s) for path, written_s in paths.items()}
@@ -172,7 +172,7 @@ class RecordingList(QWidget):
                 else:
                     item.setIcon(_icon(np.zeros(0, np.float32)))
             self._sort()
-        self.mark(*chosen)
+        self.mark(*selected)
         self._filter()
         self.summaries.read(paths)
 

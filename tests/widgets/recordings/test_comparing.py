@@ -68,7 +68,9 @@ def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot
     of_each = [view.table.item(2, column).toolTip() for column in (1, 2)]
     assert of_each == ["Mean ± SD of 2 steps", "Mean ± SD of 2 steps of 2 persons together"]
     assert [one.name for one in view.plot.drawing.series if one.style == "line"] == ["before", "after"]
+    two.recordings.search.setText("before")
     two.recordings.refresh()  # as when a recording has ended
+    two.recordings.search.clear()
     assert [path.stem for path in two.recordings.chosen_paths()] == ["before", "after"]
     assert not two.recordings.delete.isEnabled()
     view.table.setFocus()
