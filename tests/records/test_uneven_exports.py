@@ -144,8 +144,9 @@ def test_a_recording_of_nothing_is_refused_in_one_line(tmp_path, suffix):
     assert [path.name for path in tmp_path.iterdir()] == ["empty.underfoot"]
 
 
-def test_c3d_of_a_clock_that_was_put_back_is_refused_in_one_line(tmp_path):
-    stamps = 48.0 * np.concatenate([np.arange(3_000.0, 4_000.0), np.arange(0.0, 1_000.0)])
+@pytest.mark.parametrize("to_ms", [0.0, 3_500.0])  # also to a time that was there: its samples would be written over
+def test_c3d_of_a_clock_that_was_put_back_is_refused_in_one_line(tmp_path, to_ms):
+    stamps = 48.0 * np.concatenate([np.arange(3_000.0, 4_000.0), to_ms + np.arange(1_000.0)])
     made = recording_of(tmp_path / "back.underfoot", stamps, np.zeros((2000, 2, 4)), 1000.0)
     done = CliRunner().invoke(cli, ["export", str(made), "-o", str(tmp_path / "back.c3d")])
     assert isinstance(done.exception, BadFile)

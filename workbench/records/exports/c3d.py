@@ -85,8 +85,9 @@ def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float,
     if not pieces:
         raise BadFile(f"{export.recording.path} holds no force samples{' there' if export.stretch_s else ''}")
     time_s = np.concatenate([one for one, _ in pieces])
-    if time_s.min() < time_s[0] or time_s.max() > time_s[-1]:
-        back = f"the times of {export.recording.path} go back by {-np.diff(time_s).min():.4g} s"
+    back_s = -np.diff(time_s).min(initial=0.0)
+    if back_s * forces.rate_hz > 0.5:  # it would be another sample's place
+        back = f"the times of {export.recording.path} go back by {back_s:.4g} s"
         raise BadFile(f"{back}, and C3D has none; export it as .csv or .h5, or a stretch before or after that")
     rate_hz = even_rate(time_s, forces.rate_hz)
     count = round((float(time_s[-1]) - float(time_s[0])) * rate_hz) + 1
