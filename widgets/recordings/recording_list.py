@@ -132,6 +132,7 @@ class RecordingList(QWidget):
         self.summaries = Summaries(self)
         self._known: dict[Path, Summary] = {}
         self._rows: dict[Path, _Row] = {}
+        self._marked: list[Path] = []
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search by name, date or floor")
         self.search.setAccessibleName("Search recordings")
@@ -185,6 +186,7 @@ class RecordingList(QWidget):
 
     def mark(self, *paths: Path) -> None:
         """Mark the open recording, or those that are compared."""
+        self._marked = list(paths)
         items = [item for path in paths if (item := self._rows.get(path.absolute())) is not None]
         with QSignalBlocker(self.list):
             for number, item in enumerate(items):
@@ -348,11 +350,15 @@ class RecordingList(QWidget):
 
     def _choose(self) -> None:
         paths = self.chosen_paths()
+        if not paths:  # a click beside them: what is shown stays marked
+            self.mark(*self._marked)
+            return
+        self._marked = paths
         self.delete.setEnabled(len(paths) == 1)
         self.show_problem("")
         if len(paths) == 1:
             self.chosen.emit(paths[0])
-        elif paths:
+        else:
             self.compared.emit(paths)
 
     def _connect(self) -> None:

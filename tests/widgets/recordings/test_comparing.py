@@ -6,7 +6,7 @@ import pytest
 from long_recording import write_recording
 from made_steps import STEP
 from msgspec.structs import replace
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
@@ -88,6 +88,9 @@ def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot
 
 def test_the_feet_of_one_recording_are_compared_renamed_and_saved(two, qtbot, folder):
     view = two.comparison
+    shown = two.recordings.list.viewport()
+    qtbot.mouseClick(shown, Qt.MouseButton.LeftButton, pos=shown.rect().bottomLeft() + QPoint(9, -9))
+    assert [path.stem for path in two.recordings.chosen_paths()] == ["before"]  # which is still open
     qtbot.mouseClick(two.steps.compare_button, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: len(view.table.groups) == 2)
     assert row_of(two, "Contact, ms") == ["600", "620", "+20 (+3.3 %)"]
