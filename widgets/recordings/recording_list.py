@@ -159,6 +159,12 @@ class RecordingList(QWidget):
     def refresh(self) -> None:
         """Update the list from the folders."""
         paths = self._paths()
+        if paths.keys() != self._rows.keys():  # new rows would end a selection by Shift amid it
+            self._rebuild(paths)
+        self._filter()
+        self.summaries.read(paths)
+
+    def _rebuild(self, paths: dict[Path, float]) -> None:
         selected = [item.data(_PATH) for item in reversed(self._items()) if item.isSelected()]  # a search may hide it
         with QSignalBlocker(self.list):
             self.list.clear()
@@ -166,16 +172,14 @@ class RecordingList(QWidget):
             for path, item in self._rows.items():
                 item.setData(_PATH, path)
                 item.setSizeHint(QSize(0, 60))
-                item.setToolTip(str(path))
                 self.list.addItem(item)
                 if path in self._known:
                     self._show(self._known[path])
                 else:
                     item.setIcon(_icon(np.zeros(0, np.float32)))
+                    item.setToolTip(str(path))
             self._sort()
         self.mark(*selected)
-        self._filter()
-        self.summaries.read(paths)
 
     def add(self, path: Path) -> None:
         """Add a file or folder to the list permanently."""
@@ -329,6 +333,7 @@ class RecordingList(QWidget):
         if item is not None:
             item.begun_s = summary.begun.timestamp()
             item.setText(f"{summary.path.stem}\n{summary_text(summary)}")
+            item.setToolTip(str(summary.path))
             item.setIcon(_icon(summary.force_n))
             typed = floor_text(summary.floor).replace(" × ", "x")  # no keyboard has the sign
             item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title} {typed}")

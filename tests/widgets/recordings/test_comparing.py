@@ -58,7 +58,7 @@ def row_of(workspace, heading):
     return [table.item(row, column).text() for column in range(1, table.columnCount())]
 
 
-def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot):
+def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot, folder):
     view = two.comparison
     click(two, "after", Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil(lambda: len(view.table.groups) == 2)
@@ -69,6 +69,7 @@ def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot
     assert of_each == ["Mean ± SD of 2 steps", "Mean ± SD of 2 steps of 2 persons together"]
     assert [one.name for one in view.plot.drawing.series if one.style == "line"] == ["before", "after"]
     two.recordings.search.setText("before")
+    (folder / "another.underfoot").touch()
     two.recordings.refresh()  # as when a recording has ended
     two.recordings.search.clear()
     assert [path.stem for path in two.recordings.chosen_paths()] == ["before", "after"]
@@ -104,6 +105,15 @@ def test_the_feet_of_one_recording_are_compared_renamed_and_saved(two, qtbot, fo
     assert (folder / "feet.stance.csv").read_text().splitlines()[1] == "0,600,,620,"
     qtbot.mouseClick(view.close_button, Qt.MouseButton.LeftButton)
     assert not view.isVisible()
+
+
+def test_a_selection_by_shift_goes_on_when_the_list_is_read_anew(two, qtbot):
+    two.recordings.list.setFocus()
+    QTest.keyClick(two.recordings.list, Qt.Key.Key_Up, Qt.KeyboardModifier.ShiftModifier)
+    assert [path.stem for path in two.recordings.chosen_paths()] == ["before", "after"]
+    two.recordings.refresh()  # as when the steps of the open one were found
+    QTest.keyClick(two.recordings.list, Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier)
+    assert [path.stem for path in two.recordings.chosen_paths()] == ["before"]
 
 
 def test_the_earliest_is_the_first_also_where_that_is_read_after_they_were_chosen(two, qtbot, folder):
