@@ -183,7 +183,8 @@ class RecordingsWorkspace(Workspace):
         self.readout.map.set_floor(opened.floor)
         self.axis.show_content(content)
         self.steps.show_steps(survey.steps)
-        self.recordings.mark(opened.path)
+        if self._pages.currentWidget() is self._opened_page:  # others may have been chosen with it meanwhile
+            self.recordings.mark(opened.path)
         used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
         facts = (
             time_text(opened.length_s, 0.1),

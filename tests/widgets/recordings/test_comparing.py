@@ -124,6 +124,8 @@ def test_the_earliest_is_the_first_also_where_that_is_read_after_they_were_chose
     click(two, "first")
     click(two, "after", Qt.KeyboardModifier.ControlModifier)
     assert [path.stem for path in two.comparison.paths] == ["after", "first"]
+    qtbot.waitUntil(lambda: two.axis.content is not None and two.axis.content.opened.path.stem == "first")
+    assert len(two.recordings.chosen_paths()) == 2  # also once the first has been opened
     qtbot.waitUntil(lambda: [path.stem for path in two.comparison.paths] == ["first", "after"])
 
 
