@@ -309,6 +309,7 @@ class RecordingsWorkspace(Workspace):
                 self.playback.stop()
                 self._survey_again |= self.surveyor.is_busy
                 self.surveyor.stop()
+            self.comparison.reader.stop()  # until it has its name
             self._renaming = path
             self.reader.rename(path, name)
 
@@ -327,6 +328,7 @@ class RecordingsWorkspace(Workspace):
     def _show_kept(self, path: Path, why: str) -> None:
         """Say why a recording keeps its name."""
         self._renaming = None
+        self.comparison.show_renamed(path, path)
         self.recordings.show_problem(why)
         if self._is_open(path):
             self._go_on_with_survey()

@@ -135,7 +135,7 @@ def test_one_that_is_renamed_while_its_steps_are_looked_for_is_compared_under_it
     two.recordings.refresh()
     two.recordings.compared.emit([folder / "new.underfoot"])  # as of its context menu
     qtbot.waitUntil(lambda: "looking" in view.facts.full_text)
-    two.reader.rename(folder / "new.underfoot", "named")
+    two.recordings.rename_requested.emit(folder / "new.underfoot", "named")
     qtbot.waitUntil(lambda: view.paths == [folder / "named.underfoot"])
     qtbot.waitUntil(lambda: view.plot.drawing.note == "no steps whose side is known")
     assert view.facts.full_text == "named"
