@@ -11,6 +11,7 @@ from earlier_recordings import make_earlier
 from long_recording import write_recording
 
 from underfoot.errors import BadFile
+from underfoot.files import cache_folder
 from underfoot.floor.layout import default_floor
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
@@ -130,7 +131,11 @@ def test_a_file_that_cannot_be_written_to_says_so(earlier, monkeypatch):
             old.add_mark(2)
 
 
-def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlier, path):
+def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlier, path, tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
+    folder = cache_folder() / "recordings"
+    folder.mkdir(parents=True)
+    (folder / "listed.json").symlink_to("gone")  # as one that another program removes amid the look for the oldest
     with Recording(earlier) as old:
         assert load_cached_survey(old) is None
         made = survey(old, lambda so_far: True)

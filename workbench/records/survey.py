@@ -169,9 +169,10 @@ def cache_survey(recording: Recording, made: Survey) -> None:
     with suppress(BadFile, OSError):
         path = _place(recording, "json")
         make_folder(path.parent)
-        files = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
-        for old in files[: max(0, len(files) - 3 * KEPT)]:
-            old.unlink(missing_ok=True)
+        with suppress(OSError):  # another program may remove the same ones
+            files = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
+            for old in files[: max(0, len(files) - 3 * KEPT)]:
+                old.unlink(missing_ok=True)
         write_file(path, msgspec.json.encode(made))
 
 
