@@ -71,7 +71,7 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert again.status == 0
     assert "Forces are accurate to" in again.out
     assert [earlier.kind for earlier in Profile.load("t1.json").earlier] == ["fsr"]
-    compared = (measured / "out" / "fsr.html").read_text().partition("Compared with the one replaced on")[2]
+    compared = (measured / "out" / "fsr.html").read_text().partition("Compared with the ones before")[2]
     assert re.search("<td>Error of sensor 1</td><td>[0-9.]+ % of full scale</td><td>[0-9.]+ % of", compared)
 
 

@@ -1,10 +1,12 @@
 """A plate's stiffness from footsteps whose truth is known: lines that come out, and an error of about a per cent."""
 
 import json
+import re
 import runpy
 import sys
 from datetime import date
 
+import msgspec
 import numpy as np
 import pytest
 from scipy.stats import linregress
@@ -76,6 +78,22 @@ def written(path, count):
         lines += [f"{at},{k},{f:.3f},{x:.5f}" for f, x in zip(force, displacement, strict=True)]
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def test_a_report_has_the_figures_of_earlier_calibrations_by_days(underfoot, tmp_path):
+    profile, pages = tmp_path / "t1.json", []
+    for day, count in enumerate((1, 2, 3), 1):
+        table = written(tmp_path / "f.csv", count)
+        underfoot("calibrate", "stiffness", "--footsteps", table, "--profile", profile, "--report", tmp_path / "report")
+        pages.append((tmp_path / "report" / "plate.html").read_text())
+        known = Profile.load(profile)
+        made = msgspec.structs.replace(known.plate, made=f"2026-01-0{day}")
+        msgspec.structs.replace(known, plate=made).save(profile)
+    assert "Compared with" not in pages[0]
+    head = re.search(r"ones before</h2><table>\n?<tr><th></th>((?:<th>[^<]*</th>)+)", pages[2])[1]
+    assert re.findall("<th>(.*?)</th>", head) == ["2026-01-01", "2026-01-02", date.today().isoformat()]
+    errors = re.search("ones before.*<tr><td>Mean error</td>(.*?)</tr>", pages[2], re.DOTALL)[1]
+    assert re.fullmatch(r"<td>–</td>(<td>[\d.]+ %</td>){2}", errors)  # of a single footstep it is not known
 
 
 def test_one_footstep_at_each_position_has_no_known_error(underfoot, tmp_path):

@@ -257,15 +257,13 @@ def test_a_part_never_goes_into_another_tile_s_file(tmp_path):
 # --- its history and its flags ---
 
 
-def test_a_replaced_part_is_kept_compared_and_restored():
+def test_a_replaced_part_is_kept_with_its_figures_and_restored():
     old = fsr(error=4.0, error_unit="% of full scale", figures={"noise_n": 1.0})
     new = fsr(error=2.0, error_unit="% of full scale", figures={"noise_n": 0.5, "more": 7.0})
     profile = Profile(tile="t1").with_part(old, TODAY).with_part(new, TODAY)
     assert [(one.kind, one.replaced) for one in profile.earlier] == [("fsr", "2024-06-01")]
-    compared = profile.compare(0)
-    assert compared["error_percent"] == (4.0, 2.0)
-    assert compared["noise_n"] == (1.0, 0.5)
-    assert np.isnan(compared["more"][0])
+    assert profile.earlier[0].fsr.measured == {"error_percent": 4.0, "noise_n": 1.0}
+    assert profile.fsr.measured == {"error_percent": 2.0, "noise_n": 0.5, "more": 7.0}
     back = profile.restored(0, TODAY)
     assert back.fsr == old
     assert back.earlier[0].fsr == new

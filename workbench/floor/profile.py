@@ -391,14 +391,6 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         others = self.earlier[:place] + self.earlier[place + 1 :]
         return msgspec.structs.replace(self, earlier=others).with_part(part, today)
 
-    def compare(self, place: int) -> dict[str, tuple[float, float]]:
-        """Return figures of `earlier[place]` and of the present part, (then, now) by name; NaN if one lacks it."""
-        require(0 <= place < len(self.earlier), "place", place, f"0 to {len(self.earlier) - 1}")
-        then: Part = getattr(self.earlier[place], self.earlier[place].kind)
-        now = self.part(self.earlier[place].kind)
-        old, new = then.measured, {} if now is None else now.measured
-        return {name: (old.get(name, np.nan), new.get(name, np.nan)) for name in {**old, **new}}
-
     def dumps(self) -> bytes:
         """Return the profile as JSON with keys in a fixed order."""
         return write_document(FORMAT, VERSION, self)

@@ -16,6 +16,8 @@ from underfoot.quantities import number, pretty_text, pretty_unit, quantity
 
 _DIGITS = 4
 """Significant digits of a figure: one more than a rounded value needs. The JSON has six."""
+_MOST_EARLIER = 5
+"""Earlier calibrations that a page has room for."""
 
 
 def write_report(result: Result, folder: Path, profile: Profile, operator: str = "") -> Path:
@@ -78,15 +80,16 @@ def _prose(text: str) -> str:
 
 
 def _compared(kind: str, profile: Profile) -> list[str]:
-    """Return the figures of this part beside those of the replaced one; nothing for the first."""
-    places = [k for k, earlier in enumerate(profile.earlier) if earlier.kind == kind]
-    if not places:
+    """Return the figures of this part beside those of the last ones before it, by days; nothing for the first."""
+    earlier = [getattr(one, kind) for one in profile.earlier if one.kind == kind][-_MOST_EARLIER:]
+    now = profile.part(kind)
+    if not earlier or now is None:
         return []
-    then = profile.earlier[places[-1]]
-    part = getattr(then, kind)
-    rows = ["<tr><th></th><th>then</th><th>now</th></tr>"]
-    for name, values in profile.compare(places[-1]).items():
-        unit = unit_of(name, part.error_unit)
-        old, new = (html.escape(quantity(value, unit)) if math.isfinite(value) else "–" for value in values)
-        rows.append(f"<tr><td>{html.escape(label_of(name))}</td><td>{old}</td><td>{new}</td></tr>")
-    return [f"<h2>Compared with the one replaced on {then.replaced}</h2><table>", *rows, "</table>"]
+    parts = [*sorted(earlier, key=lambda part: part.made), now]
+    rows = [f"<tr><th></th>{''.join(f'<th>{part.made}</th>' for part in parts)}</tr>"]
+    for name in dict.fromkeys(name for part in reversed(parts) for name in part.measured):
+        unit = unit_of(name, now.error_unit)
+        values = [part.measured.get(name, math.nan) for part in parts]
+        cells = "".join(f"<td>{html.escape(quantity(x, unit)) if math.isfinite(x) else '–'}</td>" for x in values)
+        rows.append(f"<tr><td>{html.escape(label_of(name))}</td>{cells}</tr>")
+    return ["<h2>Compared with the ones before</h2><table>", *rows, "</table>"]
