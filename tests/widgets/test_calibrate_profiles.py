@@ -79,6 +79,30 @@ def test_an_earlier_part_is_that_of_the_list_also_where_another_window_changed_t
     driver.wait(lambda: not profiles.of("t1").earlier)
 
 
+def test_a_serial_number_is_typed_before_and_after_a_calibration(driver, qtbot):
+    choice, warned = driver.workspace.choice, []
+    driver.workspace.warnings_changed.connect(warned.append)
+    driver.click(choice.serial)
+    qtbot.keyClicks(choice.serial, "A7\r")
+    driver.wait(lambda: driver.written)
+    assert Profile.load(driver.file()) == Profile(tile="t1", serial="A7")
+    assert not any(warned)
+    assert not choice.flags.isVisible()
+    profile = Profile.load(driver.file()).with_part(Latency(made=str(date.today()), round_trip_ms=10.0))
+    profile.save(driver.file())  # by another window
+    driver.click(choice.serial)
+    qtbot.keyClicks(choice.serial, "A8")
+    qtbot.keyClick(choice.serial, Qt.Key.Key_Escape)
+    assert choice.serial.text() == "A7"
+    qtbot.keyClicks(choice.serial, "A9")
+    qtbot.keyClick(choice.serial, Qt.Key.Key_Tab)
+    driver.wait(lambda: len(driver.written) == 2)
+    assert Profile.load(driver.file()) == msgspec.structs.replace(profile, serial="A9")
+    choice.map.setFocus()
+    qtbot.keyClick(choice.map, Qt.Key.Key_Right)
+    assert (driver.workspace.tile.id, choice.serial.text()) == ("t2", "")
+
+
 def test_a_profile_that_is_too_old_is_flagged(driver):
     old = Response(
         made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"

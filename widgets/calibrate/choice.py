@@ -20,6 +20,7 @@ from underfoot.floor.profile import Part, Profile
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.quantity_views import error_text, part_text
 from underfoot.widgets.calibrate.tile_picture import tile_text
+from underfoot.widgets.controls.fields import Field
 from underfoot.widgets.floor_map import FloorMap
 
 WIDTH_PX = 34 * theme.GRID
@@ -33,6 +34,7 @@ class ChoicePanel(QWidget):
     earlier_chosen = Signal(int)
     """Index among the profile's earlier parts of the one to compare with; -1 for none."""
     restore_requested = Signal(int)
+    serial_given = Signal(str)
     plate_search_requested = Signal()
     """Open the search for plates for the chosen tile."""
 
@@ -45,6 +47,10 @@ class ChoicePanel(QWidget):
         self.map.setToolTip("Click a tile, or choose one with the arrow keys")
         self._tile, self.flags = theme.label("", "muted"), theme.label("", "force")
         theme.wrap(self._tile, self.flags)
+        self.serial = Field(role="")
+        self.serial.setPlaceholderText("Serial number")
+        self.serial.setAccessibleName("Serial number of the tile")
+        self.serial.setToolTip("The tile's serial number, for its profile and reports")
         self.cards: dict[str, KindCard] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()
@@ -61,6 +67,7 @@ class ChoicePanel(QWidget):
         layout.addWidget(theme.label("TILE", "heading"))
         layout.addWidget(self.map)
         layout.addWidget(self._tile)
+        layout.addWidget(self.serial)
         layout.addWidget(theme.label("CALIBRATION", "heading"))
         for key, name in kinds:
             card = KindCard(name)
@@ -81,6 +88,7 @@ class ChoicePanel(QWidget):
         self.map.tile_chosen.connect(self.tile_chosen)
         self.history.currentRowChanged.connect(self._compare)
         self.restore.clicked.connect(self._restore)
+        self.serial.committed.connect(lambda text: self.serial_given.emit(text.strip()))
         self.setFocusProxy(self.map)
 
     def _lay_out(self) -> tuple[QWidget, QHBoxLayout]:
@@ -107,14 +115,13 @@ class ChoicePanel(QWidget):
     def show_profile(self, profile: Profile, kind: str, flags: Sequence[str]) -> None:
         """Show the profile that the chosen tile uses, and the history of its part `kind`."""
         tile = self._floor.tiles[self._floor.index(self.map.chosen_tile())]
-        serial = f" · serial {profile.serial}" if profile.serial else ""
-        self._tile.setText(f"{tile_text(tile)}{serial}")
+        self._tile.setText(tile_text(tile))
+        self.serial.show_text(profile.serial)
         for key, card in self.cards.items():
             card.show_part(profile.part(key))
         self.cards[kind].setChecked(True)
-        shown = flags if profile.made else ()
-        self.flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
-        self.flags.setVisible(bool(shown))
+        self.flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in flags))
+        self.flags.setVisible(bool(flags))
         self._indices = [i for i, earlier in enumerate(profile.earlier) if earlier.kind == kind][::-1]
         with QSignalBlocker(self.history):
             self.history.clear()

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.calibration.files.plate_profiles import write_plate_file
@@ -20,7 +21,7 @@ class Profiles(QObject):
 
     changed = Signal()
     saved = Signal(str, str)
-    """A tile's profile was written, with another part of this kind."""
+    """A tile's profile was written, with another part of this kind; "" where only its serial number is another."""
     not_saved = Signal(str)
     """A tile's profile could not be written: the reason."""
     notified = Signal(str)
@@ -54,6 +55,11 @@ class Profiles(QObject):
     def save(self, tile: str, result: Result) -> None:
         """Store a result in a tile's profile; the part it replaces goes into the history."""
         self._submit(self._write, self.folder, tile, result.kind, result.applied, f"The profile of {tile} is saved")
+
+    def set_serial(self, tile: str, serial: str) -> None:
+        """Store a tile's serial number in its profile."""
+        text = f"{tile} has the serial number {serial or 'none'}"
+        self._submit(self._write, self.folder, tile, "", lambda profile: replace(profile, serial=serial), text)
 
     def restore(self, tile: str, index: int) -> None:
         """Put `earlier[index]` of a tile's profile into use again.

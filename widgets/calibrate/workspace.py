@@ -206,7 +206,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.warnings_changed.emit(tuple(line for tile, profile in found for line in self._flags(profile, tile)))
 
     def _flags(self, profile: Profile, tile: str) -> tuple[str, ...]:
-        return profile.flags(tile, date.today(), simulated=self._is_simulated)
+        """Return the reasons against a profile; one with a serial number alone is none yet."""
+        return profile.flags(tile, date.today(), simulated=self._is_simulated) if profile.made else ()
 
     def _compare(self, index: int) -> None:
         profile = self.profiles.of(self.tile.id)
@@ -400,6 +401,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.choice.kind_chosen.connect(self._choose_kind)
         self.choice.earlier_chosen.connect(self._compare)
         self.choice.restore_requested.connect(lambda index: self.profiles.restore(self.tile.id, index))
+        self.choice.serial_given.connect(lambda serial: self.profiles.set_serial(self.tile.id, serial))
         self.overview.begin_requested.connect(self.begin)
         self.overview.reference_given.connect(self._save_reference)
         self.wizard.closed.connect(self._close_wizard)
