@@ -76,7 +76,7 @@ def test_the_tile_can_measure_the_force_once_it_is_calibrated():
     sensors = "load cell, 0.05 N a count, 120 at rest", "displacement, 0.001 mm a count, 0 at rest"
     found = run(PlateProcedure(TILE, known, sensors), rig(), asks).apply(known).plate
     np.testing.assert_allclose(found.stiffness_n_mm, [40.0, 160.0], rtol=0.1)
-    assert found.reference == f"the forces of t1, calibrated {known.fsr.made}; {sensors[1]}"
+    assert found.reference == f"the forces of t1, calibrated {known.fsr.identity}; {sensors[1]}"
 
 
 def test_a_plate_on_a_serial_line_is_moved_and_measured():

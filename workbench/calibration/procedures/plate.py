@@ -163,7 +163,7 @@ class PlateProcedure(PagedProcedure):
         lines, samples = self._footsteps()
         force = f"a {self._cell}" if self._force == LOAD_CELL else f"the forces of {self._tile.id}"
         if self._force == TILE and self._profile is not None and self._profile.fsr is not None:
-            force += f", calibrated {self._profile.fsr.made}"
+            force += f", calibrated {self._profile.fsr.identity}"
         reference = "; ".join(filter(None, (force, self._displacement)))
         return result_of(lines, samples, reference, self._tile.id)
 
