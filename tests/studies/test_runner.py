@@ -305,12 +305,14 @@ def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(session, until, tm
 
 def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(session, until, tmp_path):
     emulated = EmulatedPlate()
-    plate = Plate(emulated.name, PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)), move_s=1.0)
+    known = PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0), made="2026-05-03")
+    plate = Plate(emulated.name, known, move_s=1.0)
     stimuli = {"soft": {"stiffness_n_mm": 52.0}, "hard": {"stiffness_n_mm": 146.0}}
     protocol = made_protocol("rating", {"blocks": 1}, stimuli, start="step")
     try:
         with taking_part(session, protocol, tmp_path / "a.session", until, equipment=Equipment(plate)) as person:
             runner = person.runner
+            assert [note.text for note in runner.file.notes()] == ["calibrations in use: plate: Stiffness 2026-05-03"]
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
             person.until(lambda: runner.hint == "The plate moves. Please step off.", "the plate waits")

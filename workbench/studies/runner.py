@@ -23,7 +23,7 @@ from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.store import SessionFile, time_of_day
 from underfoot.experiments.study import AGREED, LEVEL_RANGE_DB, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
-from underfoot.floor.profile_parts import lines_of
+from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.patch.patch import Patch
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.equipment import Equipment
@@ -310,7 +310,10 @@ class Runner:
     def _note_calibrations(self) -> None:
         """Note which calibrations are in use, with day and digest, where that has changed since the last time."""
         noted = [note.text for note in self.file.notes() if note.text.startswith(CALIBRATIONS)]
-        used = CALIBRATIONS + ("; ".join(lines_of(self.session.calibrations)) or "none")
+        lines, plate = lines_of(self.session.calibrations), self._equipment.plate
+        if plate is not None and plate.calibration.made:
+            lines.append(f"plate: {PARTS['plate']} {plate.calibration.made}")
+        used = CALIBRATIONS + ("; ".join(lines) or "none")
         if used != (noted[-1] if noted else f"{CALIBRATIONS}none"):
             self.note(used)
 
