@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
-from underfoot.floor.profile_parts import PARTS, lines_of
+from underfoot.floor.profile_parts import PARTS, InUse, lines_of
 from underfoot.quantities import counted
 from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
@@ -192,7 +192,7 @@ class RecordingsWorkspace(Workspace):
             opened.about.get("target", ""),
             f"{', '.join(used)} calibrated" if used else "",
         )
-        self._show_name(opened.path.stem)
+        self._show_name(opened.path.stem, opened.calibrations)
         self.facts.set_full_text("  ·  ".join(filter(None, facts)), "\n".join(lines_of(opened.calibrations)))
         self._enable()
         self.follower.follow(opened.path)
@@ -256,8 +256,8 @@ class RecordingsWorkspace(Workspace):
         if self.axis.content is not None and not self.axis.content.opened.is_drawn:
             self.reader.reread()
 
-    def _show_name(self, name: str) -> None:
-        self.title.set_full_text(name)
+    def _show_name(self, name: str, calibrations: InUse | None = None) -> None:
+        self.title.set_full_text(name, "\n".join(lines_of(calibrations or {})))
         self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it are hidden
 
     def _say(self, text: str) -> None:
@@ -320,7 +320,7 @@ class RecordingsWorkspace(Workspace):
         content = self.axis.content
         if content is not None and self._is_open(old):
             content.opened = replace(content.opened, path=new)
-            self._show_name(new.stem)
+            self._show_name(new.stem, content.opened.calibrations)
             self._go_on_with_survey()
         self.comparison.show_renamed(old, new)
         self.recordings.show_renamed(old, new)
