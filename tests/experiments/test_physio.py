@@ -32,6 +32,7 @@ def exported(tmp_path):
                      Excerpt("vibration", 1, 2.25, 48_000.0, (), np.zeros((9, 0))),
                      Excerpt("measured", 1, 2.25, 48_000.0, ("t1",), 0.9 * VIBRATION)]  # fmt: skip
         file.add(study.answer(first_answers(study.page)), excerpts)
+        file.add_note("calibrations in use: t1: Forces 2026-05-01 0f3c9a1b2d4e")  # as one went on another day
     write_bids(tmp_path / "b", rows_of(protocol, "p-1", file.entries()), "Two trials", protocol)
     written = write_physio(tmp_path / "b", file, "Two trials")
     file.close()
@@ -64,9 +65,11 @@ def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(expor
     assert (about["SamplingFrequency"], about["StartTime"], about["Columns"]) == (1000.0, 1.5, list(CORNERS))
     assert about["t1.1"]["Units"] == "N"
     assert about["TaskName"] == "Two trials"
+    assert "Calibrations" not in about
     measured, about = read(beh / "sub-p1_task-Twotrials_recording-measured0002b_stim.tsv.gz")
     np.testing.assert_allclose(measured, 0.9 * VIBRATION, atol=1e-4)
     assert (about["SamplingFrequency"], about["StartTime"], about["t1"]["Units"]) == (48_000.0, 2.25, "m/s^2")
+    assert about["Calibrations"] == "t1: Forces 2026-05-01 0f3c9a1b2d4e"
 
 
 def test_the_behavioural_file_says_which_recording_is_whose(exported):

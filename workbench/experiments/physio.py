@@ -16,6 +16,7 @@ import numpy as np
 
 from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import CALIBRATIONS
 from underfoot.experiments.trial_files import bids_label, bids_task
 from underfoot.files import make_folder, write_file
 
@@ -37,9 +38,12 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
     label, name = bids_label(file.participant), bids_task(task)
     beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
     written = []
+    noted = [note for note in reversed(file.notes()) if note.text.startswith(CALIBRATIONS)]
     for number, entry in enumerate(file.entries(), 1):
         if entry.trial is None:
             continue
+        used = next((note.text.removeprefix(CALIBRATIONS) for note in noted if note.entry < number), "none")
+        about = {"TaskName": task, **({"Calibrations": used} if used != "none" else {})}
         for excerpt in file.excerpts(number):
             if excerpt.values.size == 0:
                 continue
@@ -48,7 +52,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
             path = beh / f"sub-{label}_task-{name}_recording-{kind}{number:04d}{part}_{suffix}.tsv.gz"
             write_file(path, gzip.compress(_rows(excerpt), _FASTEST, mtime=0))
             sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
-            write_file(sidecar, json.dumps({"TaskName": task, **_sidecar(excerpt)}, indent=1).encode() + b"\n")
+            write_file(sidecar, json.dumps({**about, **_sidecar(excerpt)}, indent=1).encode() + b"\n")
             written += [path, sidecar]
     return written
 

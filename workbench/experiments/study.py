@@ -28,6 +28,8 @@ PARTICIPANT = "participant"
 AGREED = "agreed"
 INTERRUPTED = "interrupted before the answer"
 """Why a trial is spoiled that was felt when the session ended."""
+CALIBRATIONS = "calibrations in use: "
+"""Words with which the program's own note of them begins; it holds for the entries after it."""
 GAIN_DB = "gain_db"
 LEVEL_RANGE_DB = (-40.0, 0.0)
 """Range of a participant's gain re the protocol's levels, in dB; never above 0."""

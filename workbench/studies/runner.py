@@ -21,7 +21,7 @@ from underfoot.errors import BadFile, require
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.store import SessionFile, time_of_day
-from underfoot.experiments.study import AGREED, LEVEL_RANGE_DB, Entry, Page, Study
+from underfoot.experiments.study import AGREED, CALIBRATIONS, LEVEL_RANGE_DB, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
 from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.patch.patch import Patch
@@ -36,9 +36,6 @@ from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
 from underfoot.studies.stimulus_patches import StimulusPatches
 from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 from underfoot.studies.trial_run import Answered, Interrupted, TrialRun
-
-CALIBRATIONS = "calibrations in use: "
-"""Words with which a note begins that the program makes of them."""
 
 
 class Runner:
