@@ -35,9 +35,6 @@ _SLACK_S = 0.01
 """Longest time by which a recording may begin after the sweep, or end before it."""
 _BEFORE_S, _AFTER_S = 0.005, 0.5
 """Parts of the impulse response that are kept, before and after its arrival."""
-_FIRST_PEAK = 0.25
-"""Height of a first peak, as a share of the largest, with which a response begins. A band's own ringing has 0.22. After
-a steep low-pass the first one is less than half as high as the largest, and more than `_BEFORE_S` before it."""
 _STEADY_FRAMES = 0.2
 """Difference of the passes' delays, in frames, that changes no response."""
 _LOOPBACK_DB, _LOOPBACK_FROM_HZ = 0.1, 40.0  # below that a sound card's own high-pass shows
@@ -114,8 +111,8 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasu
 def _lag(played: Floats, recording: Floats, begins: int, ends: int, rate_hz: float) -> int:
     """Return the delay of the recording in frames: the first peak of the correlation, whitened over the sweep's band.
 
-    A peak is as wide as the band allows: its flank lies before the delay. The first one is at least `_FIRST_PEAK` as
-    high as the largest, which may be a resonance.
+    A peak is as wide as the band allows: its flank lies before the delay. The first one is more than half as high as
+    the largest, which may be a resonance.
 
     Frames `begins` to `ends` of the played signal are not silent, and must be in the recording.
     """
@@ -135,11 +132,10 @@ def _lag(played: Floats, recording: Floats, begins: int, ends: int, rate_hz: flo
 
 
 def _first_peak(response: Floats, largest: int, first: int) -> int:
-    """Return the frame of the first peak, from `first` on, that is `_FIRST_PEAK` as high as that at frame `largest`."""
+    """Return the frame of the first peak, from `first` on, that is half as high as that at frame `largest`."""
     begin = max(largest - 1000, first)
     early = response[begin : largest + 2]
-    middle, least = early[1:-1], _FIRST_PEAK * response[largest]
-    is_peak = (middle >= least) & (middle >= early[:-2]) & (middle >= early[2:])
+    is_peak = (early[1:-1] >= 0.5 * response[largest]) & (early[1:-1] >= early[:-2]) & (early[1:-1] >= early[2:])
     return begin + 1 + int(np.argmax(is_peak)) if is_peak.any() else largest
 
 
