@@ -41,6 +41,7 @@ class ComparisonView(QWidget):
         theme.fill(self, "ground")
         self.paths: list[Path] = []
         self._stances: dict[Path, Sequence[Stance]] = {}
+        self._doing = ""  # what the reader does
         self.reader = SurveyReader(self)
         self.table, self.plot = ComparisonTable(), Plot("Mean force over stance")
         self.facts, self.by = ElidedLabel("muted"), QComboBox()
@@ -163,7 +164,6 @@ class ComparisonView(QWidget):
             self.notified.emit(f"{path.name} and {path.with_suffix(STANCE_SUFFIX).name} are saved.")
 
     def _lay_out(self) -> None:
-        self._doing = ""
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         head = [
