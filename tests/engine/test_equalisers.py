@@ -14,7 +14,7 @@ from scipy.signal import butter, sosfilt
 from underfoot.__main__ import cli
 from underfoot.clock import FADE
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.calibrations import calibrations_in_use
+from underfoot.engine.calibrations import calibrations_in_use, with_responses
 from underfoot.engine.commands import Pulse, TileEqualiser, equalisers_of, from_text, to_text
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render_source
@@ -197,11 +197,13 @@ def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_whe
     lag = Latency(made="2024-05-02", round_trip_ms=20.0)
     profiles = {"t1": Profile(tile="t1", centroid=place, latency=lag), "t2": Profile(tile="t2")}
     wired = Target(FLOOR, "serial", "none", round_trip_frames=960)
-    assert calibrations_in_use(wired, profiles, {}) == {"t1": {"centroid": place.identity, "latency": lag.identity}}
+    assert with_responses(calibrations_in_use(wired, profiles), {}) == {
+        "t1": {"centroid": place.identity, "latency": lag.identity}
+    }
     simulated = Target(FLOOR, simulation=str(preset_files.simulations()["plywood-tile"]))
-    assert calibrations_in_use(simulated, profiles, {}) == {"t1": {"centroid": place.identity}}
+    assert with_responses(calibrations_in_use(simulated, profiles), {}) == {"t1": {"centroid": place.identity}}
     for ideal in (Target(FLOOR), Target(FLOOR, simulation="people=2", block=64, round_trip_frames=960)):
-        assert calibrations_in_use(ideal, profiles, {}) == {}
+        assert with_responses(calibrations_in_use(ideal, profiles), {}) == {}
 
 
 def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):

@@ -21,7 +21,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.choice_box import name_control
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.undo_actions import left_to_document
-from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.escape import claims_escape
 
 
 class ParameterEditor(QWidget):
@@ -162,10 +162,7 @@ class Field(QLineEdit):
         if self.is_untouched and left_to_document(event):
             return True
         # During typing, Escape goes to the field, not to a shortcut of the window.
-        if is_escape_override(event) and not self.is_untouched:
-            event.accept()
-            return True
-        return super().event(event)
+        return claims_escape(event, lambda: not self.is_untouched) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:

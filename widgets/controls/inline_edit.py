@@ -7,7 +7,7 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import QPlainTextEdit, QWidget
 
 from underfoot.widgets import theme
-from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.escape import claims_escape
 
 HEIGHT, MIN_WIDTH, MAX_WIDTH, NOTE_HEIGHT = 30, 160, 360, 96
 
@@ -70,10 +70,7 @@ class InlineEdit(QPlainTextEdit):
 
     def event(self, event: QEvent) -> bool:
         # Escape goes to the field, not to a shortcut of the window.
-        if is_escape_override(event):
-            event.accept()
-            return True
-        return super().event(event)
+        return claims_escape(event) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)

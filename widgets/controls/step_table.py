@@ -1,7 +1,7 @@
 """The table of footsteps, filled as they occur."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -166,6 +166,20 @@ class StepModel(QAbstractTableModel):
         return None
 
 
+def takes_table_key(event: QKeyEvent, copy: Callable[[], object]) -> bool:
+    """Take a key that means the same in each table: one copies; Space is left to the window, where it plays or stops.
+
+    Return whether it was one of these.
+    """
+    if event.matches(QKeySequence.StandardKey.Copy):
+        copy()
+    elif event.key() == Qt.Key.Key_Space:
+        event.ignore()
+    else:
+        return False
+    return True
+
+
 class StepTable(QTableView):
     """The table of the latest `max_steps` steps. It stays scrolled to its end, unless the user has scrolled up.
 
@@ -270,11 +284,7 @@ class StepTable(QTableView):
         return picture
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Copy):
-            self._copy()
-        elif event.key() == Qt.Key.Key_Space:
-            event.ignore()  # Space plays and stops, also in the table
-        else:
+        if not takes_table_key(event, self._copy):
             super().keyPressEvent(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:

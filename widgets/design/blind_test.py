@@ -22,7 +22,7 @@ from underfoot.experiments.blind_comparison import MOST_TRIALS, BlindComparison,
 from underfoot.experiments.trial_files import write_csv
 from underfoot.files import make_folder
 from underfoot.widgets import theme
-from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.escape import claims_escape
 from underfoot.widgets.session.listening import Listening, gain_text
 from underfoot.widgets.session.open_patch import SLOTS
 
@@ -228,10 +228,7 @@ class BlindTest(QWidget):
 
     def event(self, event: QEvent) -> bool:
         # During a trial Escape is panic; otherwise it closes the test.
-        if is_escape_override(event) and self._pages.currentIndex() != 1:
-            event.accept()
-            return True
-        return super().event(event)
+        return claims_escape(event, lambda: self._pages.currentIndex() != 1) or super().event(event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Resize:

@@ -33,7 +33,7 @@ from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.design.wire_cut import WireCut
-from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.escape import claims_escape
 
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 _EXTENDING = Qt.KeyboardModifier.ShiftModifier | _CONTROL
@@ -345,10 +345,7 @@ class Canvas(AskingView):
 
     def event(self, event: QEvent) -> bool:
         # Escape goes to the canvas while it has something to cancel.
-        if is_escape_override(event) and self._has_open():
-            event.accept()
-            return True
-        return super().event(event)
+        return claims_escape(event, self._has_open) or super().event(event)
 
     def _has_open(self) -> bool:
         """Return whether a drag, an editor or a list is active."""

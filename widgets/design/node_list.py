@@ -15,7 +15,7 @@ from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.design.named_list import NamedList
 from underfoot.widgets.design.node_geometry import accent
-from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.escape import claims_escape
 
 MIME = "application/x-underfoot-node"
 NO_NODE = "."
@@ -127,8 +127,7 @@ class SearchField(QLineEdit):
 
     def event(self, event: QEvent) -> bool:
         # Escape goes to the field while a list is open or the field has text.
-        if is_escape_override(event) and (self.closes or self.text()):
-            event.accept()
+        if claims_escape(event, lambda: self.closes or self.text()):
             return True
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             # Undo is that of the patch, unless something was typed since Enter.

@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence
+from PySide6.QtGui import QGuiApplication, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QTableWidget, QTableWidgetItem
 
 from underfoot.quantities import counted, fixed
 from underfoot.records.comparison import GAIT_MEASURES, STEP_MEASURES, Figures, Group, comparison_csv
 from underfoot.widgets import theme
-from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column
+from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column, takes_table_key
 
 ROWS = (
     *(column for column in COLUMNS if column.name in STEP_MEASURES),
@@ -80,11 +80,7 @@ class ComparisonTable(QTableWidget):
         QGuiApplication.clipboard().setText(comparison_csv(self.groups))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Copy):
-            self.copy()
-        elif event.key() == Qt.Key.Key_Space:
-            event.ignore()  # Space plays and stops, also in the table
-        else:
+        if not takes_table_key(event, self.copy):
             super().keyPressEvent(event)
 
     def keyboardSearch(self, search: str) -> None:

@@ -15,7 +15,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.panels import tool_button, with_header
-from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.escape import claims_escape
 from underfoot.widgets.plots.plot import Plot
 from underfoot.widgets.recordings.comparison_table import ComparisonTable
 from underfoot.widgets.recordings.survey_reader import SurveyReader
@@ -107,10 +107,7 @@ class ComparisonView(QWidget):
         self.reader.close()
 
     def event(self, event: QEvent) -> bool:
-        if is_escape_override(event):
-            event.accept()
-            return True
-        return super().event(event)
+        return claims_escape(event) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:

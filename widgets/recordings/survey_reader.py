@@ -34,11 +34,6 @@ class SurveyReader(QObject):
         self._surveyor.failed.connect(self._fail_one)
         self._surveyor.progressed.connect(self._tell)
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether steps are being read or looked for."""
-        return self._cached.is_busy or bool(self._left)
-
     def begin(self, paths: Sequence[Path]) -> None:
         """Read the steps of these recordings."""
         self.stop()

@@ -12,18 +12,16 @@ from underfoot.floor.profile_parts import PARTS, InUse
 from underfoot.floor.tile_parameters import simulation
 
 
-def calibrations_in_use(
-    target: Target, profiles: Mapping[str, Profile], equalisers: Mapping[str, TileEqualiser]
-) -> InUse:
-    """Return the calibrations that a session on `target` uses, tiles without one left out.
+def calibrations_in_use(target: Target, profiles: Mapping[str, Profile]) -> InUse:
+    """Return the calibrations of each tile that a session on `target` uses, without those of `with_responses`.
 
-    `profiles` are as they were when it began, and `equalisers` as they are now. Forces and places count where tiles
-    send readings, and the latency where it is of this sample rate and block.
+    Forces and places count where tiles send readings, and the latency where it is of this sample rate and block. Each
+    digest takes a millisecond or two.
 
     >>> from underfoot.floor.layout import default_floor
     >>> from underfoot.floor.profile import Latency
     >>> profile = Profile(tile="t1", latency=Latency(made="2026-05-01", software="0.1", round_trip_ms=20.0))
-    >>> calibrations_in_use(Target(default_floor(), round_trip_frames=960), {"t1": profile}, {})
+    >>> calibrations_in_use(Target(default_floor(1, 1), round_trip_frames=960), {"t1": profile})
     {'t1': {'latency': '2026-05-01 971abf691d73'}}
     """
     errs = target.kind == "simulator" and simulation(target.simulation)[0] is not None
@@ -31,17 +29,29 @@ def calibrations_in_use(
     found: InUse = {}
     for tile in target.floor.ids:
         profile = profiles.get(tile, Profile(tile=tile))
-        lag, equaliser = profile.latency, equalisers.get(tile)
+        lag = profile.latency
         is_timed = lag is not None and (lag.rate_hz, lag.block) == (target.rate, target.block)
         used = {
             "fsr": profile.fsr.identity if profile.fsr is not None and has_readings else "",
             "centroid": profile.centroid.identity if profile.centroid is not None and has_readings else "",
-            "response": equaliser.calibration if equaliser is not None else "",
             "latency": lag.identity if lag is not None and is_timed and target.round_trip_frames else "",
         }
-        if parts := {kind: used[kind] for kind in PARTS if used.get(kind)}:
-            found[tile] = parts
+        found[tile] = {kind: identity for kind, identity in used.items() if identity}
     return found
+
+
+def with_responses(in_use: InUse, equalisers: Mapping[str, TileEqualiser]) -> InUse:
+    """Return the calibrations in use, with those of the responses that these equalisers are of.
+
+    Parts are in their usual order; tiles without any are left out.
+
+    >>> now = {"t1": TileEqualiser("t1", calibration="2026-05-02 a07be6c51f98")}
+    >>> with_responses({"t1": {"latency": "2026-05-01 971abf691d73"}, "t2": {}}, now)
+    {'t1': {'response': '2026-05-02 a07be6c51f98', 'latency': '2026-05-01 971abf691d73'}}
+    """
+    responses = {tile: {"response": one.calibration} for tile, one in equalisers.items() if one.calibration}
+    whole = {tile: parts | responses.get(tile, {}) for tile, parts in in_use.items()}
+    return {tile: {kind: parts[kind] for kind in PARTS if kind in parts} for tile, parts in whole.items() if parts}
 
 
 def calibration_texts(equalisers: Mapping[str, TileEqualiser], in_use: InUse) -> dict[str, str]:

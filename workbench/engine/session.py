@@ -15,7 +15,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from underfoot.engine.calibrations import calibration_texts, calibrations_in_use
+from underfoot.engine.calibrations import calibration_texts, calibrations_in_use, with_responses
 from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import (
     Command,
@@ -92,11 +92,12 @@ class Session:
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
-        self._profiles = profiles = profiles_of(target.profiles, target.floor)
+        profiles = profiles_of(target.profiles, target.floor)
         is_of_the_card = target.kind != "simulator" or not is_simulated(target)  # or measured on the simulated tile
         if is_of_the_card and not target.round_trip_frames:
             self.target = replace(target, round_trip_frames=round_trip_frames(profiles, target.rate, target.block))
         self._equalisers = {equaliser.tile: equaliser for equaliser in equalisers_of(profiles)}
+        self._calibrations = calibrations_in_use(self.target, profiles)  # once: a window waits for a recording's begin
         self.force_rate_hz = force_rate_hz(target)
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
         self.vibration, self.scope = Reader(self.memory.vibration), Reader(self.memory.scope)
@@ -347,7 +348,7 @@ class Session:
     @property
     def calibrations(self) -> InUse:
         """The calibrations in use, by tile and part of its profile."""
-        return calibrations_in_use(self.target, self._profiles, self._equalisers)
+        return with_responses(self._calibrations, self._equalisers)
 
     # --- the compiler ---
 

@@ -152,10 +152,11 @@ def lsl_library() -> ModuleType:
     """
     try:
         import pylsl
+        from pylsl import library_version
     except (ImportError, RuntimeError):
         raise BadValue('LSL needs the package pylsl: pip install "underfoot[lsl]"') from None
     configurations = [name for name in _lsl_configurations() if os.path.isfile(name)]
-    if not configurations and pylsl.library_version() >= _CONFIGURABLE:
+    if not configurations and library_version() >= _CONFIGURABLE:
         pylsl.set_config_content("[log]\nlevel = -2\n")
     return pylsl
 

@@ -149,7 +149,7 @@ def test_steps_that_nobody_has_looked_for_are_found_and_what_is_damaged_is_left_
     two.recordings.refresh()
     two.recordings.list.setFocus()
     QTest.keyClick(two.recordings.list, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    qtbot.waitUntil(lambda: len(view.table.groups) == 3 and not view.reader.is_busy, timeout=60_000)
+    qtbot.waitUntil(lambda: len(view.table.groups) == 3 and view.save_button.isEnabled(), timeout=60_000)
     assert {path.stem for path in view.paths} == {"before", "after", "new"}
     assert next(group for group in view.table.groups if group.name == "new").steps >= 2
     assert len(said) == 1
