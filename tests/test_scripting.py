@@ -360,6 +360,8 @@ def test_a_column_that_is_not_there_is_said():
     assert "force_n" not in table
     with pytest.raises(uf.UnderfootError, match="presses have no column 'force_n'; allowed: tile"):
         table["force_n"]
+    assert table.get("force_n") is None
+    assert table.get("tile", 0) is table["tile"]
 
 
 def test_forces_come_back_from_the_file_they_were_saved_to(tmp_path):

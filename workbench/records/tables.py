@@ -78,6 +78,10 @@ class Table(Mapping[str, NDArray[Any]]):
             raise BadValue(f"{self._what} have no column {shown(name)}; allowed: {', '.join(self._columns)}")
         return self._columns[name]
 
+    def get(self, name: str, default: Any = None) -> Any:  # noqa: ANN401 - of the default's kind
+        """Return a column, or `default` where there is none."""
+        return self._columns.get(name, default)
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
 
