@@ -1,7 +1,9 @@
 """The list of recordings: those in the program's folder, and added files and folders."""
 
+import stat
 import threading
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -248,13 +250,15 @@ class RecordingList(QWidget):
         """Return when the recordings in all folders, and the single files, were last written, the latest first."""
         found: dict[Path, float] = {}
         for place in (self._folder(), *map(Path, self._added)):
-            try:
+            files: list[Path] = []
+            with suppress(OSError):  # a folder that is away, or that nobody may look into
                 files = sorted(place.iterdir()) if place.is_dir() else [place]
-                for file in files:
-                    if file.suffix.lower() in SUFFIXES and file.is_file():
-                        found[file.absolute()] = file.stat().st_mtime
-            except OSError:
-                continue
+            for file in files:
+                if file.suffix.lower() in SUFFIXES:
+                    with suppress(OSError):  # it went meanwhile: the others are there
+                        status = file.stat()
+                        if stat.S_ISREG(status.st_mode):
+                            found[file.absolute()] = status.st_mtime
         return dict(sorted(found.items(), key=lambda one: -one[1]))
 
     def _request_name(self, path: Path, name: str) -> None:
