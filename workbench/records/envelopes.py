@@ -143,6 +143,12 @@ def put(base: sqlite3.Connection, source: str, first: int, values: NDArray[np.fl
         base.execute(_PUT, (source, level, first, count, bin, said, low.tobytes(), high.tobytes()))
 
 
+def remove(base: sqlite3.Connection, source: str, begin: int, end: int) -> None:
+    """Remove the envelopes of a source's blocks that begin from one session frame to before another."""
+    where = "source = ? and level in (?, ?) and first >= ? and first < ?"  # by its key: it may be hours
+    base.execute(f"delete from envelope where {where}", (source, FINE, COARSE, begin, end))
+
+
 def read(
     base: sqlite3.Connection, source: str, level: int, columns: int, begin: float = -1e18, end: float = 1e18
 ) -> Envelope:

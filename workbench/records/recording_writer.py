@@ -92,29 +92,40 @@ class Writer:
         return last[0] if last else None
 
     def cut(self, end: int) -> None:
-        """Remove all frames from session frame `end` on, and the force samples that arrived then."""
+        """Remove all frames from session frame `end` on, and the force samples that arrived then.
+
+        Only the last blocks are read: in a recording of hours, to look at each would take longer than to play it.
+        """
         self._begin()
         for table in FRAMES:
             self._base.execute(f"delete from {table} where first >= ?", (end,))
-            over = self._base.execute(f"select first, count, data from {table} where first + count > ?", (end,))
-            for first, count, data in over.fetchall():
+            last = self._last(table)
+            if last is not None and last[0] + last[1] > end:
+                first, count, data = last
                 kept = data[: len(data) // count * (end - first)]
                 said = (end - first, kept, first)
                 self._base.execute(f"update {table} set count = ?, data = ? where first = ?", said)
-        self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
+            envelopes.remove(self._base, table, end, 1 << 62)
         self._cut_forces(end)
 
     def _cut_forces(self, end: int) -> None:
         """Remove the force samples that arrived from session frame `end` on: a late recorder finds many in the ring."""
-        for (first,) in self._base.execute("select first from force order by first desc").fetchall():
-            found = self._base.execute("select count, data from force where first = ?", (first,)).fetchone()
-            count, rows = found[0], np.frombuffer(found[1], TYPES["force"]).reshape(found[0], -1)
+        while (last := self._last("force")) is not None:
+            first, count, data = last
+            rows = np.frombuffer(data, TYPES["force"]).reshape(count, -1)
             kept = int(np.count_nonzero(rows[:, 1] < end))
             if kept == count:
                 break
             self._base.execute("delete from force where first = ?", (first,))
-            self._base.execute("delete from envelope where source = 'force' and first = ?", (round(rows[0, 0]),))
+            stamp = round(rows[0, 0])
+            envelopes.remove(self._base, "force", stamp, stamp + 1)
             self.put("force", first, rows[:kept])
+
+    def _last(self, table: str) -> tuple[int, int, bytes] | None:
+        """Return the last block of a table: the number of its first row, its rows, and their data."""
+        ask = f"select first, count, data from {table} order by first desc limit 1"
+        last: tuple[int, int, bytes] | None = self._base.execute(ask).fetchone()
+        return last
 
     def mark(self, frame: int, text: str) -> None:
         """Add a mark at a session frame; one that was in the file when it was continued may come again, and is not."""

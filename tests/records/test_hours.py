@@ -1,0 +1,32 @@
+"""Recordings of hours: what is done with them does not grow with their length where it need not."""
+
+import numpy as np
+from made_recordings import ABOUT
+
+from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
+
+
+def test_a_recording_ends_without_being_read_again(tmp_path):
+    """A block in its middle cannot be read: of hours on a large floor it is gigabytes, and the writer has minutes."""
+    path, blocks, marker = tmp_path / "long.underfoot", 300, np.float32(1234.5)
+    writer = Writer(path, ABOUT)
+    for block in range(blocks):
+        value = marker if block == blocks // 2 else np.float32(1.0)
+        samples = np.full((50, 10), value, np.float64)
+        samples[:, :2] = (100.0 * block + 2.0 * np.arange(50))[:, None]
+        writer.put("force", 50 * block, samples)
+        for table in ("vibration", "commanded", "measured"):
+            writer.put(table, 100 * block, np.full((100, 2), value, np.float32))
+    writer.close()
+    data = bytearray(path.read_bytes())
+    for page in range(0, len(data), 4096):
+        if any(bytes(one) in data[page : page + 4096] for one in (marker, np.float64(marker))):
+            data[page : page + 4096] = b"\xff" * 4096
+    path.write_bytes(data)
+    writer = Writer(path, {}, resume=True)
+    writer.cut(100 * blocks - 30)
+    writer.close()
+    with Recording(path) as recording:
+        assert recording.ends("vibration") == (0, 100 * blocks - 30)
+        assert recording.ends("force") == (0, 50 * blocks - 15)
