@@ -174,6 +174,8 @@ def test_no_level_lets_more_through(gain):
     out = guarded(sine(20.0), at_frame={480: lambda safety: safety.level(gain, 480)})
     assert np.isfinite(out).all()
     assert np.abs(out).max() <= Limits().peak
+    faint = guarded(sine(0.2), at_frame={480: lambda safety: safety.level(gain, 480)})
+    assert np.abs(faint).max() <= np.abs(guarded(sine(0.2))).max()
 
 
 def test_any_block_size_gives_the_same_bytes():
