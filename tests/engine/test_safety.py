@@ -239,6 +239,34 @@ def test_a_measuring_signal_keeps_to_the_limits():
     assert running_rms(loud).max() < 1.03 * Limits().rms
 
 
+def test_what_is_commanded_has_level_and_opening_and_is_nothing_where_nothing_can_play():
+    safety = Safety([Limits()] * 3, [0, -1, 1], RATE, 600, 2)
+    safety.open(True, 100)
+    safety.level(0.5, 100)
+    given, out = np.full((3, 600), 2.0), np.full((650, 3), 9.0, np.float32)
+    given[0, 300] = math.inf
+    safety.commanded(given, np.array([0, 0, 1], np.uint8), out, 0, 50, 600)
+    frames = np.arange(600)
+    level, opening = np.interp(frames, [100, 100 + RAMP], [1.0, 0.5]), np.interp(frames, [100, 100 + FADE], [0.0, 1.0])
+    np.testing.assert_allclose(out[50:, 0], np.where(frames == 300, 0.0, 2.0 * level * opening), rtol=1e-6)
+    assert not out[50:, 1:].any(), "without a channel, or silent"
+    assert (out[:50] == 9.0).all()
+
+
+def test_what_is_told_of_the_outputs_is_of_the_tiles_and_not_of_sound():
+    """The end of what a tile plays is where the recorder begins to write nothing."""
+    safety, rows = Safety([Limits()] * 2, [0, 1], RATE, 480, 3, sound_channel=2), np.zeros((3, 480))
+    safety.open(True, -FADE)
+    rows[2] = 0.5
+    safety.apply(rows, np.array([1, 1, 0], np.uint8), 0, 0, 480)
+    assert safety.out[:, 2].any()
+    assert (safety.sounding, safety.sounded_until, safety.peak) == (0, 0, 0.0)
+    rows[1] = 0.25 * FULL
+    safety.apply(rows, np.array([1, 0, 0], np.uint8), 480, 0, 480)
+    assert (safety.sounding, safety.sounded_until, safety.peak) == (1, 960, pytest.approx(0.25))
+    assert (safety.peaks.tolist(), safety.silent_since.tolist()) == ([0.0, pytest.approx(0.25)], [0, -1])
+
+
 def test_many_rows_at_once_give_the_bits_of_one_sample_after_the_other():
     rng = np.random.default_rng(3)
     heights = np.geomspace(0.01, 30.0, 11)
@@ -257,7 +285,7 @@ def test_many_rows_at_once_give_the_bits_of_one_sample_after_the_other():
 def _limit_plainly(acceleration, limit, level, out):
     """The stage's definition, sample by sample, added to float32 `out`."""
     pole = math.exp(-2.0 * math.pi * DC_HZ / RATE)
-    burst_share, rms_share, release_share = (1.0 - math.exp(-1.0 / (s * RATE)) for s in (0.05, RMS_SECONDS, 0.1))
+    burst_share, rms_share, release_share = (1.0 - math.exp(-1.0 / (s * RATE)) for s in (0.05, 0.5, 0.1))
     dc_in = dc_out = burst = mean = 0.0
     limiter = 1.0
     for i, asked in enumerate(acceleration.tolist()):
