@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QMouseEvent, QPainter
-from PySide6.QtWidgets import QWidget
 
 from underfoot.parameters import Numbers
 from underfoot.quantities import counted, number
@@ -132,9 +131,9 @@ class Bars(HandlePad):
 class BarsEditor(NumbersEditor):
     """Bars above a text field with the same numbers."""
 
-    def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
+    def __init__(self, parameter: Numbers) -> None:
         self.bars = Bars(parameter)
-        super().__init__(parameter, parent)
+        super().__init__(parameter)
         self.bars.setParent(self)
         self.bars.setToolTip(
             "Drag: set bars, over several at once. Keys: arrows choose and change (with Shift finely),\n"

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QWidget
 
 from underfoot.parameters import Parameter, Rows
 from underfoot.quantities import counted, number
@@ -113,9 +112,9 @@ class CurveEditor(RowsEditor):
 
     TABLE_ROW = 2
 
-    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
+    def __init__(self, parameter: Rows) -> None:
         self.curve = Curve(parameter)
-        super().__init__(parameter, parent)
+        super().__init__(parameter)
         self.curve.setParent(self)
         self.curve.setToolTip(
             "Drag a point. Double-click: add one. Right click: remove it.\n"

@@ -37,8 +37,8 @@ class ParameterEditor(QWidget):
     refused = Signal(str)
     """Why a typed value was not taken, in a control that does not keep it to be corrected."""
 
-    def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
         self.parameter = parameter
         self._value: Any = parameter.initial
         self._mixed = ""

@@ -30,8 +30,8 @@ class RowsEditor(ParameterEditor):
     TABLE_ROW = 1
     """The table's row in the grid; subclasses put a picture above it."""
 
-    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: Rows) -> None:
+        super().__init__(parameter)
         self._columns, self._max_rows = parameter.columns, parameter.most
         self.table = QTableWidget(0, len(parameter.columns), self)
         self.table.setHorizontalHeaderLabels([heading(name) for name, _, _ in parameter.columns])
@@ -121,8 +121,8 @@ class TilesEditor(ParameterEditor):
 
     MAX_BUTTONS, ROOM_PX = 16, 252
 
-    def __init__(self, parameter: Tiles, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: Tiles) -> None:
+        super().__init__(parameter)
         self._tile_ids: tuple[str, ...] = ()
         self.buttons: dict[str, QToolButton] = {}
         self.field = Field(self, role="")

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QWidget
 
 from underfoot.parameters import Parameter, Rows
 from underfoot.quantities import counted, number, quantity
@@ -174,9 +173,9 @@ class ModesEditor(RowsEditor):
 
     TABLE_ROW = 2
 
-    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
+    def __init__(self, parameter: Rows) -> None:
         self.spectrum = ModesSpectrum(parameter)
-        super().__init__(parameter, parent)
+        super().__init__(parameter)
         self.spectrum.setParent(self)
         self.spectrum.setToolTip(
             "Drag a partial: frequency and gain. Wheel: decay. Double-click: add one. Right click: remove it.\n"

@@ -4,7 +4,7 @@ import math
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent
-from PySide6.QtWidgets import QToolButton, QWidget
+from PySide6.QtWidgets import QToolButton
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
@@ -36,8 +36,8 @@ class NumberEditor(ParameterEditor):
     drive_requested = Signal(QPoint)
     """A menu of what may drive the value is wanted, at this place of the screen."""
 
-    def __init__(self, parameter: Number | Count, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: Number | Count) -> None:
+        super().__init__(parameter)
         self._is_integer = isinstance(parameter, Count)
         self._unit = parameter.unit
         self._is_gain = isinstance(parameter, Number) and parameter.scale == "gain"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton
 
 from underfoot.errors import BadValue
 from underfoot.files import no_file
@@ -33,8 +33,8 @@ def editor_for(parameter: Parameter) -> ParameterEditor:
 class ChoiceEditor(ParameterEditor):
     """A choice of one of several names."""
 
-    def __init__(self, parameter: Choice, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: Choice) -> None:
+        super().__init__(parameter)
         self.box = ChoiceBox(self)
         self.box.addItems(list(parameter.options))
         self._place_control(self.box)
@@ -53,8 +53,8 @@ class ChoiceEditor(ParameterEditor):
 class TextEditor(ParameterEditor):
     """A line of text; its tooltip has all of a text that is longer than the field."""
 
-    def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__(parameter)
         self.field = Field(self, role="")
         self.field.committed.connect(self._typed)
         self.field.focus_lost.connect(self._drop_refused)
@@ -111,9 +111,9 @@ class TextEditor(ParameterEditor):
 class NumbersEditor(TextEditor):
     """A list of numbers in a text field, separated by spaces or commas, each with or without its unit."""
 
-    def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
+    def __init__(self, parameter: Numbers) -> None:
         self._unit = parameter.unit
-        super().__init__(parameter, parent)
+        super().__init__(parameter)
 
     def _as_text(self) -> str:
         return ", ".join(f"{item:.{EXACT_DIGITS}g}" for item in self._value)  # an edit of one keeps the others
@@ -132,8 +132,8 @@ class FileEditor(TextEditor):
 
     _folder: Path | None = None  # of the class: the path is shown before an editor is made
 
-    def __init__(self, parameter: FilePath, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: FilePath) -> None:
+        super().__init__(parameter)
         self.setAcceptDrops(True)
         self.field.setAcceptDrops(False)  # it would take the file's address as text
         look = QToolButton(self)

@@ -247,8 +247,8 @@ class RhythmEditor(ParameterEditor):
     rhythm_chosen = Signal(object)
     """The `Rhythm` whose notes were taken from the menu: its bar and repeats are others' to set."""
 
-    def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
-        super().__init__(parameter, parent)
+    def __init__(self, parameter: Rows) -> None:
+        super().__init__(parameter)
         self.rhythms = QToolButton(self)
         self.rhythms.setText("R1 to R8 ▾")
         self.rhythms.setProperty("role", "flat")
