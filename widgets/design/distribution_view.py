@@ -18,8 +18,8 @@ LATE_AFTER_MS = 400
 class DistributionView(QStackedWidget):
     """Shows axes only once the quantity is known, hides outdated distributions, and draws at most `most` of them."""
 
-    def __init__(self, most: int = DISTRIBUTIONS_PAGE, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, most: int = DISTRIBUTIONS_PAGE) -> None:
+        super().__init__()
         self.text = theme.label("", "muted")
         self.text.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.text.setWordWrap(True)

@@ -19,8 +19,8 @@ class ErrorView(QWidget):
     toggled = Signal()
     """The view was opened and needs a measurement, or closed and needs none any more."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         tip = "What the asked error costs, measured on this computer; closed, nothing is measured"
         self.toggle_button = chip("Run time over error", tip, self, checked=True)
         self.toggle_button.toggled.connect(self._toggle)

@@ -27,7 +27,7 @@ class FirstSteps(QFrame):
 
     done = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.is_wanted: Callable[[], bool] = lambda: False
         self._done: set[str] = set()

@@ -80,7 +80,7 @@ class Inspector(QScrollArea):
     drive_requested = Signal(str, str, QPoint, list)
     """Open a menu of drivers: node, parameter, position on the screen, and further actions of the menu."""
 
-    def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
+    def __init__(self, registry: Registry, parent: QWidget) -> None:
         super().__init__(parent)
         self._registry = registry
         self._patch = Patch()

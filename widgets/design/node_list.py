@@ -117,7 +117,7 @@ class SearchField(QLineEdit):
     """Enter was pressed; True with Shift."""
     escaped = Signal()
 
-    def __init__(self, hint: str, parent: QWidget | None = None, *, closes: bool = False) -> None:
+    def __init__(self, hint: str, parent: QWidget, *, closes: bool = False) -> None:
         """Create the field; with `closes`, leaving it closes a list even if the field is empty."""
         super().__init__(parent)
         self.closes = closes

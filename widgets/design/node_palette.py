@@ -12,7 +12,7 @@ class NodePalette(QWidget):
 
     chosen = Signal(str)
 
-    def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
+    def __init__(self, registry: Registry, parent: QWidget) -> None:
         super().__init__(parent)
         self.setProperty("role", "panel")
         self.field = SearchField("Search nodes", self)

@@ -35,8 +35,8 @@ class PresetPanel(QWidget):
     escaped = Signal()
     """Escape was pressed; the focus can go elsewhere."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._own_folder: Path | None = None
         self._stars: list[str] = []
         self._presets: list[Preset] = []

@@ -54,7 +54,7 @@ class RhythmBar(QWidget):
     edit_began = Signal()
     """A change begins, to which the `changed` that follow belong."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self._notes: list[Note] = []
         self._chosen = -1

@@ -13,7 +13,7 @@ _TIPS = {NODES: "Nodes to build with (/ on the canvas)", PRESETS: "Presets to he
 class SidePanel(QWidget):
     """Two pages, one of which is visible."""
 
-    def __init__(self, palette: NodePalette, presets: PresetPanel, parent: QWidget | None = None) -> None:
+    def __init__(self, palette: NodePalette, presets: PresetPanel, parent: QWidget) -> None:
         super().__init__(parent)
         theme.fill(self, "panel")
         self._pages: dict[str, QWidget] = {NODES: palette, PRESETS: presets}

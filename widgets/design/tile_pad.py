@@ -26,7 +26,7 @@ class TilePad(QWidget):
     pressed = Signal(str, float, float, float)
     """Tile, place in the tile's frame in metres, force in newtons; 0 ends the press."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self._tiles: tuple[Tile, ...] = (default_floor().tiles[0],)
         self._index = 0
