@@ -19,7 +19,7 @@ class FloorPanel(QWidget):
     commanded = Signal(object)
     """A `Command` for the engine."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.map = FloorMap()
         self.walker = tool_button("walk", "Walker", "Let the simulated person walk over the floor", checkable=True)

@@ -32,7 +32,7 @@ class ForcePanel(QWidget):
     """Seconds to be shown."""
     pause_toggled = Signal(bool)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.plot = ForcePlot()
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)

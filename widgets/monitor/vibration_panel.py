@@ -26,7 +26,7 @@ class VibrationPanel(QWidget):
     levels_chosen = Signal(bool)
     """Levels are shown, and no times; or the spectrogram, with them."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.spectrogram = SpectrogramPlot()
         self.levels = LevelPlot()
