@@ -68,7 +68,7 @@ def events(
     return _over_time([line], "strength", (0.0, top), now.force_n, now, now.view_ms, note)
 
 
-def no_waveform(note: str = "") -> Drawing:
+def no_waveform(note: str) -> Drawing:
     """Return empty axes of a waveform; `note` is the reason."""
     nothing = PreviewSignal(np.zeros(0), np.zeros(0), 1.0)
     line = Series("", np.zeros(0), np.zeros(0))
@@ -76,7 +76,7 @@ def no_waveform(note: str = "") -> Drawing:
 
 
 def levels_over_time(
-    heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "", caption: bool = True
+    heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "", *, caption: bool
 ) -> Drawing:
     """Return the spectrogram. Without `heat`, return its empty axes with `note` as the reason.
 
@@ -155,7 +155,7 @@ def _over_time(
     force_n: NDArray[np.float64],
     now: PreviewSignal,
     view_ms: Range,
-    note: str = "",
+    note: str,
 ) -> Drawing:
     largest_n = float(force_n.max(initial=0.0))
     full_n = round_top(largest_n)

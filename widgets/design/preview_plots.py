@@ -100,20 +100,18 @@ class PreviewPlots(QWidget):
 
     # --- what is drawn ---
 
-    def show_nothing(self, why: str = "") -> None:
+    def show_nothing(self, why: str) -> None:
         """Draw empty axes, and why they are empty."""
         self._whole, self._why_nothing = None, why
         self._draw()
 
-    def show_signal(
-        self, signal: PreviewSignal, other: PreviewSignal | None, other_slot: str, why_silent: str = ""
-    ) -> None:
+    def show_signal(self, signal: PreviewSignal, other: PreviewSignal | None, other_slot: str, why_silent: str) -> None:
         """Draw a signal, and another slot's over it; `why_silent` is shown where the signal is zero."""
         self._whole, self._events, self._why_silent = signal, None, why_silent
         self._whole_other, self._other_slot = other, other_slot
         self._draw()
 
-    def show_events(self, signal: PreviewSignal, events: Floats, why_silent: str = "") -> None:
+    def show_events(self, signal: PreviewSignal, events: Floats, why_silent: str) -> None:
         """Draw events, as rows of frame, strength and duration, over the force of `signal`."""
         self._whole, self._events, self._why_silent = signal, events, why_silent
         self._draw()

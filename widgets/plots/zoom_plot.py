@@ -27,7 +27,7 @@ class ZoomPlot(Plot):
     """Ends of the range that was dragged over."""
     full_range_requested = Signal()
 
-    def __init__(self, name: str = "", margins: Margins | None = None) -> None:
+    def __init__(self, name: str, margins: Margins) -> None:
         super().__init__(name, margins)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._drag_start: float | None = None
