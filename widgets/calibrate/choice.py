@@ -38,7 +38,7 @@ class ChoicePanel(QWidget):
     plate_search_requested = Signal()
     """Open the search for plates for the chosen tile."""
 
-    def __init__(self, kinds: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
+    def __init__(self, kinds: Sequence[tuple[str, str]], parent: QWidget) -> None:
         super().__init__(parent)
         theme.fill(self, "panel")
         self.setFixedWidth(WIDTH_PX)

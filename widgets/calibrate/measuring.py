@@ -69,13 +69,11 @@ class Measurement(QObject):
     ended = Signal()
     """The rig is released; the last signal."""
 
-    def __init__(
-        self, make: MakeProcedure, *, by_hand: bool, pace: Pace | None = None, parent: QObject | None = None
-    ) -> None:
+    def __init__(self, make: MakeProcedure, *, by_hand: bool, pace: Pace, parent: QObject) -> None:
         super().__init__(parent)
         self.by_hand = by_hand
         self.snapshot: Snapshot | None = None
-        self._make, self._pace = make, pace or Pace()
+        self._make, self._pace = make, pace
         self._worker: _Worker | None = None
         self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
         self._is_acknowledged = threading.Event()

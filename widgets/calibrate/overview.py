@@ -87,7 +87,7 @@ class Overview(QWidget):
         self.title.setText(title)
         self.about.setText(about)
 
-    def show_reference(self, parameter: Parameter | None, value: str = "") -> None:
+    def show_reference(self, parameter: Parameter | None, value: str) -> None:
         """Ask for the reference; None asks nothing."""
         if self.editor is not None and self.editor.parameter is not parameter:
             self.reference.removeWidget(self.editor)

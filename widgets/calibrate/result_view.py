@@ -12,7 +12,7 @@ from underfoot.widgets.calibrate.quantity_views import QuantityTable
 class ResultView(QWidget):
     """Shows a result beside the profile's previous part."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self._shown: Result | None = None
         self.title = theme.label("", "title")

@@ -40,7 +40,7 @@ class TilePicture(QWidget):
         self._tile = tile
         self.update()
 
-    def show_press(self, press: PressRequest | None, places: Places = ()) -> None:
+    def show_press(self, press: PressRequest | None, places: Places) -> None:
         """Show where to press, if anywhere, among these positions of a series."""
         self._press, self._places = press, places
         self.setAccessibleDescription(press_text(press) if press is not None else "")

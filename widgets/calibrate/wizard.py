@@ -50,7 +50,7 @@ class Wizard(QWidget):
     page_shown = Signal(object)
     """The `Snapshot` now on the screen."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.measurement: Measurement | None = None
         self.snapshot: Snapshot | None = None

@@ -67,7 +67,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
     ) -> None:
         super().__init__(settings, parent)
         theme.fill(self, "ground")
-        self.pace = pace
+        self.pace = pace or Pace()
         self._kinds = {kind.key: kind for kind in kinds}
         self._kind = kinds[0]
         self._target: Target | None = None
