@@ -99,7 +99,7 @@ def footing_table(floor: Floor) -> NDArray[np.void]:
     return table
 
 
-def gait_curves(walkers: Sequence[gait.Walker] = (gait.Walker(),)) -> NDArray[np.float64]:
+def gait_curves(walkers: Sequence[gait.Walker]) -> NDArray[np.float64]:
     """Return curves over the phase of a footfall, from 0 to 1: shape (3 + walkers, 2049).
 
     The first three are the force per unit of first peak, valley and second peak: a footfall's force is linear in these.

@@ -131,7 +131,7 @@ def people_footfalls(
 
 
 def walk_round(
-    floor: Floor, seconds: float, seed: int, walker: gait.Walker, path_m: Sequence[Point] = ()
+    floor: Floor, seconds: float, seed: int, walker: gait.Walker, path_m: Sequence[Point]
 ) -> list[gait.Footfall]:
     """Return the footfalls of a single walker along a path, in the floor's frame, the first at 0.2 s.
 

@@ -99,7 +99,7 @@ class SimulatedPlates:
 
     def __init__(
         self, floor: Floor, parameters: TileParameters | None, channels: list[int], rate_hz: float, block: int,
-        measured_at: PlateOutput = "accelerometer",
+        measured_at: PlateOutput,
     ) -> None:  # fmt: skip
         choice("measured_at", measured_at, get_args(PlateOutput))
         drawn = [_drawn(tile, parameters) for tile in floor.tiles]

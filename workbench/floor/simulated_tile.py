@@ -152,7 +152,7 @@ class Plant:
     """
 
     def __init__(
-        self, tile: Tile, parameters: TileParameters, rate_hz: float, load: str = "none", at_m: Sequence[float] = ()
+        self, tile: Tile, parameters: TileParameters, rate_hz: float, load: str, at_m: Sequence[float] = ()
     ) -> None:
         place = at_m or parameters.accelerometer_m(tile)
         self._shaker = parameters.shaker.poles().at_rate(rate_hz)

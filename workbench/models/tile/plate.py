@@ -134,7 +134,7 @@ def shapes(at_m: ArrayLike, size_m: Sequence[float], orders: int = ORDERS) -> ND
     return (along[..., :, None] * across[..., None, :]).reshape(*at.shape[:-1], orders * orders)
 
 
-def rigid_overlaps(orders: int = ORDERS) -> NDArray[np.float64]:
+def rigid_overlaps(orders: int) -> NDArray[np.float64]:
     """Return the mean over the plate of each mode shape times 1, x / (Lx/2) and y / (Ly/2): shape (3, orders^2).
 
     These couple the plate to its frame: for mode (1, 1) and heave it is 4 / pi^2.
