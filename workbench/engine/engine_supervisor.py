@@ -26,7 +26,7 @@ class EngineSupervisor:
     play as it started: what a person begins in silence, no card that comes later lets sound.
     """
 
-    def __init__(self, memory: SessionMemory, sound: str | None, standby: ChildProcess | None = None) -> None:
+    def __init__(self, memory: SessionMemory, sound: str | None, standby: ChildProcess | None) -> None:
         self._memory, self._sound = memory, sound
         self._cards, self._awaits_cards = CardWatch(), False
         self._has_started = False

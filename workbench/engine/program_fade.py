@@ -42,7 +42,7 @@ class ProgramFader:
         is_settled = self._exchange(program, frame)
         self._fade, self._from_frame = "cross", frame if is_settled else frame + settle_frames
 
-    def fade_through_silence(self, program: Program, frame: int, settle_frames: int = 0) -> None:
+    def fade_through_silence(self, program: Program, frame: int, settle_frames: int) -> None:
         """Fade the current program out from `frame` on, then a program in: for cases in which both cost too much."""
         self._next, self._fade, self._from_frame = program, "out", frame
         self._settle_frames = settle_frames
