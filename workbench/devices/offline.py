@@ -24,7 +24,7 @@ def offline_source(
     rate_hz: float,
     seed: int,
     *,
-    walking: bool = True,
+    walking: bool,
     simulation: TileParameters | None = None,
     profiles: Mapping[str, Profile] | None = None,
     seconds: float | None = None,
