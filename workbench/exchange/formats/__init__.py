@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from underfoot.arguments import choice
 from underfoot.errors import BadValue
 from underfoot.exchange.format import Format
 from underfoot.plugins import values_in
@@ -13,8 +14,8 @@ READ = tuple(one for one in FORMATS.values() if one.read is not None)
 WRITTEN = tuple(one for one in FORMATS.values() if one.write is not None)
 
 
-def to_write(path: Path, name: str = "") -> Format:
-    """Return the format of a file to write: the one of this name, else the one of the path's suffix."""
+def to_write(path: Path, name: str) -> Format:
+    """Return the format of a file to write: the one of this name, or for "" the one of the path's suffix."""
     return _one(path, name, WRITTEN, "written")
 
 
@@ -26,8 +27,7 @@ def to_read(path: Path, name: str = "") -> Format:
 def _one(path: Path, name: str, formats: tuple[Format, ...], done: str) -> Format:
     known = {one.name: one for one in formats}
     if name:
-        if name not in known:
-            raise BadValue(f"--format is {name!r}; allowed: {', '.join(known)}")
+        choice("--format", name, known)
         return known[name]
     fitting = [one for one in formats if path.suffix.lower() in one.suffixes]
     if len(fitting) > 1:
