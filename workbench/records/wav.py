@@ -40,7 +40,7 @@ def write_wav_parts(
     frames: int,
     channels: int,
     rate_hz: float,
-    comment: str = "",
+    comment: str,
 ) -> None:
     """Write successive `parts`, together `frames` frames, which need not fit into memory."""
     with wav_file(path, frames, channels, rate_hz, comment) as put:
