@@ -51,7 +51,7 @@ def estimates_table(title: str, first: str, rows: Sequence[tuple[str, Estimate]]
     )
 
 
-def table_of_tests(title: str, tests: Sequence[Test], note: str = "") -> Table:
+def table_of_tests(title: str, tests: Sequence[Test], note: str) -> Table:
     """Return a table of tests."""
     rows = []
     for test in tests:

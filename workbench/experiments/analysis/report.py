@@ -53,7 +53,7 @@ def data_of(findings: Sequence[Findings]) -> list[dict[str, Any]]:
     ]
 
 
-def write_page(path: Path, title: str, findings: Sequence[Findings], facts: Sequence[tuple[str, str]] = ()) -> None:
+def write_page(path: Path, title: str, findings: Sequence[Findings], facts: Sequence[tuple[str, str]]) -> None:
     """Write a page with all tables and plots, creating its folder. Raises `BadFile` if that fails."""
     make_folder(path.parent)
     body = [facts_table([*facts, *made_by()])]
