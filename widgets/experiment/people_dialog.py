@@ -43,7 +43,7 @@ class PeopleDialog(QDialog):
         use: Callable[[SimulatedPeople], object],
         protocol: Protocol,
         people: SimulatedPeople,
-        parent: QWidget | None = None,
+        parent: QWidget,
     ) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

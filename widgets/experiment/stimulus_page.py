@@ -53,7 +53,7 @@ class StimulusPage(ItemList):
 
     notified = Signal(str)
 
-    def __init__(self, draft: Draft, own: Path, ask: AskToRun = ask_nothing) -> None:
+    def __init__(self, draft: Draft, own: Path, ask: AskToRun) -> None:
         super().__init__("stimulus", "Stimuli")
         self.draft, self._own, self._ask_to_run = draft, own, ask
         self.background = BackgroundWorker(self)
