@@ -127,7 +127,7 @@ class RecordingReader(QObject):
     failed = Signal(str)
     """Why something could not be done, in a line."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
         self._requests: dict[str, Callable[[], None]] = {}
         self._condition = threading.Condition()

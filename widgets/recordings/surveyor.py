@@ -18,7 +18,7 @@ class Surveyor(QObject):
     """Carries the `Survey` so far."""
     failed = Signal(str)
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
         self._process = PolledProcess("survey", "underfoot.engine.survey_process", self)
         self._process.received.connect(self._take)
