@@ -22,7 +22,7 @@ def profile_folder(root: Path, floor: Floor, simulation: str = "") -> Path:
     return root / f"{name[:40]}{_ending(floor, simulation)}"
 
 
-def profiles_elsewhere(folder: Path, floor: Floor, simulation: str = "") -> list[Path]:
+def profiles_elsewhere(folder: Path, floor: Floor, simulation: str) -> list[Path]:
     """Return the folders beside this one with profiles of the same tiles, of a floor with another title; none at first.
 
     Which of two floors with the same tiles it is, nobody can tell: these are named, and not used.
