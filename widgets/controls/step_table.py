@@ -103,7 +103,7 @@ _Index = QModelIndex | QPersistentModelIndex
 class StepModel(QAbstractTableModel):
     """Footsteps as rows, oldest first; the latest `max_steps` are kept."""
 
-    def __init__(self, max_steps: int = MAX_STEPS) -> None:
+    def __init__(self, max_steps: int) -> None:
         super().__init__()
         self.steps: list[Step] = []
         self.texts: list[tuple[str, ...]] = []
