@@ -133,7 +133,7 @@ def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds:
     return Latency(found, shown_s, hold_s, late_share)
 
 
-def acceleration_latencies(seconds: float = 20.0) -> NDArray[np.float64]:
+def acceleration_latencies(seconds: float) -> NDArray[np.float64]:
     """Return the seconds from each load step's due time to the report of the simulated tile's changed acceleration.
 
     The change is detected at a tenth of the step's response, which includes the delay of shaker and plate.
@@ -156,7 +156,7 @@ def acceleration_latencies(seconds: float = 20.0) -> NDArray[np.float64]:
     return recorder.step_response_latencies(round(_RINGS * RATE / SENSOR_HZ))
 
 
-def datagram_delays(seconds: float = 10.0) -> NDArray[np.float64]:
+def datagram_delays(seconds: float) -> NDArray[np.float64]:
     """Return the seconds from the due time of each of 1000 datagrams a second to its reception."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
