@@ -370,7 +370,7 @@ class PatchScene(QGraphicsScene):
         """Return the same without the ids."""
         return [*self.boxes_by_id(without).values()]
 
-    def frame_boxes(self, without: Collection[str] = ()) -> list[Box]:
+    def frame_boxes(self, without: Collection[str]) -> list[Box]:
         """Return the rectangles of the frames of all groups but these."""
         return [box_of(frame.frame_rect()) for id, frame in self.group_frames.items() if id not in without]
 

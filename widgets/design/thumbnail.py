@@ -9,7 +9,7 @@ from underfoot.drawing.thinning import thinned
 BINS = 64
 
 
-def thumbnail(values: np.ndarray, *, are_events: bool = False) -> QPainterPath:
+def thumbnail(values: np.ndarray, *, are_events: bool) -> QPainterPath:
     """Return samples, or events as rows of (share of the duration, strength), as a path in the unit square."""
     path = QPainterPath()
     values = np.nan_to_num(values)
