@@ -1,6 +1,7 @@
 """Whole files: what is written replaces the old file at once, or leaves it as it was."""
 
 import os
+from pathlib import Path
 
 import pytest
 
@@ -81,6 +82,9 @@ def test_permissions_links_and_devices_stay_what_they_are(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(BadFile, match="pipe cannot be written: it is a device, and no file"):
         write_file(tmp_path / "pipe", b"")
+    for device in (Path("/dev/null"), tmp_path / "pipe"):  # without the check, the second waits for a writer
+        with pytest.raises(BadFile, match="cannot be read: it is a device, and no file"):
+            read_file(device)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only POSIX has permissions of this kind")

@@ -15,6 +15,7 @@ from underfoot.errors import BadFile, require
 from underfoot.version import __version__
 
 _LEFT_S = 3600.0
+_DEVICE = "it is a device, and no file"
 
 
 def names_file(text: str) -> bool:
@@ -51,9 +52,15 @@ def stem_of(title: str, otherwise: str) -> str:
 
 
 def read_file(path: str | Path) -> bytes:
-    """Return the bytes of a file; `BadFile` with the system's message if it cannot be read."""
+    """Return the bytes of a file; `BadFile` with the system's message if it cannot be read.
+
+    A pipe or a device is not opened: it may have nothing to read for ever, or no end.
+    """
+    file = path_of(path)
     try:
-        return path_of(path).read_bytes()
+        if not stat.S_ISREG(os.stat(file).st_mode):
+            raise BadFile(f"{path} cannot be read: {no_file(path)}")
+        return file.read_bytes()
     except OSError as error:
         raise BadFile(f"{path} cannot be read: {reason_of(error)}") from None
 
@@ -129,7 +136,9 @@ def no_file(path: str | Path) -> str:
     >>> no_file("."), no_file("walk9.csv")
     ('it is a folder', 'no such file')
     """
-    return "it is a folder" if os.path.isdir(path) else "no such file"
+    if os.path.isdir(path):
+        return "it is a folder"
+    return _DEVICE if os.path.exists(path) else "no such file"
 
 
 def require_file_name(name: str) -> None:
@@ -151,7 +160,7 @@ def require_replaceable(path: str | Path) -> None:
             if os.path.isdir(path):
                 raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             if not os.path.isfile(path):
-                raise OSError(errno.EINVAL, "it is a device, and no file")
+                raise OSError(errno.EINVAL, _DEVICE)
             if not os.access(path, os.W_OK):
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 

@@ -28,7 +28,7 @@ from underfoot.commands.files import (
 from underfoot.commands.options import takes_options
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
-from underfoot.files import make_folder, require_file_name
+from underfoot.files import make_folder, read_file, require_file_name
 
 if TYPE_CHECKING:
     from underfoot.engine.bulk import Job
@@ -160,7 +160,7 @@ def compile_request(patch: Path) -> "CompileRequest":
     from underfoot.engine.target import Target
     from underfoot.floor.layout import default_floor
 
-    return CompileRequest(0, patch.read_bytes(), Target(default_floor()), str(patch.parent))
+    return CompileRequest(0, read_file(patch), Target(default_floor()), str(patch.parent))
 
 
 def _patches(options: RenderOptions) -> list[Path]:
