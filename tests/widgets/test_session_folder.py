@@ -7,7 +7,7 @@ from made_studies import protocol_text
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.widgets.experiment.studies import SessionFolder, load_study
+from underfoot.widgets.experiment.studies import SessionFolder, load_study, preset_studies
 
 
 @pytest.fixture
@@ -58,3 +58,10 @@ def test_a_preset_has_its_sessions_wherever_the_program_lies(sessions, study, tm
     copied = tmp_path / path.name
     copied.write_bytes(path.read_bytes())
     assert sessions.files(load_study(copied, REGISTRY)) == []
+
+
+def test_presets_are_listed_without_their_patches_being_read():
+    """These reads and checks would stop the window; the tests of protocols make them."""
+    listed = preset_studies()
+    assert [study.path for study in listed] != []
+    assert all(load_study(study.path, REGISTRY) == study for study in listed)

@@ -43,7 +43,7 @@ class StudyList(QWidget):
         self._registry, self._own, self._sessions = registry, own, sessions
         self._nodes: OwnNodes | None = None
         own_ones, self._load_errors = own_studies(own, registry)
-        self.studies = [*preset_studies(registry), *own_ones]
+        self.studies = [*preset_studies(), *own_ones]
         self.study = self.studies[0]
         """The selected study."""
         self.list = QListWidget()

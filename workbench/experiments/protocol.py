@@ -348,6 +348,13 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             return found
 
     @staticmethod
+    def unchecked(text: bytes | str, source: str) -> "Protocol":
+        """Parse a protocol but check only its form: stimuli and stages may be any."""
+        raw = parse(text, source, FORMAT, VERSION)
+        with refusals(source, raw):
+            return msgspec.convert(raw, Protocol)
+
+    @staticmethod
     def load(path: str | Path, registry: Registry) -> "Protocol":
         """Return the protocol in a file; its patches are presets, or files beside it."""
         return Protocol.loads(read_file(path), registry, str(path), Path(path).parent)
