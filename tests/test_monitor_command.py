@@ -22,6 +22,8 @@ from underfoot.engine.reports import CommandApplied, Fault, Notice, OutputChange
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.models import gait
 from underfoot.patch import preset_files
+from underfoot.records.forces import read_forces
+from underfoot.records.forces import walk as simulated_walk
 from underfoot.records.recording import Recording
 
 SINE = preset_files.patches()["stimulus-sp"]
@@ -255,8 +257,12 @@ def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, with
 
 
 def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot, folder):
-    said = underfoot("monitor", "simulator", "--patch", SINE, "--record", "rec", "--seconds", "0.6")
+    simulated_walk(0.6).save("walk.csv")
+    said = underfoot("monitor", "walk.csv", "--patch", SINE, "--record", "rec")
     assert (said.status, said.error) == (0, "")
+    recorded, given = read_forces("rec"), read_forces("walk.csv")
+    np.testing.assert_allclose(recorded.time_s, given.time_s, rtol=0, atol=1e-9)  # and the file's beginning not again
+    np.testing.assert_array_equal(recorded.force_n, given.force_n)
     assert underfoot("render", "rec", "-o", "again.wav").status == 0
     with Recording("rec") as recording:
         first, played = recording.vibration()

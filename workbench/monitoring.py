@@ -248,7 +248,7 @@ def open_stream(
         raise BadFile(f"{source} cannot be read: {no_file(path)} (SOURCE is {allowed})")
     forces, layout = read_force_file(path, given)
     if pace or record is not None or patch is not None:
-        target = Target(layout, kind="replay", source=str(path))
+        target = Target(layout, kind="replay", source=str(path), repeats=False)
         return SessionStream(target, min(forces.seconds, seconds or math.inf), record, patch)
     return FileStream(forces, layout, seconds)
 

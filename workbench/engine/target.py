@@ -53,6 +53,8 @@ class Target(Struct, frozen=True):
     """Measured round trip of the sound device; 0 if not measured."""
     stretch_s: tuple[float, float] | None = None
     """Start and end of the stretch of a file that is replayed; None for all of it."""
+    repeats: bool = True
+    """Whether a file is replayed again and again, or once."""
 
 
 def simulation_of(text: str) -> str | None:
@@ -143,7 +145,7 @@ def require_source(target: Target) -> None:
 def source_of(target: Target, frame: int = 0) -> ForceSource:
     """Return the force source of a target, from session frame `frame` on. A `DeviceFloor` reads once it is started."""
     if target.kind == "replay":
-        return Replay(_recorded(target), target.floor, target.rate, start=frame, repeats=True)
+        return Replay(_recorded(target), target.floor, target.rate, start=frame, repeats=target.repeats)
     profiles = profiles_of(target.profiles, target.floor)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
