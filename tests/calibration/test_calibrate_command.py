@@ -52,6 +52,7 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert figures["mean_after_mm"] < 1.0 < figures["mean_before_mm"]
     profile = Profile.load("t1.json")
     assert (profile.tile, profile.serial) == ("t1", "A7")
+    assert profile.centroid.reference == f"presses at known places; forces calibrated {profile.fsr.identity}"
     assert profile.force(np.full(4, 32768.0 + 60.0 * 100.0)) == pytest.approx(np.full(4, 100.0), rel=0.01)
     made = {path.name for path in (measured / "out").iterdir()}
     assert {"fsr.html", "fsr-pairs.csv", "fsr.json", "centroid.html", "centroid-presses.csv", "centroid.json"} <= made

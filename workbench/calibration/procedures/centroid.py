@@ -84,7 +84,8 @@ class CentroidCalibration(Calibration):
 
         def analyse(profile: "Profile") -> Result:
             try:
-                return result_of(assess(presses, measured, profile), presses)
+                used = profile.fsr if presses.newtons is None else None
+                return result_of(assess(presses, measured, profile), presses, forces=used)
             except BadValue as error:
                 raise BadFile(f"{path}: {error}") from None
 
@@ -196,7 +197,7 @@ class CentroidProcedure(PagedProcedure):
 
         presses, falling = self._presses(rising=True), self._presses(rising=False)
         self.accuracy = assess(presses, self._tile)
-        return result_of(self.accuracy, presses, falling)
+        return result_of(self.accuracy, presses, falling, None if self._profile is None else self._profile.fsr)
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the presses without an accuracy."""

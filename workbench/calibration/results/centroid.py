@@ -12,7 +12,7 @@ from underfoot.calibration.science.centroid import ALLOWED_M, SHEAR_SHARE, Centr
 from underfoot.calibration.science.press_plausibility import load_groups
 from underfoot.drawing import Drawing, Series, series
 from underfoot.floor.layout import Tile
-from underfoot.floor.profile import Centroid
+from underfoot.floor.profile import Centroid, Fsr
 from underfoot.kernels import Floats
 
 METHOD = (
@@ -27,8 +27,14 @@ _PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
 
 
-def result_of(found: CentroidAccuracy, presses: Presses, falling: Presses | None = None) -> Result:
-    """Return the result of presses with rising loads, and the mean error of those with `falling` ones, if any."""
+def result_of(
+    found: CentroidAccuracy, presses: Presses, falling: Presses | None = None, forces: Fsr | None = None
+) -> Result:
+    """Return the result of presses with rising loads, and the mean error of those with `falling` ones, if any.
+
+    `forces` is the calibration by which their readings became newtons, which the reference names.
+    """
+    reference = "presses at known places" + (f"; forces calibrated {forces.identity}" if forces is not None else "")
     quantities = quantities_of(found)
     if falling is not None and falling.force_n.size:
         place = found.correction.position(falling.static_n, np.array(found.tile.sensors_m), 0.0)
@@ -44,7 +50,7 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling: Presses | None
         warnings=found.left_out,
         drawings=drawings_of(found),
         raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
-        apply=lambda profile: profile.with_part(part_of(found, "presses at known places"), tile=found.tile.id),
+        apply=lambda profile: profile.with_part(part_of(found, reference), tile=found.tile.id),
         method=METHOD,
     )
 
