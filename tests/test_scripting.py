@@ -206,7 +206,12 @@ SENSORS_M = uf.default_floor().tiles[0].sensors_m
     (lambda patch: uf.Patch(wires=patch.wires).save("a.json"),  # which could not be opened again
      "wires[0] is 'tile.force'; allowed: nodes of this patch (none)"),
     (lambda patch: uf.Patch(error_scale=np.zeros(2)), "error_scale is [0.0, 0.0]; allowed: a number"),
-    (lambda patch: uf.Floor(TWO.tiles, 3), "title is 3; allowed: text"),
+    (lambda patch: uf.Floor(TWO.tiles, 3), "title is 3; allowed: text in UTF-8"),
+    (lambda patch: uf.Floor(TWO.tiles, "\ud800"), "title is '\\ud800'; allowed: text in UTF-8"),
+    (lambda patch: TWO.save("\ud800"), "path is '\\ud800'; allowed: a name that a file can have"),
+    (lambda patch: uf.Floor.load("a\0b"), "path is 'a\\x00b'; allowed: a name that a file can have"),
+    (lambda patch: uf.Table("presses", {"tile": ["\ud800"]}).save("a.csv"),
+     "a.csv cannot be written: '\\ud800\\n' is no text in UTF-8"),
     (lambda patch: uf.Profile(tile="t1", fsr=3), "fsr is 3; allowed: an object | null"),
     (lambda patch: uf.FibreBundle(20, compound=3), "compound is 3; allowed: True or False"),
     (lambda patch: uf.FibreBundle(20, model=np.zeros(2)),
@@ -420,7 +425,8 @@ def test_a_mark_without_a_frame_is_not_written_to_a_recording(folder):
     """SQLite would keep it: afterwards no program could place the mark."""
     path = write_recording(folder / "walk.underfoot", 0.2, uf.default_floor(1, 1))
     with uf.Recording(path) as recording:
-        for mark, said in ((("start",), "frame is 'start'; allowed: a whole number"), ((3, None), "text is None")):
+        refused = (("start",), "frame is 'start'; allowed: a whole number"), ((3, None), "text is None")
+        for mark, said in (*refused, ((3, "\ud800"), "allowed: text in UTF-8")):
             with pytest.raises(uf.UnderfootError, match=said):
                 recording.add_mark(*mark)
         assert recording.add_mark(np.int64(3), "turn") == recording.marks()[0]

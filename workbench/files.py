@@ -11,7 +11,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_dir
 
-from underfoot.errors import BadFile, require
+from underfoot.errors import BadFile, require, shown
 from underfoot.version import __version__
 
 _LEFT_S = 3600.0
@@ -37,6 +37,11 @@ def path_of(path: str | os.PathLike[str], name: str = "path") -> Path:
     underfoot.errors.BadValue: path is 3; allowed: text or a Path
     """
     require(isinstance(path, str | os.PathLike), name, path, "text or a Path")
+    try:
+        is_name = b"\0" not in os.fsencode(path)
+    except UnicodeEncodeError:
+        is_name = False
+    require(is_name, name, path, "a name that a file can have")
     return Path(path)
 
 
@@ -167,7 +172,8 @@ def require_replaceable(path: str | Path) -> None:
 
 @contextmanager
 def written(path: str | Path) -> Iterator[None]:
-    """Convert an operating-system error in a block that writes `path`, a file or folder, to `BadFile`.
+    """Convert an operating-system error in a block that writes `path`, a file or folder, to `BadFile`; so, too, a text
+    that is not UTF-8.
 
     >>> with written("report"):
     ...     raise PermissionError(13, "Permission denied")
@@ -179,6 +185,8 @@ def written(path: str | Path) -> Iterator[None]:
     except OSError as error:
         reason = "no such folder" if isinstance(error, FileNotFoundError) else reason_of(error)
         raise BadFile(f"{path} cannot be written: {reason}") from None
+    except UnicodeEncodeError as error:
+        raise BadFile(f"{path} cannot be written: {shown(error.object)} is no text in UTF-8") from None
 
 
 def make_folder(path: str | Path) -> Path:

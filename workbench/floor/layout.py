@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import array, choice, integer, number, plain
+from underfoot.arguments import array, choice, integer, is_text, number, plain
 from underfoot.documents import read_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
@@ -127,7 +127,7 @@ class Floor(msgspec.Struct, frozen=True):
         return f"<Floor {self.title!r}: {counted(len(self.tiles), 'tile')}>"
 
     def __post_init__(self) -> None:
-        require(isinstance(self.title, str), "title", self.title, "text")
+        require(is_text(self.title), "title", self.title, "text in UTF-8")
         tiles = _listed(self.tiles)
         require(len(tiles) > 0, "tiles", self.tiles, "at least one tile, in a list")
         require(all(isinstance(tile, Tile) for tile in tiles), "tiles", tiles, "Tiles")

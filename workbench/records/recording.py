@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.arguments import choice, integer
+from underfoot.arguments import choice, integer, is_text
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import no_file, path_of
 from underfoot.floor.profile_parts import InUse
@@ -243,7 +243,7 @@ class Recording:
     def add_mark(self, frame: int, text: str = "") -> Mark:
         """Add a mark at a session frame to the file; `BadFile` if it cannot be written to, `BadValue` for no frame."""
         frame = integer("frame", frame, 0, int(FURTHEST_FRAME), "0 to 1e15, in session frames")
-        require(isinstance(text, str), "text", text, "text")
+        require(is_text(text), "text", text, "text in UTF-8")
         with self._written():
             if "mark" not in self._tables:
                 self._base.execute(MARKS)
