@@ -60,7 +60,7 @@ class AnswerForm(QWidget):
     changed = Signal(str, object)
     """A slider was moved: its name, and the value."""
     refused = Signal(str)
-    """The reason for which the answers are invalid."""
+    """The reason for which the answers are invalid; "" once the question that it names has an answer."""
 
     def __init__(self, text_px: int = TEXT_PX) -> None:
         super().__init__()
@@ -79,6 +79,8 @@ class AnswerForm(QWidget):
         self._rows: dict[str, tuple[tuple[str, ...], list[QPushButton]]] = {}
         """The numbers that are typed, and the buttons, of each question on a page of several."""
         self._typed = ""
+        self._refused: Parameter | None = None
+        """The question whose answer was missing or wrong when the page was submitted."""
 
     @property
     def is_answered_by_button(self) -> bool:
@@ -130,7 +132,7 @@ class AnswerForm(QWidget):
                 widget.deleteLater()
         self._questions = tuple(questions)
         self.buttons, self.fields, self.sliders, self._chosen = [], {}, {}, {}
-        self._keys, self._typed, self._rows = (), "", {}
+        self._keys, self._typed, self._rows, self._refused = (), "", {}, None
         for question in self._questions:
             self._layout.addWidget(self._question_widget(question))
 
@@ -139,12 +141,35 @@ class AnswerForm(QWidget):
         if self._typed:
             self.buttons[self._keys.index(self._typed)].click()
             return
-        try:
-            values = {question.name: self._answer_to(question) for question in self._questions}
-        except BadValue as error:
-            self.refused.emit(str(error))
-            return
+        values = {}
+        for question in self._questions:
+            try:
+                values[question.name] = self._answer_to(question)
+            except BadValue as error:
+                self._refused = question
+                self._focus_on(question)
+                self.refused.emit(str(error))
+                return
         self.answered.emit(values)
+
+    def _edited(self) -> None:
+        """Take back what was refused once it has an answer: it is asked for no more."""
+        if self._refused is None:
+            return
+        try:
+            self._answer_to(self._refused)
+        except BadValue:
+            return
+        self._refused = None
+        self.refused.emit("")
+
+    def _focus_on(self, question: Parameter) -> None:
+        field = self.fields.get(question.name)
+        if field is not None:
+            field.setFocus()
+            field.selectAll()
+        elif question.name in self._rows:
+            self._rows[question.name][1][0].setFocus()
 
     def press_focused(self, page: QWidget) -> bool:
         """Press the button of a page that has the focus, as Space does, and return whether one has.
@@ -191,25 +216,18 @@ class AnswerForm(QWidget):
             button.setChecked(key == self._typed)
 
     def _answer_to(self, question: Parameter) -> object:
-        """Return the answer to a question; if it is missing, focus its field and raise `BadValue`."""
+        """Return the answer to a question; if it is missing or wrong, raise `BadValue`."""
         field = self.fields.get(question.name)
         if field is None:
             if question.name not in self._chosen and question.name in self.sliders:
                 raise BadValue(f"Move the slider to answer: {question.doc or question.label}")
             if question.name not in self._chosen and needs_answer(question):
-                if question.name in self._rows:
-                    self._rows[question.name][1][0].setFocus()
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)
         text = field.text().strip()
-        try:
-            if not text and needs_answer(question):
-                raise unanswered(question)
-            return typed_answer(question, text)
-        except BadValue:
-            field.setFocus()
-            field.selectAll()
-            raise
+        if not text and needs_answer(question):
+            raise unanswered(question)
+        return typed_answer(question, text)
 
     def _question_widget(self, question: Parameter) -> QWidget:
         box = QWidget()
@@ -234,6 +252,7 @@ class AnswerForm(QWidget):
         field.setFont(theme.font(self._text_px))
         field.setAccessibleName(question.label)
         field.setPlaceholderText("" if question.kind == "text" else question.allowed)
+        field.textEdited.connect(self._edited)
         self.fields[question.name] = field
         return field
 
@@ -274,6 +293,8 @@ class AnswerForm(QWidget):
         if self.is_answered_by_button:
             self._typed = ""
             self.submit()
+        else:
+            self._edited()
 
     def _make_slider(self, question: Number) -> QWidget:
         box = QWidget()
@@ -300,6 +321,7 @@ class AnswerForm(QWidget):
         def moved(place: float) -> None:
             found = float(f"{question.value(place):.12g}")  # keys add up to -0.7999999999999972
             show_value(found)
+            self._edited()
             self.changed.emit(question.name, found)
 
         slider.set_position(question.position(question.default))

@@ -205,17 +205,13 @@ class ExperimenterView(QWidget):
         self.form.answered.connect(self.answered)
         self.form.changed.connect(self.slider_moved)
         self.form.refused.connect(self._show_refusal)
-        self.form.changed.connect(self._forget_refusal)
         self.map.pressed.connect(self.pressed)
 
     def _show_refusal(self, why: str) -> None:
-        """Show why an answer is not taken, until a slider is moved, or the page is another."""
+        """Show why an answer is not taken, until the question has one, or the page is another."""
         self._refusal = why
         self.news.setText(why)
-        self.news.show()
-
-    def _forget_refusal(self) -> None:
-        self._refusal = ""
+        self.news.setVisible(bool(why))
 
     def _go_on(self) -> None:
         (self.end_pause_requested if self.next.text() == END_PAUSE else self.next_requested).emit()

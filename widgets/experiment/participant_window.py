@@ -43,6 +43,8 @@ class ParticipantWindow(FullScreenWindow):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.shown = ("", "")
         """Page, with its interval, and phase that are on the screen."""
+        self._usual_hint = ""
+        """What the page says below its questions, unless an answer was refused."""
         self._plays_again = False
         self._stand = stand
         self.target: FloorTarget | None = None
@@ -98,7 +100,8 @@ class ParticipantWindow(FullScreenWindow):
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             (self.form.first or self).setFocus()
             self.scrolled.verticalScrollBar().setValue(0)
-            self.hint.setText(_hint(runner, self.form))
+            self._usual_hint = _hint(runner, self.form)
+            self.hint.setText(self._usual_hint)
             text = _continue_text(runner, self.form)
             self.go.setText(text)
             self.go.setVisible(bool(text))
@@ -142,7 +145,7 @@ class ParticipantWindow(FullScreenWindow):
         self.scrolled.setFixedWidth(width + self.scrolled.verticalScrollBar().sizeHint().width())
 
     def _show_refused(self, words: str) -> None:
-        self.hint.setText(words)
+        self.hint.setText(words or self._usual_hint)
         self._show_focused()
 
     def _show_focused(self) -> None:
