@@ -52,6 +52,9 @@ def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_it
     person = bench.person
     bench.wait(lambda: person.scrolled.verticalScrollBar().maximum() == 0)
     assert person.hint.text().startswith("Numbers choose and go on to the next question")
+    controls = [*person.form.buttons, *person.form.fields.values()]
+    heard = {control.accessibleDescription() or control.accessibleName() for control in controls}
+    assert heard == {"How tired are you?", "Which one?", "What else?"}  # a screen reader said 3 alone, and Words
     assert not person.text.isVisible()  # an empty line of it took the room of the last question
     for key in "32":
         bench.qtbot.keyClicks(person.focusWidget(), key)

@@ -220,7 +220,7 @@ class AnswerForm(QWidget):
         field = self.fields.get(question.name)
         if field is None:
             if question.name not in self._chosen and question.name in self.sliders:
-                raise BadValue(f"Move the slider to answer: {question.doc or question.label}")
+                raise BadValue(f"Move the slider to answer: {_asked(question)}")
             if question.name not in self._chosen and needs_answer(question):
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)
@@ -233,7 +233,7 @@ class AnswerForm(QWidget):
         box = QWidget()
         column = QVBoxLayout(box)
         column.setContentsMargins(0, 0, 0, 0)
-        words = theme.label(question.doc or question.label)
+        words = theme.label(_asked(question))
         words.setFont(theme.font(self._text_px))
         words.setWordWrap(True)
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -250,7 +250,7 @@ class AnswerForm(QWidget):
             return self._make_slider(question)
         field = QLineEdit()
         field.setFont(theme.font(self._text_px))
-        field.setAccessibleName(question.label)
+        field.setAccessibleName(_asked(question))
         field.setPlaceholderText("" if question.kind == "text" else question.allowed)
         field.textEdited.connect(self._edited)
         self.fields[question.name] = field
@@ -272,6 +272,7 @@ class AnswerForm(QWidget):
         height_px = round((BUTTON_LINES if len(self._questions) == 1 else ROW_LINES) * self._text_px)
         for key, word, option in zip(keys, words, options, strict=True):
             button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
+            button.setAccessibleDescription(_asked(question))  # a number alone is no answer to hear
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {height_px}px")  # over the theme's
             button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
@@ -308,7 +309,7 @@ class AnswerForm(QWidget):
             words.setAlignment(side)
             below.addWidget(words, 1)
         slider.is_scale = True
-        slider.setAccessibleName(question.label)
+        slider.setAccessibleName(_asked(question))
         slider.setMinimumSize(480, 4 * theme.GRID)
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)
         value.setFont(theme.font(self._text_px))
@@ -336,6 +337,11 @@ class AnswerForm(QWidget):
         value.setVisible(bool(question.unit))
         column.addWidget(value)
         return box
+
+
+def _asked(question: Parameter) -> str:
+    """Return what a participant reads, and hears from a screen reader, of a question."""
+    return question.doc or question.label
 
 
 def _are_digits(keys: Sequence[str]) -> bool:
