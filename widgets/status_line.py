@@ -7,6 +7,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.announcing import announce
 from underfoot.widgets.controls.elided_label import ElidedLabel
 
 LETTER_MS, LEAST_MS, MOST_MS = 120, 5_000, 20_000
@@ -22,7 +23,6 @@ class StatusLine(QWidget):
         theme.fill(self, "panel")
         self.setFixedHeight(3 * theme.GRID)
         self._message = ElidedLabel()
-        self._message.setAccessibleName("Message")
         self._session = ElidedLabel("small")
         self._text, self._reason, self._no_force = "", "", ""
         layout = QHBoxLayout(self)
@@ -37,6 +37,7 @@ class StatusLine(QWidget):
     def show_message(self, text: str) -> None:
         """Show a message until the next one, or for the time it takes to read."""
         self._message.set_full_text(text)
+        announce(self._message, text)
         self._share_room()
         self._timer.start(min(max(LETTER_MS * len(text), LEAST_MS), MOST_MS))
 

@@ -78,6 +78,9 @@ def test_what_shows_a_sign_or_a_choice_alone_has_words_for_screen_readers(qtbot,
     }
     assert said["Ground"].startswith("Ground: ")
     assert not [name for name, description in said.items() if not description]
+    window.show_message("A line that is longer than the window is wide. " * 8)
+    lines = [QAccessible.queryAccessibleInterface(label) for label in window.status.findChildren(QLabel)]
+    assert window.status.message in {line.text(QAccessible.Text.Name) for line in lines}  # it was "Message"
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,10 @@ from PySide6.QtWidgets import QLabel
 
 
 class ElidedLabel(QLabel):
-    """A label that uses the available width; the tooltip has the full text if it is elided, and details."""
+    """A label that uses the available width; the tooltip has the full text if it is elided, and details.
+
+    A screen reader has the full text.
+    """
 
     def __init__(self, role: str = "") -> None:
         super().__init__()
@@ -18,6 +21,7 @@ class ElidedLabel(QLabel):
     def set_full_text(self, text: str, details: str = "") -> None:
         """Set the text, elided to the available width; `details` are in the tooltip only."""
         self.full_text, self._details = text, details
+        self.setAccessibleName(text)
         self.updateGeometry()
         self._fit()
 

@@ -4,6 +4,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QLabel, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.announcing import announce
 
 VISIBLE_MS = 5000
 
@@ -31,6 +32,7 @@ class Message(QLabel):
             f"border: 1px solid {accent}; border-radius: 4px; padding: 6px 10px;"
         )
         self.setText(text)
+        announce(self, text)
         self.setFixedWidth(min(self._parent_widget.width() - 32, self.fontMetrics().horizontalAdvance(text) + 32))
         self.adjustSize()
         self.move((self._parent_widget.width() - self.width()) // 2, self._parent_widget.height() - self.height() - 16)
