@@ -1,10 +1,16 @@
 """Forces at even times, for formats that have a sample rate and no times."""
 
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.contacts import GAP_S
 from underfoot.floor.forces import rate_of
+
+_AT_ONCE = 4096
+"""Samples that are made even at once, at least."""
 
 
 def even_rate(time_s: NDArray[np.float64], rate_hz: float) -> float:
@@ -20,23 +26,58 @@ def even_rate(time_s: NDArray[np.float64], rate_hz: float) -> float:
 
 
 def even_forces(
-    time_s: NDArray[np.float64], force_n: NDArray[np.float64], rate_hz: float, multiple: int = 1
-) -> NDArray[np.float32]:
-    """Return corner forces (n, tiles, 4) at even times from the first sample on, n a multiple of `multiple`.
+    pieces: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]], rate_hz: float
+) -> Iterator[NDArray[np.float32]]:
+    """Yield corner forces (n, tiles, 4) at even times from the first sample on, of pieces of times and forces.
 
     A sample goes to the nearest time. Lost ones (no sample there, or NaN) are on a line between their neighbours, as a
-    foot stands on; where these are further apart than a gap of contacts they are 0.
+    foot stands on; where these are further apart than a gap of contacts they are 0. What is held at a time does not
+    grow with the length: hours of a large floor, or a clock that jumped by one, do not fit into memory.
 
     >>> lost = np.array([100.0, np.nan, 300.0]).repeat(4).reshape(3, 1, 4)
-    >>> even_forces(np.array([0.0, 0.001, 0.003]), lost, 1000.0)[:, 0, 0]
+    >>> [even] = even_forces([(np.array([0.0, 0.001, 0.003]), lost)], 1000.0)
+    >>> even[:, 0, 0]
     array([100.     , 166.66667, 233.33333, 300.     ], dtype=float32)
     """
-    place = np.round((time_s - time_s[0]) * rate_hz).astype(np.intp)
-    count = int(place[-1]) + 1
-    even = np.full((-(-count // multiple) * multiple, *force_n.shape[1:]), np.nan, np.float32)
-    even[place] = force_n
+    most = max(GAP_S, 2.5 / rate_hz) * rate_hz
+    reach = int(most) + 2  # samples that a later one may still change
+    held, begin, done = np.zeros((0, 0, 4), np.float32), 0, 0  # from sample `begin` on; those before `done` are out
+    for place, force_n in _runs(pieces, rate_hz, reach):
+        end, shape = begin + len(held), force_n.shape[1:]
+        first = int(place.min())
+        if first > end + reach:
+            yield _bridged(held, most)[done - begin :]
+            for at in range(end, first, _AT_ONCE):
+                yield np.zeros((min(_AT_ONCE, first - at), *shape), np.float32)
+            held, begin, done = held[:0], first, first
+        more = np.full((max(int(place.max()) + 1 - begin - len(held), 0), *shape), np.nan, np.float32)
+        held = np.concatenate([held.reshape(-1, *shape), more])
+        held[place - begin] = force_n
+        ready = begin + len(held) - reach
+        if ready - done >= max(_AT_ONCE, reach):
+            yield _bridged(held, most)[done - begin : ready - begin]
+            held, begin, done = held[ready - reach - begin :].copy(), ready - reach, ready
+    yield _bridged(held, most)[done - begin :]
+
+
+def _runs(
+    pieces: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]], rate_hz: float, reach: int
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64]]]:
+    """Yield the samples' places at even times, and their forces, in runs that no gap of over `reach` is within."""
+    first_s = None
+    for time_s, force_n in pieces:
+        first_s = time_s[0] if first_s is None else first_s
+        place = np.round((time_s - first_s) * rate_hz).astype(np.intp)
+        ends = [0, *(1 + np.flatnonzero(np.diff(place) > reach)).tolist(), len(place)]
+        for begin, end in pairwise(ends):
+            yield place[begin:end], force_n[begin:end]
+
+
+def _bridged(held: NDArray[np.float32], most: float) -> NDArray[np.float32]:
+    """Return samples of which none is lost: on a line between those at most so many apart, else 0."""
+    even = held.copy()
     for tile in np.moveaxis(even, 1, 0):
-        _bridge(tile, max(GAP_S, 2.5 / rate_hz) * rate_hz)
+        _bridge(tile, most)
     return np.nan_to_num(even, copy=False)
 
 

@@ -27,8 +27,6 @@ SAMPLES_A_FRAME = 10
 """Frames of a C3D file are those of cameras: of force there are some samples in each, more where the file is long."""
 _MOST_FRAMES = MOST_FRAMES - 1
 """Frames of a file."""
-_AT_ONCE = 1 << 20
-"""Numbers that are written at once."""
 
 
 def sensor_order(tile: Tile) -> tuple[NDArray[np.intp], float, float] | None:
@@ -55,7 +53,7 @@ def _write(export: ExportSource, path: Path) -> None:
     if len(floor.tiles) > MOST:
         raise BadFile(f"{path} would have {len(floor.tiles)} force plates; allowed: up to {MOST}")
     sensors = [_sensors(tile, path) for tile in floor.tiles]
-    corners, first_s, rate_hz, in_frame = _even(export, path)
+    first_s, rate_hz, shape = _even(export, path)
     steps = [step for found in export.found("Looking for steps") for step in found.steps]
     groups: dict[str, Parameters] = {
         "ANALOG": _analogs(floor, rate_hz),
@@ -69,22 +67,21 @@ def _write(export: ExportSource, path: Path) -> None:
         "SUBJECTS": _people(steps),
         "EVENT": _events(export, steps, first_s),  # last: a byte tells some readers how much there is of parameters
     }
-    shape = (len(corners) // in_frame, in_frame, len(CHANNELS) * len(floor.tiles))
     order = np.array([one for one, *_ in sensors])
-    write_c3d(path, groups, _frame_rate(rate_hz, in_frame), shape, _samples(export, corners, order))
+    write_c3d(path, groups, _frame_rate(rate_hz, shape[1]), shape, _samples(export, rate_hz, shape, order))
 
 
-def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float, float, int]:
-    """Corner forces at even times (n, tiles, 4), the time of the first, samples a second, and samples in a frame.
+def _even(export: ExportSource, path: Path) -> tuple[float, float, tuple[int, int, int]]:
+    """Return the time of the first sample, samples a second, and frames, samples in each, and channels.
 
     The last samples of a stretch that fill no frame are left out; otherwise the last sample is held to the end of its
     frame. Zeros would be a foot off.
     """
     forces = export.forces
-    pieces = [(time_s, force_n.astype(np.float32)) for time_s, force_n in export.pieces("Reading forces")]
-    if not pieces:
+    times = [time_s for time_s, _ in export.pieces("Reading times")]
+    if not times:
         raise BadFile(f"{export.recording.path} holds no force samples{' there' if export.stretch_s else ''}")
-    time_s = np.concatenate([one for one, _ in pieces])
+    time_s = np.concatenate(times)
     back_s = -np.diff(time_s).min(initial=0.0)
     if back_s * forces.rate_hz > 0.5:  # it would be another sample's place
         back = f"the times of {export.recording.path} go back by {back_s:.4g} s"
@@ -96,11 +93,8 @@ def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float,
     if channels * in_frame > MOST_WORD:
         most_s = MOST_WORD // channels * _MOST_FRAMES / rate_hz
         raise BadFile(f"{path} would have {count / rate_hz:.0f} s; allowed: {most_s:.0f} s; export it as .h5")
-    corners = even_forces(time_s, np.concatenate([force_n for _, force_n in pieces]), rate_hz, in_frame)
-    corners[count:] = corners[count - 1]
-    if export.stretch_s is not None and count >= in_frame:
-        corners = corners[: count // in_frame * in_frame]
-    return corners, float(time_s[0]), rate_hz, in_frame
+    is_cut = export.stretch_s is not None and count >= in_frame
+    return float(time_s[0]), rate_hz, (count // in_frame if is_cut else -(-count // in_frame), in_frame, channels)
 
 
 def _frame_rate(rate_hz: float, in_frame: int) -> float:
@@ -123,17 +117,19 @@ def _sensors(tile: Tile, path: Path) -> tuple[NDArray[np.intp], float, float]:
 
 
 def _samples(
-    export: ExportSource, corners: NDArray[np.float32], order: NDArray[np.intp]
+    export: ExportSource, rate_hz: float, shape: tuple[int, int, int], order: NDArray[np.intp]
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the samples of all channels (n, 8 tiles), of corner forces in the order of their tiles."""
-    count, tiles, _ = corners.shape
-    at_once = max(_AT_ONCE // (len(CHANNELS) * tiles), 1)
-    for first in range(0, count, at_once):
-        export.report_progress("Writing", first / count)
-        part = corners[first : first + at_once]
-        values = np.zeros((len(part), tiles, len(CHANNELS)), np.float32)
+    left = shape[0] * shape[1]
+    last = np.zeros((1, shape[2]), np.float32)
+    for corners in even_forces(export.pieces("Writing"), rate_hz):
+        part = corners[:left]
+        values = np.zeros((len(part), len(order), len(CHANNELS)), np.float32)
         values[:, :, 4:] -= np.take_along_axis(part, order[None], axis=2)
-        yield values.reshape(len(part), -1)
+        rows = values.reshape(len(part), -1)
+        yield rows
+        left, last = left - len(part), rows[-1:] if len(rows) else last
+    yield last.repeat(left, axis=0)
 
 
 def _analogs(floor: Floor, rate_hz: float) -> Parameters:
