@@ -7,6 +7,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {"underfoot": "workbench", "underfoot.widgets": "widgets", "underfoot.presets": "presets"}
 
@@ -270,14 +272,24 @@ def test_without_qt_the_window_says_so_in_a_line():
     assert done.stderr.count("\n") == 1
 
 
-def test_without_a_display_the_window_says_so_in_a_line_where_qt_would_abort(tmp_path):
+@pytest.mark.parametrize(
+    ("platform", "reason"),
+    [
+        ("none", "Could not find the Qt platform plugin"),
+        pytest.param(
+            "linuxfb:fb=/dev/none", "Failed to open framebuffer /dev/none",
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="a platform of Linux"),
+        ),
+    ],
+)  # fmt: skip
+def test_without_a_display_the_window_says_so_in_a_line_where_qt_would_abort(tmp_path, platform, reason):
     done = python(
-        f"import os, tempfile\nos.environ['QT_QPA_PLATFORM'], tempfile.tempdir = 'none', {str(tmp_path)!r}\n"
+        f"import os, tempfile\nos.environ['QT_QPA_PLATFORM'], tempfile.tempdir = {platform!r}, {str(tmp_path)!r}\n"
         "from underfoot.widgets.application import run\nrun(screenshot_dir='pictures')"
     )
     assert not [*tmp_path.iterdir()]
     assert done.returncode == 1
-    assert done.stderr.startswith("underfoot: the window cannot be opened: Could not find the Qt platform plugin")
+    assert done.stderr.startswith(f"underfoot: the window cannot be opened: {reason}")
     assert done.stderr.count("\n") == 1
 
 

@@ -100,18 +100,26 @@ def application(settings: Settings) -> QApplication:
 
 
 def _new_application() -> QApplication:
-    """Return an application. Where there is no display, Qt would say so in ten lines and abort: one line is told."""
+    """Return an application. Where there is no display, Qt would say so in ten lines and abort: one line is told.
+
+    A framebuffer that is not there Qt takes for no screens, which no window can be on.
+    """
     said: list[str] = []
+
+    def end(why: str) -> None:
+        tell(no_window((said or [why])[0].strip()))
+        os._exit(1)
 
     def hear(kind: QtMsgType, _: QMessageLogContext, text: str) -> None:
         if kind == QtMsgType.QtFatalMsg:
-            tell(no_window((said or [text])[0].strip()))
-            os._exit(1)  # on the return from here Qt aborts
+            end(text)  # on the return from here Qt aborts
         said.append(text)
 
     before = qInstallMessageHandler(hear)
     made = QApplication(["underfoot"])
     qInstallMessageHandler(before)
+    if not made.screens():
+        end(f"{made.platformName()} has no screen")
     for text in said:
         qWarning(text)
     return made
