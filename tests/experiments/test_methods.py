@@ -118,6 +118,15 @@ def test_a_participant_who_always_says_yes_comes_to_an_end():
     assert 100 < len(found) < 2000
 
 
+@pytest.mark.parametrize(("felt", "worst", "bound_db"), [("yes", min, -20.0), ("no", max, 16.0)])
+def test_a_level_stays_between_its_bounds_and_what_never_turns_is_given_up(felt, worst, bound_db):
+    """No foot gets more than a protocol allows."""
+    parameters = {"followed": ["TD"], "lowest_db": -20.0, "highest_db": 16.0, "most_trials": 12}
+    found = trials(walked(Study(made_protocol("staircases", parameters), "P1"), lambda page: {"felt": felt}))
+    assert Counter(t.facts["staircase"] for t in found) == {"above": 12, "below": 12}
+    assert worst(t.facts["level_db"] for t in found) == bound_db
+
+
 def test_two_down_one_up_needs_two_of_yes():
     parameters = {"followed": ["TD"], "down_after": 2, "reversals": 2, "last": 2}
     study = Study(made_protocol("staircases", parameters), "P1")
