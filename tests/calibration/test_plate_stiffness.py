@@ -61,12 +61,18 @@ def test_stiffness_that_falls_is_refused():
     lines = [line_of(0.0, 90.0 * x, x), line_of(0.5, 80.0 * x, x)]
     with pytest.raises(BadMeasurement, match=r"stiffness falls from 90\.0 to 80\.0 N/mm"):
         plate_fit(lines)
+    with pytest.raises(BadMeasurement, match=r"from 90\.0 to 90\.0"):
+        plate_fit([lines[0], line_of(0.5, 90.0 * x, x)])
     with pytest.raises(BadMeasurement, match="one position only"):
         plate_fit(lines[:1])
     with pytest.raises(BadMeasurement, match="are columns swapped"):
         line_of(0.5, -x, x)
-    with pytest.raises(BadMeasurement, match="samples over"):
-        line_of(0.5, x[:10], x[:10])
+    least = np.linspace(0.0, 0.2, 50)
+    assert line_of(0.5, 90.0 * least, least).stiffness_n_mm == pytest.approx(90.0)
+    with pytest.raises(BadMeasurement, match="49 samples over"):
+        line_of(0.5, x[:49], x[:49])
+    with pytest.raises(BadMeasurement, match=r"100 samples over 0\.19 mm"):
+        line_of(0.5, 90.0 * x, 0.038 * x)
     with pytest.raises(BadMeasurement, match="0 samples over"):
         line_of(0.5, x[:0], x[:0])
 
