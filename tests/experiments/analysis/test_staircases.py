@@ -10,7 +10,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import staircases
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.study import Study
-from underfoot.experiments.table import rows_of
+from underfoot.experiments.table import LEVEL, rows_of
 
 pytest.importorskip("statsmodels")
 PARAMETERS = {"followed": ["TD"], "catch_share": 0.3, "most_trials": 40}
@@ -29,7 +29,7 @@ def rows_with(false_alarms):
 
 
 def test_what_was_answered_before_a_false_alarm_does_not_count():
-    _, rows = rows_with(2)
+    protocol, rows = rows_with(2)
     trials = [row for row in rows if row.get("staircase")]
     assert Counter(row["run"] for row in trials).keys() == {0, 1, 2}
     found = staircases(rows, Settings(given=PARAMETERS))
@@ -38,6 +38,13 @@ def test_what_was_answered_before_a_false_alarm_does_not_count():
         turns = zip(run.levels_db, run.levels_db[1:], run.levels_db[2:], strict=False)
         followed = [level for at, level in zip(run.turned_at, run.turns_db, strict=True) if run.levels_db[at + 1 :]]
         assert followed == [b for a, b, c in turns if (b - a) * (c - b) < 0.0]
+    (result,) = analysed(rows, protocol, Settings(bootstrap=0))
+    (drawing,) = result.drawings
+    drawn = [(one.x.tolist(), one.y.tolist()) for one in drawing.series]
+    for run, line, dots in zip(found.values(), drawn[::2], drawn[1::2], strict=True):
+        assert line == (list(range(1, len(run.levels_db) + 1)), run.levels_db)
+        assert dots == ([at + 1 for at in run.turned_at], run.turns_db)
+    assert [(mark.axis, mark.at) for mark in drawing.lines] == [("y", result.tables[0].rows[0][2])]
 
 
 def test_beside_silence_answers_are_right_and_the_thesis_asked_for_something_else():
@@ -56,6 +63,8 @@ def test_beside_a_standard_that_vibrates_the_point_of_equality_is_named_in_the_o
     assert each.note.endswith("The level tends to where 50 % of the answers name the comparison.")
     assert [row[1] for row in each.rows] == [f"pse {name}" for name in protocol.stimuli if name != "WC"]
     assert [row[0] for row in over.rows] == ["dB", "m/s^2"] * len(each.rows)
+    unmeasured = [{name: value for name, value in row.items() if name != LEVEL} for row in rows]
+    assert {row[0] for row in analysed(unmeasured, protocol, Settings())[0].tables[1].rows} == {"dB"}
     renamed = [row | {"comparison": row["comparison"].replace("TD", "mine")} for row in rows]  # as a table can have it
     (other, *_) = analysed(renamed, protocol, Settings())[0].tables
     assert [row[1] for row in other.rows] == [*(row[1] for row in each.rows if row[1] != "pse TD"), "pse mine"]
