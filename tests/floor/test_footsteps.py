@@ -128,6 +128,8 @@ def test_loading_is_interpolated_from_the_sample_before_the_contact_and_not_guar
     assert step.spike
     slower = measure(contact([0.05, 0.06, 0.3, 0.6], [1000.0, 900.0, 500.0, 30.0], lead_s=0.0), FLOOR)
     assert slower.loading_kn_s == pytest.approx(20.0)
+    at_samples = contact([0.01, 0.02, 0.03, 0.3, 0.6], [200.0, 800.0, 1000.0, 500.0, 30.0], lead_s=0.0)
+    assert measure(at_samples, FLOOR).loading_kn_s == pytest.approx(60.0)
     assert math.isnan(measure(contact([0.01, 0.02, 0.3], [1000.0, 900.0, 30.0], lead_n=math.nan), FLOOR).loading_kn_s)
 
 
@@ -172,7 +174,8 @@ def test_the_path_leaves_out_what_is_below_50_newtons():
     assert math.isnan(measure(contact([0.0, 0.1, 0.2], [30.0, 40.0, 20.0]), FLOOR).path_mm)
 
 
-def test_a_curve_of_two_samples_has_no_figures():
+def test_a_curve_of_two_samples_has_no_figures_and_is_no_step():
+    assert not is_step(contact([0.0, 0.1], [100.0, 100.0]))
     with pytest.raises(BadValue, match="curve is 2; allowed: 3 or more"):
         measure(contact([0.0, 0.1], [100.0, 100.0]), FLOOR)
 
@@ -184,10 +187,12 @@ def test_a_curve_of_two_samples_has_no_figures():
     ("seconds", "newtons", "changes", "expected"),
     [
         (0.6, 700.0, {}, True),
-        (0.07, 700.0, {}, False),
-        (4.9, 700.0, {}, True),
-        (5.1, 700.0, {}, False),
-        (0.6, 49.0, {}, False),
+        (0.079, 700.0, {}, False),
+        (0.081, 700.0, {}, True),
+        (4.99, 700.0, {}, True),
+        (5.01, 700.0, {}, False),
+        (0.6, 49.9, {}, False),
+        (0.6, 50.0, {}, True),
         (0.6, 700.0, {"cut": True}, False),
     ],
 )
