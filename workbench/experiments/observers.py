@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from underfoot.errors import BadMeasurement, BadValue, require
+from underfoot.arguments import choice
+from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import constant, magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.free_labels import sorts_of
@@ -408,7 +409,7 @@ def truths_of(protocol: Protocol, truth: Mapping[str, float]) -> dict[str, tuple
     kinds = {stage.method.kind for stage in protocol.stages if stage.method is not None}
     known = {name: one for kind in sorted(kinds) for name, one in OBSERVERS[kind].parameters.items()}
     for name in truth:
-        require(name in known, "truth", name, ", ".join(known))
+        choice("truth", name, known)
     return {name: (one, one.check(truth.get(name, one.default))) for name, one in known.items()}
 
 

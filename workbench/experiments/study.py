@@ -12,6 +12,7 @@ from typing import Any
 
 import msgspec
 
+from underfoot.arguments import choice
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.duration import usual_s
 from underfoot.experiments.latin_square import Turn
@@ -341,7 +342,7 @@ def method_of(protocol: Protocol, stage: Stage, participant: str, begun_row: int
     use = stage.method
     if use is None:
         raise BadValue(f"stage {stage.id!r} has no method")
-    require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
+    choice(f"method of stage {stage.id!r}", use.kind, sorted(METHODS))
     draws = SeededRandom(protocol.seed, participant, stage.id)
     turn = turn_of(protocol, stage, participant)._replace(begun=begun_row)
     return use.rule(use.given(protocol.stimuli), protocol.stimuli, draws, turn)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
+from underfoot.arguments import choice
 from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import (
     abx,
@@ -88,7 +89,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
     people: dict[str, dict[str, Callable[[], Estimates]]] = {}
     _check_truths(rows)
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
-        require(method in ANALYSES, "method", method, ", ".join(ANALYSES))
+        choice("method", method, ANALYSES)
         analysis = ANALYSES[method]
         have = {name for row in part for name in row}
         for name in analysis.needs:
