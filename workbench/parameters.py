@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from underfoot.arguments import is_text
+from underfoot.arguments import choice, is_text
 from underfoot.errors import BadValue, refusal, require
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
@@ -109,7 +109,7 @@ class Number(Parameter):
     def check_declaration(self) -> None:
         super().check_declaration()
         require(self.wire in _WIRES, f"wire of {self.name}", self.wire, ", ".join(map(repr, _WIRES)))
-        require(self.scale in _SCALES, f"scale of {self.name}", self.scale, ", ".join(_SCALES))
+        choice(f"scale of {self.name}", self.scale, _SCALES)
         require(self.scale != "log" or self.low > 0.0, f"low of {self.name}", self.low, "above 0 with log")
 
     def check(self, value: object) -> float:

@@ -4,6 +4,7 @@ import math
 
 from msgspec import Struct
 
+from underfoot.arguments import choice
 from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor
 
@@ -49,7 +50,7 @@ def accelerometers_of(text: str, floor: Floor) -> tuple[Accelerometer, ...]:
             if isinstance(error, BadValue):
                 raise
             raise BadValue(f"accelerometer is {word!r}; allowed: {FORM}") from None
-        require(tile in floor.ids, "tile of an accelerometer", tile, ", ".join(floor.ids))
+        choice("tile of an accelerometer", tile, floor.ids)
         require(tile not in {known.tile for known in found}, "accelerometer", word, "one for each tile")
         inputs = {known.channel for known in found if known.channel != LINK}
         require(one.channel not in inputs, "accelerometer", word, "an input of its own for each")

@@ -14,6 +14,7 @@ from msgspec import Struct, field
 from msgspec.structs import asdict, fields
 from numpy.typing import NDArray
 
+from underfoot.arguments import choice
 from underfoot.clock import FADE, RATE_HZ, next_span
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.simulated_floor import SimulatedFloor
@@ -388,7 +389,7 @@ def from_text(kind: str, body: str) -> Command:
     >>> from_text("Level", '{"db":-20.0}')
     Level(db=-20.0)
     """
-    require(kind in Command.kinds, "kind", kind, ", ".join(sorted(Command.kinds)))
+    choice("kind", kind, sorted(Command.kinds))
     made = Command.kinds[kind]
     values: dict[str, Any] = msgspec.json.decode(body)
     for one in fields(made):

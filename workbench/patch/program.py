@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from underfoot.arguments import choice
 from underfoot.array_tables import addresses
 from underfoot.clock import RATE_HZ
-from underfoot.errors import BadValue, require
+from underfoot.errors import BadValue
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
 from underfoot.parameters import Number
@@ -133,7 +134,7 @@ class Program:
 
     def strike(self, id: str, tile: str, time: float, strength: float, duration: float = 0.0) -> None:
         """Send an event at `time` (session frames, not run yet) to a node that can be struck; "" means all of them."""
-        require(tile in self.tiles, "tile", tile, ", ".join(self.tiles))
+        choice("tile", tile, self.tiles)
         for k in self._struck:
             if id in ("", self.node_ids[k]):
                 self._pending.append((k, self.tiles.index(tile), float(time), float(strength), float(duration)))

@@ -4,9 +4,9 @@ import inspect
 from collections.abc import Mapping
 from typing import TypeGuard
 
+from underfoot.arguments import choice
 from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.devices.transport import Sender, Transport, made
-from underfoot.errors import BadValue
 from underfoot.plugins import TRANSPORTS as ENTRY_POINTS
 from underfoot.plugins import add_declared, require_declared, values_in
 
@@ -58,6 +58,5 @@ def split_target(text: str) -> tuple[str, str] | None:
 
 def transport_of(scheme: str, address: str) -> Transport:
     """Create the transport of a scheme and an address, not open yet; raise `BadValue` if there is none."""
-    if scheme not in TRANSPORTS:
-        raise BadValue(f"transport is {scheme!r}; allowed: {', '.join(TRANSPORTS)}")
+    choice("transport", scheme, TRANSPORTS)
     return made(scheme, TRANSPORTS[scheme].of, address)
