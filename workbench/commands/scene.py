@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, OUTPUT, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, SOUND, session_target
 from underfoot.commands.telling import tell
-from underfoot.errors import BadFile, BadValue, UnderfootError, require
+from underfoot.errors import BadFile, BadValue, UnderfootError
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -88,7 +89,7 @@ def scene(options: SceneOptions) -> None:
             for parameter in kind.parameters.values():
                 print(f"    {parameter.name}={parameter.default}: {parameter.doc} ({parameter.allowed})")
         return
-    require(options.name in discover(), "scene", options.name, ", ".join(discover()))
+    choice("scene", options.name, discover())
     kind = discover()[options.name]
     given = values_of(kind, options.settings)
     _check(options)

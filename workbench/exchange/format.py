@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.arguments import choice
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.offline import DEFAULT_S, offline_source
@@ -96,8 +97,7 @@ class Export:
         return whole[:, [self._column()]] if self.tile else whole
 
     def _column(self) -> int:
-        if self.tile not in self.tiles:
-            raise BadValue(f"--tile is {self.tile!r}; allowed: {', '.join(self.tiles)}")
+        choice("--tile", self.tile, self.tiles)
         return self.tiles.index(self.tile)
 
 

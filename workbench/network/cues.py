@@ -10,6 +10,7 @@ from typing import ClassVar
 from msgspec import Struct
 from msgspec.structs import fields
 
+from underfoot.arguments import choice
 from underfoot.errors import BadValue, require
 from underfoot.network.osc import Argument, Message
 
@@ -123,7 +124,7 @@ def cue_of(message: Message) -> Cue:
     Traceback (most recent call last):
     underfoot.errors.BadValue: gain_db is nan; allowed: -80 to 20 dB
     """
-    require(message.address in Cue.cues, "the address", message.address, ", ".join(Cue.cues))
+    choice("the address", message.address, Cue.cues)
     kind = Cue.cues[message.address]
     if kind.takes_anything:
         return kind()
