@@ -164,13 +164,10 @@ class ContactPicture(NodePicture):
     def ends(self) -> tuple[float, float]:
         return float(self._blow.penetration_m.max()), float(self._blow.force_n.max())
 
-    def _deepest(self) -> int:
-        return int(self._blow.penetration_m.argmax())
-
     def handles(self) -> list[QPointF]:
         if not self._values:
             return []
-        at = self._deepest()
+        at = self._blow.penetration_m.argmax()
         return [self.place(self._blow.penetration_m[at], self._blow.force_n[at])]
 
     def drag(self, index: int, place: QPointF) -> None:
