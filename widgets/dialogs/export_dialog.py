@@ -1,6 +1,6 @@
 """Exports the patch to a format of another program; lists the formats and what each omits."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -152,7 +152,7 @@ class ExportDialog(QDialog):
 
     def _show_answer(self, answers: list[tuple[str, ...] | str]) -> None:
         answer = answers[0]
-        self._stop(answer if isinstance(answer, str) else _result_text(self._path, answer))
+        self._stop(answer if isinstance(answer, str) else "\n".join([f"Written: {self._path}", *answer]))
 
     def _stop(self, message: str) -> None:
         self._writing.stop()
@@ -164,7 +164,3 @@ class ExportDialog(QDialog):
         self.formats.setDisabled(busy)
         self.playing_note.setDisabled(busy or "parameters" in self.format.carries)  # such a format is not played
         self.write.setText("Stop" if busy else "Export…")
-
-
-def _result_text(path: Path, lines: Sequence[str]) -> str:
-    return "\n".join([f"Written: {path}", *lines])
