@@ -58,7 +58,7 @@ def result_of(
 def inconclusive(presses: Presses, falling: Presses, reason: str, drawings: tuple[Drawing, ...]) -> Result:
     """Return the presses alone, which led to no accuracy for this reason."""
     raw = _raw(presses, falling)
-    return Result("centroid", title_of("centroid", presses.tile), (), reason, False, drawings=drawings, raw=raw)
+    return Result("centroid", title_of("centroid", presses.tile), (), reason, good=False, drawings=drawings, raw=raw)
 
 
 def _raw(presses: Presses, falling: Presses | None) -> tuple[tuple[str, str, Floats], ...]:

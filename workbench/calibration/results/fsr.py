@@ -73,7 +73,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
 
 def inconclusive(tile: str, pairs: Pairs, reason: str, drawings: tuple[Drawing, ...]) -> Result:
     """Return the pairs alone, of a linearisation that was refused for this reason."""
-    return Result("fsr", title_of("fsr", tile), (), reason, False, drawings=drawings, raw=_raw(pairs.rows()))
+    return Result("fsr", title_of("fsr", tile), (), reason, good=False, drawings=drawings, raw=_raw(pairs.rows()))
 
 
 def _raw(rows: NDArray[np.float64]) -> tuple[tuple[str, str, NDArray[np.float64]], ...]:

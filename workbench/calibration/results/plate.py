@@ -77,7 +77,7 @@ def inconclusive(
     tile: str,
 ) -> Result:
     """Return the footsteps alone, which led to no stiffness for this reason."""
-    return Result("plate", title_of("plate", tile), (), reason, False, drawings=drawings, raw=_raw(lines, samples))
+    return Result("plate", title_of("plate", tile), (), reason, good=False, drawings=drawings, raw=_raw(lines, samples))
 
 
 def error_words(fit: PlateFit) -> str:

@@ -100,7 +100,7 @@ def inconclusive(
 ) -> Result:
     """Return the responses alone, which led to no equaliser for this reason."""
     raw = _raw(measured, sensitivity, tones)
-    return Result("response", title_of("response", tile), (), reason, False, drawings=drawings, raw=raw)
+    return Result("response", title_of("response", tile), (), reason, good=False, drawings=drawings, raw=raw)
 
 
 def _otherwise(found: ResponseMeasurements, values: Mapping[str, float]) -> str:
