@@ -127,7 +127,8 @@ class Detector(Observer):
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         level = trial.facts.get("level_db")
-        felt = 0.0 if level is None else _normal((float(level) - self._middle(trial)) / self._spread_db)
+        middle = self._middle_of(str(trial.facts["comparison"]))
+        felt = 0.0 if level is None else _normal((float(level) - middle) / self._spread_db)
         guesses = self.truth["guesses"]
         yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
         if len(trial.intervals) < 2:
@@ -155,9 +156,6 @@ class Detector(Observer):
     @property
     def _spread_db(self) -> float:
         return float(self.truth["spread_db"])
-
-    def _middle(self, trial: Trial) -> float:
-        return self._middle_of(str(trial.facts["comparison"]))
 
     def _middle_of(self, stimulus: str) -> float:
         if self.given.get("standard") and not self._is_silent:
