@@ -22,7 +22,8 @@ class SeededRandom:
 
     def shuffled(self, items: Iterable[Item]) -> list[Item]:
         """Return the items in random order."""
-        return [item for _, _, item in sorted((self._random.random(), k, item) for k, item in _numbered(items))]
+        drawn = ((self._random.random(), k, item) for k, item in enumerate(items))  # sorting compares no two items
+        return [item for _, _, item in sorted(drawn)]
 
     def uniform(self, low: float, high: float) -> float:
         """Return a uniformly distributed number from `low` to `high`."""
@@ -35,8 +36,3 @@ class SeededRandom:
     def one_of(self, items: Sequence[Item]) -> Item:
         """Return a random item."""
         return items[int(self._random.random() * len(items))]
-
-
-def _numbered(items: Iterable[Item]) -> list[tuple[int, Item]]:
-    """Return the items with their indices, so that sorting never compares two items."""
-    return list(enumerate(items))
