@@ -146,7 +146,8 @@ class SessionStream:
         messages: list[str] = []
         while now < self._seconds and not self._stopped:
             try:
-                messages += self._messages()
+                for report in session.poll():
+                    messages += messages_of(report, session.health)
             except DeviceError as error:
                 if not now:
                     raise
@@ -180,10 +181,6 @@ class SessionStream:
     def warnings(self) -> list[str]:
         """Return warnings about the data."""
         return self._finder.warnings()
-
-    def _messages(self) -> Iterator[str]:
-        for report in self._session.poll():
-            yield from messages_of(report, self._session.health)
 
 
 def messages_of(report: Report, health: Health) -> Iterator[str]:
