@@ -40,7 +40,7 @@ class NetworkPlan(Struct, frozen=True):
         Raises `BadValue` for anything else.
         """
         port = "" if serial_marks == OFF else serial_marks
-        ways = {name: _address(text, name) for name, text in addresses.items()}
+        ways = {name: None if text == OFF else Address.parse(text, name) for name, text in addresses.items()}
         return NetworkPlan(**ways, lsl=lsl, serial_marks=port, lsl_marks=lsl_marks)
 
     @staticmethod
@@ -70,10 +70,6 @@ class NetworkPlan(Struct, frozen=True):
                 "can see where people stand"
             )
         return said
-
-
-def _address(text: str, name: str) -> Address | None:
-    return None if text == OFF else Address.parse(text, name)
 
 
 def loopback(port: int) -> str:
