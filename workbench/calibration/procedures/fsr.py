@@ -211,7 +211,7 @@ class FsrProcedure(PagedProcedure):
             page = Page(f"sensor{j + 1}-{name}", f"Sensor {j + 1}: {title}", instruction, press=press, may_skip=True)
             checked = partial(self._checked, j, take) if steps else take  # the tare is the first
             lets_go = name.startswith(("fall", "release"))
-            steps.append(SensorStep(page, checked, j, j, name.startswith("rise"), lets_go=lets_go))
+            steps.append(SensorStep(page, checked, j, sensor=j, rising=name.startswith("rise"), lets_go=lets_go))
 
         add("tare", "nothing on it", EMPTY_TILE, 0.0, partial(self._tare, j), _TARE_S)
         for k in range(loadings):
@@ -234,7 +234,7 @@ class FsrProcedure(PagedProcedure):
             press=PressRequest(at, 0.0, _TARE_S, j),
             may_skip=True,
         )
-        steps: list[Step] = [SensorStep(tare, partial(self._tare, j), j, j, True)]
+        steps: list[Step] = [SensorStep(tare, partial(self._tare, j), j, sensor=j, rising=True)]
         for k, weight in enumerate([*weights, *weights[-2::-1]]):
             rising = k < len(weights)
             page = Page(
@@ -245,7 +245,7 @@ class FsrProcedure(PagedProcedure):
                 press=PressRequest(at, weight, _STEADY_S, j),
                 may_skip=True,
             )
-            steps.append(SensorStep(page, partial(self._weigh, j), j, j, rising, weight))
+            steps.append(SensorStep(page, partial(self._weigh, j), j, sensor=j, rising=rising, planned_n=weight))
         return steps
 
     # --- data of each page ---
