@@ -105,7 +105,7 @@ class Overview(QWidget):
         self.reference_help.setText("" if parameter is None else parameter.doc)
         self.reference_help.setVisible(parameter is not None)
 
-    def show_availability(self, why_not: str, can_run_automatically: bool) -> None:
+    def show_availability(self, why_not: str, *, can_run_automatically: bool) -> None:
         """Show whether it can begin, or `why_not`, and whether it can run automatically."""
         self.begin.setEnabled(not why_not)
         theme.set_role(self.begin, "" if why_not else "primary")

@@ -185,7 +185,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
         busy = "The last measurement is still ending…" if self.is_measuring else ""
-        self.overview.show_availability(why_not(self._target) or busy or self._lacks(profile), self._is_simulated)
+        lacks = why_not(self._target) or busy or self._lacks(profile)
+        self.overview.show_availability(lacks, can_run_automatically=self._is_simulated)
         reference = self._settings.references.get(self._kind.key, "")
         asks = by_hand(self._target) or self._kind.asks_always
         self.overview.show_reference(self._kind.reference if asks else None, reference)
@@ -265,7 +266,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
         """Ask the session to release the tiles."""
         self._is_waiting = True
         self.hardware_taken.emit(True)
-        self.overview.show_availability("Waiting until the session releases the tile…", False)
+        waits = "Waiting until the session releases the tile…"
+        self.overview.show_availability(waits, can_run_automatically=False)
         self.release_requested.emit()
 
     def begin_released(self) -> None:
