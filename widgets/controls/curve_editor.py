@@ -8,8 +8,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from underfoot.parameters import Parameter, Rows
 from underfoot.quantities import counted, number
 from underfoot.widgets import theme
-from underfoot.widgets.controls.handle_pad import HandlePad
-from underfoot.widgets.controls.list_editors import RowsEditor
+from underfoot.widgets.controls.rows_pad import Row, RowsPad, RowsPadEditor
 
 Point = tuple[float, float]
 
@@ -19,26 +18,18 @@ def is_curve(parameter: Parameter) -> bool:
     return isinstance(parameter, Rows) and [n.split()[-1] for n, _, _ in parameter.columns] == ["%", "value"]
 
 
-class Curve(HandlePad):
+class Curve(RowsPad):
     """Points from left to right with linear segments between, constant before the first and after the last."""
 
     def __init__(self, parameter: Rows) -> None:
-        super().__init__()
+        super().__init__(parameter)
         (_, self._left, self._right), (_, self._low, self._high) = parameter.columns
-        self._max_rows = parameter.most
-        self._points: list[Point] = []
         self.setAccessibleName(f"{parameter.label} as a picture")
 
-    def points(self) -> list[Point]:
-        return list(self._points)
+    def set_rows(self, rows: Sequence[Row]) -> None:
+        super().set_rows(sorted(rows))
 
-    def set_points(self, points: Sequence[Sequence[float]]) -> None:
-        """Show these points, without emitting a change."""
-        self._points = [(float(x), float(y)) for x, y in points]
-        self.chosen = min(self.chosen, len(self._points) - 1)
-        self.update()
-
-    def place(self, point: Point) -> QPointF:
+    def place(self, point: Row) -> QPointF:
         """Return the position of a point in the picture, in pixels."""
         area = self.area()
         across = (point[0] - self._left) / (self._right - self._left)
@@ -46,7 +37,7 @@ class Curve(HandlePad):
         return QPointF(area.x() + across * area.width(), area.bottom() - up * area.height())
 
     def handles(self) -> list[QPointF]:
-        return [self.place(point) for point in self._points]
+        return [self.place(point) for point in self._rows]
 
     def _value_at(self, place: QPointF) -> Point:
         area = self.area()
@@ -61,40 +52,34 @@ class Curve(HandlePad):
         self._set(index, self._value_at(place))
 
     def nudge(self, index: int, across: float, up: float) -> None:
-        x, y = self._points[index]
+        x, y = self._rows[index]
         step = 0.01 * (self._right - self._left), 0.05 * (self._high - self._low)
         self._set(index, (round(x + across * step[0], 3), round(y + up * step[1], 4)))
 
     def add(self, place: QPointF | None) -> None:
-        if len(self._points) >= self._max_rows:
+        if len(self._rows) >= self._max_rows:
             return
         if place is None:
             place = self.area().center()
         new = self._value_at(place)
-        self._points = sorted([*self._points, new])
-        self.chosen = self._points.index(new)
-        self.emit_changed()
-
-    def remove(self, index: int) -> None:
-        del self._points[index]
+        self._rows = sorted([*self._rows, new])
+        self.chosen = self._rows.index(new)
         self.emit_changed()
 
     def _set(self, index: int, point: Point) -> None:
         """Set a point, limited to the range between its neighbours."""
         x, y = self._clamped(point)
         if index > 0:
-            x = max(x, self._points[index - 1][0])
-        if index + 1 < len(self._points):
-            x = min(x, self._points[index + 1][0])
-        if (x, y) != self._points[index]:
-            self._points[index] = (x, y)
-            self.emit_changed()
+            x = max(x, self._rows[index - 1][0])
+        if index + 1 < len(self._rows):
+            x = min(x, self._rows[index + 1][0])
+        self.replace(index, (x, y))
 
     def caption(self) -> str:
-        if 0 <= self.chosen < len(self._points):
-            x, y = self._points[self.chosen]
+        if 0 <= self.chosen < len(self._rows):
+            x, y = self._rows[self.chosen]
             return f"{number(y)} at {number(x)} %"
-        return f"{counted(len(self._points), 'point')}; double-click adds one"
+        return f"{counted(len(self._rows), 'point')}; double-click adds one"
 
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
@@ -107,27 +92,12 @@ class Curve(HandlePad):
             painter.drawPolyline(line)
 
 
-class CurveEditor(RowsEditor):
+class CurveEditor(RowsPadEditor):
     """The curve above the table of its points."""
 
-    TABLE_ROW = 2
-
     def __init__(self, parameter: Rows) -> None:
-        self.curve = Curve(parameter)
-        super().__init__(parameter)
-        self.curve.setParent(self)
-        self.curve.setToolTip(
+        tip = (
             "Drag a point. Double-click: add one. Right click: remove it.\n"
             "Keys: N and P choose, arrows move (with Shift finely), Enter adds, Delete takes away."
         )
-        self.grid.addWidget(self.curve, 1, 0, 1, 3)
-        self.curve.edit_began.connect(self.edit_began)
-        self.curve.changed.connect(self._drawn)
-
-    def _drawn(self) -> None:
-        self._commit(self.curve.points())
-        super()._show()
-
-    def _show(self) -> None:
-        super()._show()
-        self.curve.set_points(sorted(self._value))
+        super().__init__(parameter, Curve(parameter), tip)

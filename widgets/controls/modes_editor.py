@@ -9,8 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from underfoot.parameters import Parameter, Rows
 from underfoot.quantities import counted, number, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.controls.handle_pad import HandlePad
-from underfoot.widgets.controls.list_editors import RowsEditor
+from underfoot.widgets.controls.rows_pad import RowsPad, RowsPadEditor
 
 Mode = tuple[float, ...]
 """Frequency (Hz), decay (1/s), then an amplitude, or modal mass (kg) and shape."""
@@ -47,29 +46,21 @@ def with_gain(mode: Mode, db: float) -> Mode:
     return (*mode[:-1], float(f"{math.copysign(value, mode[-1]):.4g}"))
 
 
-class ModesSpectrum(HandlePad):
+class ModesSpectrum(RowsPad):
     """Frequency from left to right, gain upwards; a mode with a wider peak decays faster."""
 
     HEIGHT_PX = 152
 
     def __init__(self, parameter: Rows) -> None:
-        super().__init__()
-        self._columns, self._max_rows = parameter.columns, parameter.most
-        self._modes: list[Mode] = []
+        super().__init__(parameter)
         self._extent = math.log(DEFAULT_HIGH_HZ / LOWEST_HZ)
         self.setAccessibleName("Modes as a spectrum")
 
-    def modes(self) -> list[Mode]:
-        return list(self._modes)
-
-    def set_modes(self, modes: Sequence[Sequence[float]]) -> None:
-        """Show these modes, without emitting a change."""
-        self._modes = [tuple(mode) for mode in modes]
-        self.chosen = min(self.chosen, len(self._modes) - 1)
+    def set_rows(self, rows: Sequence[Mode]) -> None:
+        super().set_rows(rows)
         if not self.is_dragged:
-            beyond = any(mode[FREQUENCY] > DEFAULT_HIGH_HZ for mode in self._modes)
+            beyond = any(mode[FREQUENCY] > DEFAULT_HIGH_HZ for mode in self._rows)
             self._extent = math.log(HIGHEST_HZ / LOWEST_HZ if beyond else DEFAULT_HIGH_HZ / LOWEST_HZ)
-        self.update()
 
     def place(self, frequency_hz: float, db: float) -> QPointF:
         """Return the position of a mode in the picture, in pixels."""
@@ -82,7 +73,7 @@ class ModesSpectrum(HandlePad):
         )
 
     def handles(self) -> list[QPointF]:
-        return [self.place(mode[FREQUENCY], gain_db(mode)) for mode in self._modes]
+        return [self.place(mode[FREQUENCY], gain_db(mode)) for mode in self._rows]
 
     def _value_at(self, place: QPointF) -> tuple[float, float]:
         """Return frequency in Hz and gain in dB at a position."""
@@ -94,48 +85,41 @@ class ModesSpectrum(HandlePad):
 
     def drag(self, index: int, place: QPointF) -> None:
         frequency_hz, db = self._value_at(place)
-        self._set(index, with_gain((frequency_hz, *self._modes[index][1:]), db))
+        self._set(index, with_gain((frequency_hz, *self._rows[index][1:]), db))
 
     def nudge(self, index: int, across: float, up: float) -> None:
-        mode = self._modes[index]
+        mode = self._rows[index]
         frequency_hz = float(f"{mode[FREQUENCY] * _SEMITONE**across:.5g}")
         mode = (frequency_hz, *mode[1:])
         self._set(index, with_gain(mode, gain_db(mode) + up) if up else mode)
 
     def turn_wheel(self, index: int, steps: float) -> None:
-        mode = self._modes[index]
+        mode = self._rows[index]
         self._set(index, (mode[FREQUENCY], float(f"{mode[DECAY] * _DECAY_STEP**steps:.4g}"), *mode[2:]))
 
     def add(self, place: QPointF | None) -> None:
-        if len(self._modes) >= self._max_rows:
+        if len(self._rows) >= self._max_rows:
             return
         if place is None:
-            last = max((mode[FREQUENCY] for mode in self._modes), default=100.0)
+            last = max((mode[FREQUENCY] for mode in self._rows), default=100.0)
             place = self.place(min(1.5 * last, HIGHEST_HZ), 0.0)
         frequency_hz, db = self._value_at(place)
-        like = min(self._modes, key=lambda m: abs(math.log(m[FREQUENCY] / frequency_hz)), default=None)
+        like = min(self._rows, key=lambda m: abs(math.log(m[FREQUENCY] / frequency_hz)), default=None)
         rest = like[1:] if like else (50.0, *(1.0 for _ in self._columns[2:]))
-        self._modes.append(self._clamped(with_gain((frequency_hz, *rest), db)))
-        self.chosen = len(self._modes) - 1
-        self.emit_changed()
-
-    def remove(self, index: int) -> None:
-        del self._modes[index]
+        self._rows.append(self._clamped(with_gain((frequency_hz, *rest), db)))
+        self.chosen = len(self._rows) - 1
         self.emit_changed()
 
     def _clamped(self, mode: Mode) -> Mode:
         return tuple(min(max(v, low), high) for v, (_, low, high) in zip(mode, self._columns, strict=True))
 
     def _set(self, index: int, mode: Mode) -> None:
-        mode = self._clamped(mode)
-        if mode != self._modes[index]:
-            self._modes[index] = mode
-            self.emit_changed()
+        self.replace(index, self._clamped(mode))
 
     def caption(self) -> str:
-        if not 0 <= self.chosen < len(self._modes):
-            return f"{counted(len(self._modes), 'mode')}; double-click adds one"
-        mode = self._modes[self.chosen]
+        if not 0 <= self.chosen < len(self._rows):
+            return f"{counted(len(self._rows), 'mode')}; double-click adds one"
+        mode = self._rows[self.chosen]
         ring = quantity(math.log(1e3) / mode[DECAY], "s")
         strength = number(round(gain_db(mode), 1))
         return f"{quantity(mode[FREQUENCY], 'Hz')}, {strength} dB, {number(mode[DECAY])}/s: 60 dB in {ring}"
@@ -153,7 +137,7 @@ class ModesSpectrum(HandlePad):
             painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y))
             painter.setPen(QColor(theme.MUTED))
             painter.drawText(QPointF(area.left() + 3.0, y - 2.0), f"{number(db)} dB")
-        for i, mode in enumerate(self._modes):
+        for i, mode in enumerate(self._rows):
             self._paint_peak(painter, mode, i == self.chosen)
 
     def _paint_peak(self, painter: QPainter, mode: Mode, is_chosen: bool) -> None:
@@ -168,28 +152,13 @@ class ModesSpectrum(HandlePad):
         painter.drawPolygon([left, top, right])
 
 
-class ModesEditor(RowsEditor):
+class ModesEditor(RowsPadEditor):
     """The spectrum above the table of the same modes."""
 
-    TABLE_ROW = 2
-
     def __init__(self, parameter: Rows) -> None:
-        self.spectrum = ModesSpectrum(parameter)
-        super().__init__(parameter)
-        self.spectrum.setParent(self)
-        self.spectrum.setToolTip(
+        tip = (
             "Drag a partial: frequency and gain. Wheel: decay. Double-click: add one. Right click: remove it.\n"
             "Keys: N and P choose, arrows move (with Shift finely), Page Up and Down change the decay,\n"
             "Enter adds, Delete takes away. The numbers are below."
         )
-        self.grid.addWidget(self.spectrum, 1, 0, 1, 3)
-        self.spectrum.edit_began.connect(self.edit_began)
-        self.spectrum.changed.connect(self._drawn)
-
-    def _drawn(self) -> None:
-        self._commit(self.spectrum.modes())
-        super()._show()
-
-    def _show(self) -> None:
-        super()._show()
-        self.spectrum.set_modes(self._value)
+        super().__init__(parameter, ModesSpectrum(parameter), tip)

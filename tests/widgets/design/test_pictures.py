@@ -69,7 +69,7 @@ def wheel(pad, place, notches):
 
 def test_a_partial_is_dragged_in_frequency_and_gain_in_one_step_of_undo(selected):
     workspace = selected("modal-bank")
-    pad = workspace.inspector.editors["modes"].spectrum
+    pad = workspace.inspector.editors["modes"].pad
     drag(pad, pad.handles()[0], pad.place(1000.0, -20.0))
     modes = now(workspace, "modes")
     assert modes[0][0] == pytest.approx(1000.0, rel=0.03)
@@ -80,12 +80,12 @@ def test_a_partial_is_dragged_in_frequency_and_gain_in_one_step_of_undo(selected
     assert workspace.inspector.editors["modes"].table.item(0, 0).text() == f"{modes[0][0]:.6g}"
     workspace.undo_action.trigger()
     assert now(workspace, "modes")[0] == (180.0, 90.0, 1.0)
-    assert pad.modes()[0] == (180.0, 90.0, 1.0)
+    assert pad.rows()[0] == (180.0, 90.0, 1.0)
 
 
 def test_an_object_that_is_hit_is_louder_by_its_shape(selected):
     workspace = selected("impact")
-    pad = workspace.inspector.editors["modes"].spectrum
+    pad = workspace.inspector.editors["modes"].pad
     drag(pad, pad.handles()[0], pad.place(92.0, 12.0))
     frequency, decay, mass, shape = now(workspace, "modes")[0]
     assert (decay, mass) == (22.0, 0.9)
@@ -95,7 +95,7 @@ def test_an_object_that_is_hit_is_louder_by_its_shape(selected):
 
 def test_wheel_double_click_right_click_and_delete_on_partials(selected):
     workspace = selected("modal-bank")
-    pad = workspace.inspector.editors["modes"].spectrum
+    pad = workspace.inspector.editors["modes"].pad
     place = pad.handles()[1].toPoint()
     wheel(pad, place, 2)
     assert workspace.document.stack.count() == 0  # nobody had chosen it
@@ -117,7 +117,7 @@ def test_wheel_double_click_right_click_and_delete_on_partials(selected):
 
 def test_partials_by_keys_alone(selected):
     workspace = selected("modal-bank")
-    pad = workspace.inspector.editors["modes"].spectrum
+    pad = workspace.inspector.editors["modes"].pad
     pad.setFocus()
     for key, modifier in ((KEY.Key_N, NONE), (KEY.Key_Right, NONE), (KEY.Key_Up, SHIFT), (KEY.Key_PageUp, NONE)):
         QTest.keyClick(pad, key, modifier)
@@ -161,7 +161,7 @@ def test_harmonics_are_drawn_over_in_one_drag_and_typed_below(selected):
 
 def test_a_point_of_a_curve_is_dragged_between_its_neighbours(selected):
     workspace = selected("stance-curve")
-    pad = workspace.inspector.editors["curve"].curve
+    pad = workspace.inspector.editors["curve"].pad
     drag(pad, pad.handles()[1], pad.place((80.0, 0.5)))
     assert now(workspace, "curve")[1] == pytest.approx((80.0, 0.5), abs=1.0)
     assert workspace.document.stack.count() == 1
