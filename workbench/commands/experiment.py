@@ -10,10 +10,10 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, FLOOR, OUTPUT, RUN_CODE, require_folders_writable, require_outputs_writable
+from underfoot.commands.files import FILE, OUTPUT, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
-from underfoot.commands.session_target import SENSOR_RATE, SOUND
+from underfoot.commands.session_target import PROFILES, SENSOR_RATE, SOUND, TARGET, TARGET_FLOOR
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 @click.option("--pilot", is_flag=True, help="Try it on yourself: two trials of each stage, short pauses, kept apart.")
 @click.option("--participant", help="Run the study in the terminal, on a person with this id.")
 @click.option("--session", type=OUTPUT, help="Session file; an existing one is continued.")
-@click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
-@click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@TARGET
+@TARGET_FLOOR
+@PROFILES
 @SENSOR_RATE
 @SOUND
 @click.option("--plate", help="Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")

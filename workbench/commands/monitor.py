@@ -11,9 +11,9 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import require_seconds, takes_options
-from underfoot.commands.session_target import SENSOR_RATE, SOUND
+from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
@@ -60,8 +60,8 @@ class MonitorOptions:
 @click.option("--contacts", type=OUTPUT, help="CSV file to write: one line per contact and sample.")
 @click.option("--patch", type=PATCH, help="Patch to play during the session.")
 @RUN_CODE
-@click.option("--record", type=OUTPUT, help="Record the session to this file.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@RECORD
+@PROFILES
 @SENSOR_RATE
 @SOUND
 @click.option(

@@ -13,9 +13,9 @@ from click.core import ParameterSource
 from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, OUTPUT, require_outputs_writable
+from underfoot.commands.files import OUTPUT, require_outputs_writable
 from underfoot.commands.options import takes_options
-from underfoot.commands.session_target import SENSOR_RATE, SOUND, session_target
+from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND, TARGET, TARGET_FLOOR, session_target
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
 
@@ -53,9 +53,9 @@ class SceneOptions:
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
-@click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@TARGET
+@TARGET_FLOOR
+@PROFILES
 @SENSOR_RATE
 @SOUND
 @click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
@@ -63,7 +63,7 @@ class SceneOptions:
 @click.option(
     "--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True, help="Seed of the random draws."
 )
-@click.option("--record", type=OUTPUT, help="Record the session to this file.")
+@RECORD
 @click.option("--film", type=OUTPUT, help="GIF film of the scene to write; needs --seconds, at most 60.")
 @click.option("--picture", type=OUTPUT, help="PNG picture to write of the scene at the end.")
 @click.option(

@@ -13,9 +13,9 @@ from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import require_seconds, takes_options
-from underfoot.commands.session_target import SENSOR_RATE, SOUND
+from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -65,8 +65,8 @@ class ServeOptions:
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--patch", type=PATCH, help="The floor's own patch: a file, or a preset's name; by default none.")
 @RUN_CODE
-@click.option("--record", type=OUTPUT, help="Record the session to this file.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@RECORD
+@PROFILES
 @SENSOR_RATE
 @SOUND
 @click.option("--level", type=float, default=-20.0, show_default=True, help="Output level in dB of full scale.")

@@ -6,11 +6,26 @@ from typing import TYPE_CHECKING
 import click
 from msgspec.structs import replace
 
+from underfoot.commands.files import FILE, FLOOR, OUTPUT
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
+
+TARGET = click.option(
+    "--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`."
+)
+"""The option of every command that opens a session with its own forces."""
+
+TARGET_FLOOR = click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
+"""The floor of that target."""
+
+PROFILES = click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+"""The option of every command that opens a session."""
+
+RECORD = click.option("--record", type=OUTPUT, help="Record the session to this file.")
+"""The option of every command whose session can be recorded."""
 
 SENSOR_RATE = click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")
 """The option of every command that opens a session with hardware."""
