@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.files import FILE, require_folders_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import FIGURES_AS_JSON, takes_options
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue, UnderfootError
 
@@ -40,7 +40,7 @@ class BenchOptions:
     "--figures", type=FILE, help="Folder for reproductions of the thesis's figures; nothing else is measured."
 )
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@FIGURES_AS_JSON
 @click.option(
     "--stress",
     is_flag=False,

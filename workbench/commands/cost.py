@@ -10,7 +10,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import FIGURES_AS_JSON, takes_options
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class CostOptions:
 @click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
 @RUN_CODE
 @click.option("--curve", metavar="NODE", help="Plot run time against error of this node only.")
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@FIGURES_AS_JSON
 @takes_options(CostOptions)
 def cost(options: CostOptions) -> None:
     """Measure the run time of each stage and node of PATCH, and when nodes sleep.

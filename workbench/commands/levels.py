@@ -9,6 +9,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, PATCH, RUN_CODE, SIMULATION
+from underfoot.commands.options import FIGURES_AS_JSON
 from underfoot.commands.telling import tell
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 @click.option("--profile", type=FILE, help="Profile of the tile; by default none.")
 @click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tile.")
 @RUN_CODE
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@FIGURES_AS_JSON
 def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:
     """Report commanded, measured and felt levels of one adult step; by default for all presets."""
     from underfoot.engine.levels import levels_of

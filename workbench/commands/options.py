@@ -14,6 +14,10 @@ from underfoot.options import Option, options_of
 Options = TypeVar("Options")
 
 
+FIGURES_AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+"""The option of every command whose result is figures."""
+
+
 def click_parameters(owner: type) -> list[click.Parameter]:
     """Return the click parameters for the options that a dataclass declares."""
     return [

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.files import FILE, FLOOR, SIMULATION, require_folders_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import FIGURES_AS_JSON, takes_options
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class TileDesignOptions:
 @click.option("--most-sag", type=float, help="Maximum deflection of the middle under the load, mm; by default 0.2.")
 @click.option("--least-mode", type=float, help="Minimum first mode, edges held, Hz; by default 1000.")
 @click.option("--load", type=float, help="Load on the middle, N; 1000 by default.")
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+@FIGURES_AS_JSON
 @takes_options(TileDesignOptions)
 def tile(options: TileDesignOptions) -> None:
     """Compute resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values.
