@@ -14,7 +14,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES
-from underfoot.commands.options import require_seconds, takes_options
+from underfoot.commands.options import SECONDS, require_seconds, takes_options
 from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
@@ -118,7 +118,7 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--unplug", multiple=True, metavar="AT:FOR", help="Unplug at second AT for FOR seconds; repeatable.")
 @click.option("--drift", type=float, default=0.0, help="Lag of the tiles' clock, ppm.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of walker, sensors and faults.")
-@click.option("--seconds", type=float, help="Stop after this long.")
+@SECONDS
 @takes_options(EmulateOptions)
 def emulate(options: EmulateOptions) -> None:
     """Emulate tiles, until Ctrl-C or for --seconds.

@@ -12,7 +12,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
-from underfoot.commands.options import require_seconds, takes_options
+from underfoot.commands.options import SECONDS, require_seconds, takes_options
 from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
@@ -67,7 +67,7 @@ class MonitorOptions:
 @click.option(
     "--accelerometers", default="", metavar="LIST", help=f"{FORM}, separated by spaces. Reports what they measure."
 )
-@click.option("--seconds", type=float, help="Stop after this long.")
+@SECONDS
 @click.option("--pace", is_flag=True, help="Play a file in real time instead of as fast as possible.")
 @click.option("--json", "as_json", is_flag=True, help="Print each footstep as one line of JSON.")
 @takes_options(MonitorOptions)

@@ -71,6 +71,10 @@ def takes_options(kind: type[Options]) -> Callable[[Callable[[Options], None]], 
     return wrap
 
 
+SECONDS = click.option("--seconds", type=float, help="Stop after this long.")
+"""The option of every command that otherwise goes on until Ctrl-C."""
+
+
 def require_seconds(seconds: float | None) -> None:
     """Raise `BadValue` for a `--seconds` that is given and not above 0.
 

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
-from underfoot.commands.options import require_seconds, takes_options
+from underfoot.commands.options import SECONDS, require_seconds, takes_options
 from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
@@ -77,7 +77,7 @@ class ServeOptions:
 @click.option("--lsl", is_flag=True, help="Send LSL streams too.")
 @click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers as marks.")
 @click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port as marks.")
-@click.option("--seconds", type=float, help="Stop after this long.")
+@SECONDS
 @takes_options(ServeOptions)
 def serve(options: ServeOptions) -> None:
     """Send contacts and steps to other programs, and play what they request."""
