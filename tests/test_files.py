@@ -64,6 +64,13 @@ def test_what_cannot_be_is_a_bad_file_that_leaves_nothing(tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["file", "folder"]
 
 
+def test_a_document_of_gigabytes_is_not_read(tmp_path):
+    with (tmp_path / "a.json").open("wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(BadFile, match=r"a\.json has 1099511627776 bytes; allowed: at most 67108864"):
+        read_file(tmp_path / "a.json")
+
+
 @pytest.mark.skipif(os.name != "posix", reason="only POSIX has permissions, links and devices of this kind")
 def test_permissions_links_and_devices_stay_what_they_are(tmp_path):
     before = os.umask(0o077)

@@ -14,10 +14,11 @@ from msgspec.structs import fields, force_setattr
 
 from underfoot.arguments import is_text, plain
 from underfoot.errors import BadFile, BadValue, cut_short, require, shown
+from underfoot.files import LARGEST
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
-LARGEST, DEEPEST = 64 << 20, 64
+DEEPEST = 64
 _FORMAT, _BEGINNING = re.compile(rb'"format"\s*:\s*"(underfoot-[a-z]+)"'), 1000
 """How a document says what it is, and the bytes among which it does."""
 _LONGEST = 120

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from underfoot.documents import LARGEST
+from underfoot.files import LARGEST
 
 _PLACED = re.compile(r"(?P<file>.+?): \$(?P<path>(?:\.[^\s.:\[\]]+|\[\d+\])+)(?P<says>.*)", re.DOTALL)
 _BROKEN = re.compile(r"(?P<file>.+?)(?P<says> is not JSON: .*line (?P<line>\d+) column \d+).*", re.DOTALL)

@@ -15,6 +15,8 @@ from underfoot.errors import BadFile, require, shown
 from underfoot.version import __version__
 
 _LEFT_S = 3600.0
+LARGEST = 64 << 20
+"""Bytes of the largest document."""
 _DEVICE = "it is a device, and no file"
 
 
@@ -56,16 +58,42 @@ def stem_of(title: str, otherwise: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", title.lower())[:80].strip("-") or otherwise
 
 
-def read_file(path: str | Path) -> bytes:
-    """Return the bytes of a file; `BadFile` with the system's message if it cannot be read.
+def read_file(path: str | Path, largest: float = LARGEST) -> bytes:
+    """Return the bytes of a file; `BadFile` with the system's message if it cannot be read, or for more than `largest`.
 
-    A pipe or a device is not opened: it may have nothing to read for ever, or no end.
+    Only tables and sounds may be larger than documents. A pipe or a device is not opened: it may have nothing to read
+    for ever, or no end.
     """
-    file = path_of(path)
+    with _read(path):
+        size = _size_of(path)
+        if size > largest:
+            raise BadFile(f"{path} has {size} bytes; allowed: at most {largest:.0f}")
+        return path_of(path).read_bytes()
+
+
+def require_readable(path: str | Path) -> None:
+    """Raise `BadFile` as `read_file` does, for a file that another library reads.
+
+    >>> require_readable(".")
+    Traceback (most recent call last):
+    underfoot.errors.BadFile: . cannot be read: it is a folder
+    """
+    with _read(path):
+        _size_of(path)
+        path_of(path).open("rb").close()
+
+
+def _size_of(path: str | Path) -> int:
+    found = os.stat(path_of(path))
+    if not stat.S_ISREG(found.st_mode):
+        raise BadFile(f"{path} cannot be read: {no_file(path)}")
+    return found.st_size
+
+
+@contextmanager
+def _read(path: str | Path) -> Iterator[None]:
     try:
-        if not stat.S_ISREG(os.stat(file).st_mode):
-            raise BadFile(f"{path} cannot be read: {no_file(path)}")
-        return file.read_bytes()
+        yield
     except OSError as error:
         raise BadFile(f"{path} cannot be read: {reason_of(error)}") from None
 

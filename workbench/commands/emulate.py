@@ -237,7 +237,7 @@ def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np
     if not 0.0 < options.full_scale <= 1e5:
         raise BadValue(f"--full-scale is {options.full_scale:g}; allowed: above 0, up to 1e5 m/s^2")
     try:
-        rate_hz, m_s2 = wavfile.read(BytesIO(read_file(options.acceleration)))
+        rate_hz, m_s2 = wavfile.read(BytesIO(read_file(options.acceleration, np.inf)))
     except ValueError as error:
         raise BadFile(f"{options.acceleration} cannot be read: {error}") from None
     tiles = len(source.floor.tiles)

@@ -16,6 +16,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -485,7 +486,7 @@ def _copy_files_of_settings(protocol: Protocol, registry: Registry, before: Path
             if path != stimulus.settings[name] and Path(path).is_file():
                 copy = Path(os.path.normpath(after / stimulus.settings[name]))
                 make_folder(copy.parent)
-                write_file(copy, read_file(Path(path)))
+                write_file(copy, read_file(path, inf))
 
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:

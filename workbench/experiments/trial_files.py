@@ -9,6 +9,7 @@ import io
 import json
 import re
 from collections.abc import Mapping, Sequence
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,7 @@ def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str,
     The separator is the most frequent of comma, semicolon and tab in the header.
     """
     try:
-        text = read_file(path).decode("utf-8-sig")
+        text = read_file(path, inf).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise BadFile(f"{path} is not {what}: it is not UTF-8 text; save it as CSV, UTF-8") from None
     first = text.partition("\n")[0]

@@ -105,7 +105,7 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     a number (nor may it be inf or nan), a line with a cell too many or too few, and a time that is not later than the
     one before.
     """
-    lines = _lines(path, read_file(path))
+    lines = _lines(path, read_file(path, np.inf))
     if not lines:
         raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{floor.ids[0]}.1,...")
     part, lines = _parted(lines)

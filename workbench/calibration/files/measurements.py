@@ -160,7 +160,7 @@ def _read(
     Groups of columns that are `optional` follow each other; each is read if its first column is there.
     """
     try:
-        text = read_file(path).decode("utf-8-sig")
+        text = read_file(path, np.inf).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise BadFile(f"{path} is not a text file; a table is UTF-8 CSV") from None
     lines = [

@@ -25,7 +25,7 @@ Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64
 def read_plate_profiles(path: str | Path) -> Profiles:
     """Read the footsteps in a file; `BadFile` names the invalid line."""
     try:
-        text = read_file(path).decode("utf-8-sig")
+        text = read_file(path, np.inf).decode("utf-8-sig")
         separator = max(",;\t", key=text.partition("\n")[0].count)
         reader = csv.DictReader(io.StringIO(text), delimiter=separator)
         lines = [(reader.line_num, line) for line in reader]

@@ -4,6 +4,7 @@ import os
 import tempfile
 import zipfile
 from collections.abc import Collection, Iterator
+from math import inf
 from pathlib import Path
 
 from underfoot.errors import BadFile
@@ -65,7 +66,7 @@ def _parts(export: Export) -> Iterator[tuple[str, bytes]]:
     ]
     yield PATCH, patch.dumps()
     for file, name in names.items():
-        yield name, read_file(file)
+        yield name, read_file(file, inf)
     if names:
         lines.append(f"{FILES}/ has the sounds that it plays.")
     if export.floor is not None:

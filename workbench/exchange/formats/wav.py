@@ -5,7 +5,7 @@ from pathlib import Path
 from underfoot.errors import BadFile
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import player_of
-from underfoot.files import read_file
+from underfoot.files import require_readable
 from underfoot.quantities import counted
 from underfoot.records.wav import write_wav
 
@@ -22,7 +22,7 @@ def read(path: Path) -> Imported:
     """Read a file as a patch that plays it; the file stays where it is."""
     import soundfile
 
-    read_file(path)  # reports a missing file in the usual way
+    require_readable(path)  # reports a missing file in the usual way
     try:
         with soundfile.SoundFile(path) as file:
             channels, frames = file.channels, file.frames
