@@ -14,7 +14,7 @@ from msgspec.structs import fields, force_setattr
 
 from underfoot.arguments import is_text, plain
 from underfoot.errors import BadFile, BadValue, cut_short, require, shown
-from underfoot.files import LARGEST
+from underfoot.files import LARGEST, head_of
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
@@ -106,13 +106,7 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
 
 def document_format(path: Path) -> str:
     """Return the format that the beginning of a file names, as "underfoot-floor"; "" if it names none of ours."""
-    if not path.is_file():
-        return ""
-    try:
-        with path.open("rb") as file:
-            named = _FORMAT.search(file.read(_BEGINNING))
-    except OSError:
-        return ""
+    named = _FORMAT.search(head_of(path, _BEGINNING) or b"")
     return named[1].decode() if named else ""
 
 

@@ -83,6 +83,17 @@ def require_readable(path: str | Path) -> None:
         path_of(path).open("rb").close()
 
 
+def head_of(path: str | Path, count: int) -> bytes | None:
+    """Return the first bytes of a file, by which its kind is told; None if it cannot be read, or is no file.
+
+    >>> head_of(".", 15)
+    """
+    if os.path.isfile(path):  # a pipe would be waited for
+        with suppress(OSError), open(path, "rb") as file:
+            return file.read(count)
+    return None
+
+
 def _size_of(path: str | Path) -> int:
     found = os.stat(path_of(path))
     if not stat.S_ISREG(found.st_mode):

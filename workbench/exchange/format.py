@@ -17,6 +17,7 @@ from underfoot.engine.preview import one_step
 from underfoot.engine.render import Rendered, render_source
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.exchange.losses import KEPT
+from underfoot.files import head_of
 from underfoot.floor.layout import Floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -138,11 +139,7 @@ class Format:
 
     def matches(self, path: Path) -> bool:
         """Return whether the file begins like a file of this format."""
-        try:
-            with path.open("rb") as file:
-                head = b"".join(file.read(4096).split())
-        except OSError:
-            return False
+        head = b"".join((head_of(path, 4096) or b"").split())
         return any(begin in head for begin in self.begins)
 
 

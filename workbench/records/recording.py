@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from underfoot.arguments import choice, integer, is_text
 from underfoot.errors import BadFile, in_one_line, require
-from underfoot.files import no_file, path_of
+from underfoot.files import head_of, no_file, path_of
 from underfoot.floor.profile_parts import InUse
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
 from underfoot.sqlite_files import is_gone, opened, require_whole
@@ -337,8 +337,5 @@ def _is_said(key: str, value: object) -> bool:
 
 def is_recording(path: Path) -> bool:
     """Return whether a file is an SQLite file or has the suffix of a recording; `Recording` may still refuse it."""
-    try:
-        with path.open("rb") as file:
-            return file.read(15) == b"SQLite format 3" or path.suffix.lower() in SUFFIXES
-    except OSError:
-        return False
+    head = head_of(path, 15)
+    return head is not None and (head == b"SQLite format 3" or path.suffix.lower() in SUFFIXES)
