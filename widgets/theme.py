@@ -5,8 +5,8 @@ from functools import cache, lru_cache
 from importlib.resources import files
 from pathlib import Path
 
-from PySide6.QtCore import QMargins, Qt
-from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtCore import QMargins, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QIconEngine, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QStyleFactory, QWidget
 
@@ -97,9 +97,10 @@ _CONSTANTS = (
 
 TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
 _ICON_FOLDER = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
-_ICON_PX = (16, 18, 24, 32, 36, 48)
 _ICONS: dict[int, tuple[str, str]] = {}
 """Name and colour of each icon made, by its key in Qt's cache."""
+_CLONES: list[QIconEngine] = []
+"""What draws the icons that Qt has copied in order to change them."""
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
@@ -237,18 +238,41 @@ def recoloured_icon(made: QIcon) -> QIcon:
 
 @lru_cache(maxsize=128)
 def _icon(name: str, colour: str, disabled: str) -> QIcon:
+    return QIcon(_IconEngine(name, colour, disabled))
+
+
+class _IconEngine(QIconEngine):
+    """Draws an icon in the sizes and modes that are asked for, when they are: most are never seen."""
+
+    def __init__(self, name: str, colour: str, disabled: str) -> None:
+        super().__init__()
+        self._drawn = name, colour, disabled
+
+    def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
+        name, colour, disabled = self._drawn
+        stroke = disabled if mode == QIcon.Mode.Disabled else colour
+        return _icon_picture(name, stroke, size.width(), size.height())
+
+    def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
+        ratio = painter.device().devicePixelRatioF()
+        painter.drawPixmap(rect, self.pixmap(rect.size() * ratio, mode, state))
+
+    def clone(self) -> QIconEngine:
+        _CLONES.append(_IconEngine(*self._drawn))  # or Python deletes what Qt has got
+        return _CLONES[-1]
+
+
+@lru_cache(maxsize=256)
+def _icon_picture(name: str, stroke: str, width: int, height: int) -> QPixmap:
     drawing = files("underfoot.assets").joinpath("icons", f"{name}.svg").read_text()
-    made = QIcon()
-    for mode, stroke in ((QIcon.Mode.Normal, colour), (QIcon.Mode.Disabled, disabled)):
-        renderer = QSvgRenderer(drawing.replace("currentColor", stroke).encode())
-        for edge in _ICON_PX:
-            image = QPixmap(edge, edge)
-            image.fill(Qt.GlobalColor.transparent)
-            painter = QPainter(image)
-            renderer.render(painter)
-            painter.end()
-            made.addPixmap(image, mode)
-    return made
+    renderer = QSvgRenderer(drawing.replace("currentColor", stroke).encode())
+    edge = min(width, height)
+    picture = QPixmap(width, height)
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    renderer.render(painter, QRectF((width - edge) / 2, (height - edge) / 2, edge, edge))
+    painter.end()
+    return picture
 
 
 def _palette() -> QPalette:
