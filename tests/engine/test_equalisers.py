@@ -1,5 +1,6 @@
 """The equalisers of tiles in the engine: what is asked is what a tile gives; without a profile nothing changes."""
 
+import json
 import tracemalloc
 
 import numpy as np
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 from live import live
 from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
+from made_recordings import ABOUT
 from scipy.signal import butter, sosfilt
 
 from underfoot.__main__ import cli
@@ -23,10 +25,12 @@ from underfoot.engine.session_replay import replay
 from underfoot.engine.target import Target
 from underfoot.engine.tile_pulse import PULSE_S
 from underfoot.errors import BadFile, BadValue
+from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Centroid, Latency, Profile, Response
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 RATE = 48_000
 BAND = tuple(map(tuple, butter(4, [50.0, 750.0], "bandpass", fs=RATE, output="sos").tolist()))
@@ -192,7 +196,7 @@ def test_a_live_session_takes_its_profiles_and_a_new_one_at_once_and_is_replayed
     assert replay(path, REGISTRY).samples.tobytes() == played_live.tobytes()
 
 
-def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_where_it_holds():
+def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_where_it_holds(tmp_path):
     place = Centroid(made="2024-05-01", sensors_m=FLOOR.tiles[0].sensors_m)
     lag = Latency(made="2024-05-02", round_trip_ms=20.0)
     profiles = {"t1": Profile(tile="t1", centroid=place, latency=lag), "t2": Profile(tile="t2")}
@@ -204,6 +208,11 @@ def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_whe
     assert with_responses(calibrations_in_use(simulated, profiles), {}) == {"t1": {"centroid": place.identity}}
     for ideal in (Target(FLOOR), Target(FLOOR, simulation="people=2", block=64, round_trip_frames=960)):
         assert with_responses(calibrations_in_use(ideal, profiles), {}) == {}
+    was = {"fsr": "2024-04-30 0f3c9a1b2d4e", "response": "2024-05-02 a07be6c51f98"}
+    recorded = tmp_path / "walk.underfoot"
+    Writer(recorded, ABOUT | {"calibrations": json.dumps({"t1": was})}).close()  # of the tiles t1 and t2
+    played = Target(default_floor(2, 1), "replay", str(recorded))
+    assert with_responses(calibrations_in_use(played, profiles), {}) == {"t1": {"fsr": was["fsr"]}}
 
 
 def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):

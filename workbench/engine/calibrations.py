@@ -1,22 +1,25 @@
 """Which calibrations a session uses: recordings and studies keep it, so that figures can be traced years later."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import msgspec
 
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.target import Target
+from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.profile_parts import PARTS, InUse
 from underfoot.floor.tile_parameters import simulation
+from underfoot.records.recording import Recording, is_recording
 
 
 def calibrations_in_use(target: Target, profiles: Mapping[str, Profile]) -> InUse:
     """Return the calibrations of each tile that a session on `target` uses, without those of `with_responses`.
 
-    Forces and places count where tiles send readings, and the latency where it is of this sample rate and block. Each
-    digest takes a millisecond or two.
+    Forces and places count where tiles send readings, or did for the recording that is replayed, and the latency where
+    it is of this sample rate and block. Each digest takes a millisecond or two.
 
     >>> from underfoot.floor.layout import default_floor
     >>> from underfoot.floor.profile import Latency
@@ -27,6 +30,7 @@ def calibrations_in_use(target: Target, profiles: Mapping[str, Profile]) -> InUs
     errs = target.kind == "simulator" and simulation(target.simulation)[0] is not None
     has_readings = errs or target.kind in TRANSPORTS
     found: InUse = {}
+    recorded = _of_recording(target)
     for tile in target.floor.ids:
         profile = profiles.get(tile, Profile(tile=tile))
         lag = profile.latency
@@ -36,7 +40,7 @@ def calibrations_in_use(target: Target, profiles: Mapping[str, Profile]) -> InUs
             "centroid": profile.centroid.identity if profile.centroid is not None and has_readings else "",
             "latency": lag.identity if lag is not None and is_timed and target.round_trip_frames else "",
         }
-        found[tile] = {kind: identity for kind, identity in used.items() if identity}
+        found[tile] = recorded.get(tile, {}) | {kind: identity for kind, identity in used.items() if identity}
     return found
 
 
@@ -58,3 +62,15 @@ def calibration_texts(equalisers: Mapping[str, TileEqualiser], in_use: InUse) ->
     """Return what a recording says of equalisers, `corrections`, and of calibrations, if any is in use."""
     texts = {"corrections": msgspec.json.encode(tuple(equalisers.values())).decode()}
     return texts | ({"calibrations": msgspec.json.encode(in_use).decode()} if in_use else {})
+
+
+def _of_recording(target: Target) -> InUse:
+    """Return the calibrations that made the newtons of the recording that a target replays, tile by tile in order."""
+    if target.kind != "replay" or not is_recording(Path(target.source)):
+        return {}
+    with Recording(target.source) as recording:
+        known = recording.calibrations
+        ids = Floor.loads(recording.about["floor"], target.source).ids
+    recorded = (known.get(tile, {}) for tile in ids)
+    of_tiles: list[dict[str, str]] = [{k: one[k] for k in ("fsr", "centroid") if k in one} for one in recorded]
+    return dict(zip(target.floor.ids, of_tiles, strict=False))
