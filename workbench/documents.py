@@ -1,6 +1,7 @@
 """JSON documents with `format` and `version`, and errors that name the file, the place in it and the value."""
 
 import codecs
+import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -160,6 +161,17 @@ def write_document(format: str, version: int, document: msgspec.Struct) -> bytes
 def written_part(part: msgspec.Struct) -> bytes:
     """Return a part of a document as JSON as `write_document` writes it, without spaces."""
     return msgspec.json.encode(_lean(msgspec.to_builtins(part)))
+
+
+def identity_of(part: msgspec.Struct, made: str) -> str:
+    """Return the identity of a calibration of the day `made`: that, and the first 12 hexadecimal digits of the SHA-256
+    of its JSON without spaces.
+
+    By these, recordings and sessions of studies name it. A field that is added to a part has to be empty or `UNSET` by
+    default, and so is not written: otherwise what was calibrated before would get another digest.
+    """
+    as_read = msgspec.json.decode(written_part(part), type=type(part))  # a procedure's 0 is 0.0 from then on
+    return f"{made} {hashlib.sha256(written_part(as_read)).hexdigest()[:12]}"
 
 
 def _lean(value: object) -> object:

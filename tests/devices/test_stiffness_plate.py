@@ -1,5 +1,8 @@
 """The variable stiffness plate over a real pseudo-terminal: every move as long as any other, none under a load."""
 
+import hashlib
+import json
+
 import pytest
 import serial
 
@@ -111,6 +114,10 @@ def test_a_simulated_plate_needs_neither_port_nor_file_and_never_moves_under_a_l
 def test_calibrations_are_checked_and_go_through_a_file(tmp_path):
     CALIBRATION.save(tmp_path / "plate.json")
     assert PlateCalibration.load(tmp_path / "plate.json") == CALIBRATION
+    written = json.loads((tmp_path / "plate.json").read_bytes())
+    assert (written.pop("format"), written.pop("version")) == ("underfoot-plate", 1)
+    as_told = json.dumps(written, separators=(",", ":")).encode()
+    assert CALIBRATION.identity == f"{CALIBRATION.made} {hashlib.sha256(as_told).hexdigest()[:12]}"
     with pytest.raises(BadValue, match="stiffness is 200"):
         CALIBRATION.position(200.0)
     with pytest.raises(BadValue, match="rising"):

@@ -312,7 +312,8 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
     try:
         with taking_part(session, protocol, tmp_path / "a.session", until, equipment=Equipment(plate)) as person:
             runner = person.runner
-            assert [note.text for note in runner.file.notes()] == ["calibrations in use: plate: Stiffness 2026-05-03"]
+            noted = [f"calibrations in use: plate: Stiffness {known.identity}"]
+            assert [note.text for note in runner.file.notes()] == noted
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
             person.until(lambda: runner.hint == "The plate moves. Please step off.", "the plate waits")

@@ -17,7 +17,7 @@ import numpy as np
 
 from underfoot.devices.emulation.plate import SimulatedServo
 from underfoot.devices.transports.serial import LASTING_NAMES, opening
-from underfoot.documents import read_document, write_document
+from underfoot.documents import identity_of, read_document, write_document
 from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import read_file, write_file
 
@@ -76,6 +76,11 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
         80.0
         """
         return float(np.exp(np.interp(position, self.positions, np.log(self.stiffness_n_mm))))
+
+    @property
+    def identity(self) -> str:
+        """Its day and a digest (`identity_of`), as of a tile's calibration."""
+        return identity_of(self, self.made)
 
     @staticmethod
     def load(path: str | Path) -> "PlateCalibration":

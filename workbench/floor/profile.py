@@ -6,7 +6,6 @@ plate that stands on it. Each part keeps its date, its reference, its measured e
 replaced goes to `earlier` and can be restored.
 """
 
-import hashlib
 import os
 from collections.abc import Mapping
 from datetime import date
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import array, choice, numbers
-from underfoot.documents import as_declared, read_document, write_document, written_part
+from underfoot.documents import as_declared, identity_of, read_document, write_document
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import BadFile, BadValue, require
@@ -74,13 +73,8 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
 
     @property
     def identity(self) -> str:
-        """Its day, and the first 12 hexadecimal digits of the SHA-256 of its JSON without spaces.
-
-        By these, recordings and sessions of studies name it. A field that is added to a part has to be empty or `UNSET`
-        by default, and so is not written: otherwise what was calibrated before would get another digest.
-        """
-        as_read = msgspec.json.decode(written_part(self), type=type(self))  # a procedure's 0 is 0.0 from then on
-        return f"{self.made} {hashlib.sha256(written_part(as_read)).hexdigest()[:12]}"
+        """Its day and a digest (`identity_of`)."""
+        return identity_of(self, self.made)
 
 
 class Fsr(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):

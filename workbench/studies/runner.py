@@ -309,7 +309,7 @@ class Runner:
         noted = [note.text for note in self.file.notes() if note.text.startswith(CALIBRATIONS)]
         lines, plate = lines_of(self.session.calibrations), self._equipment.plate
         if plate is not None and plate.calibration.made:
-            lines.append(f"plate: {PARTS['plate']} {plate.calibration.made}")
+            lines.append(f"plate: {PARTS['plate']} {plate.calibration.identity}")
         used = CALIBRATIONS + ("; ".join(lines) or "none")
         if used != (noted[-1] if noted else f"{CALIBRATIONS}none"):
             self.note(used)
