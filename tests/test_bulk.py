@@ -142,3 +142,7 @@ def test_what_reads_files_of_this_computer_is_not_given_to_a_cluster(refused, fo
     told = refused("render", "beep.json", "--set", "wav-player.amplitude=1,2", *cluster)
     assert "plays a file of this computer" in told
     assert "--cluster is for several" in refused("render", SINE, "-o", "a.wav", *cluster)
+    (folder / "mine").mkdir()
+    for name in ("new", "mine"):
+        refused("render", "beep.json", "--set", "wav-player.amplitude=1,2", "-o", name, *cluster)
+    assert sorted(path.name for path in folder.iterdir()) == ["beep.json", "mine"], "an empty folder is left"

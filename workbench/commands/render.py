@@ -3,7 +3,8 @@
 import json
 import os
 import time
-from collections.abc import Mapping, Sequence, Sized
+from collections.abc import Iterator, Mapping, Sequence, Sized
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -125,7 +126,7 @@ def render(options: RenderOptions) -> None:
     if len(patches) * len(grid) > 1 or os.path.isdir(options.patch):
         if options.plates:
             raise BadValue("--measured and --under-foot are for one patch at a time")
-        with interrupted_by_signals():
+        with interrupted_by_signals(), _folder_only_with_files(options.output):
             _render_all(options, patches, grid)
     elif options.cluster is not None:
         raise BadValue("--cluster is for several patches, or several values of --set")
@@ -172,6 +173,18 @@ def _patches(options: RenderOptions) -> list[Path]:
             raise BadFile(f"{path} cannot be read: there is no patch in it; allowed: a folder of .json files")
         found += inside
     return found
+
+
+@contextmanager
+def _folder_only_with_files(folder: Path | None) -> Iterator[None]:
+    """Remove a folder that the block has made and put nothing into, as where Ctrl-C comes before the first file."""
+    was_there = folder is None or folder.exists()
+    try:
+        yield
+    finally:
+        if folder is not None and not was_there:
+            with suppress(OSError):  # it has files, or was not made
+                folder.rmdir()
 
 
 def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence[Values]") -> None:
