@@ -98,7 +98,13 @@ class Rendered:
         return Rendered(samples, played, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def summary(self) -> dict[str, object]:
-        """Return the figures that `render --json` prints."""
+        """Return the figures that `render --json` prints.
+
+        `peak` and `rms` are in full scale. Each acceleration of `tiles` has its own, in m/s^2, under its name; and of
+        the tile that moves most the peak by the rule of table 6.1 (`models.sole.windowed_peak`), the share of energy
+        from 50 to 750 Hz, the levels in dB above the threshold of a sole, barefoot and in a shoe, and the chance that
+        it is noticed.
+        """
         seconds = len(self.samples) / self.rate_hz
         return {
             **_levels(self.samples, ""),
