@@ -63,7 +63,7 @@ def test_the_scene_that_is_written_on_its_page_does_what_the_page_says(module_of
     exec(tried, {"Puddle": module.Puddle})
 
 
-@pytest.mark.parametrize("page", ["hardware.md", "testing.md"])
+@pytest.mark.parametrize("page", ["experiments.md", "hardware.md", "testing.md"])
 def test_code_of_a_page_runs(page):
     for code in blocks(page):
         exec(code, {})
