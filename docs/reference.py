@@ -10,6 +10,7 @@ from pathlib import Path
 import griffe
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from pygments.formatters import HtmlFormatter
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "workbench"
@@ -39,6 +40,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     made |= {_notebook(path.stem): cells.markdown(path) for path in NOTEBOOKS}
     for name, modules in _modules().items():
         made[_page(name)] = f"# {name}\n\n" + "\n\n".join(f"::: {module}" for module in modules) + "\n"
+    made["code.css"] = HtmlFormatter().get_style_defs(".highlight")  # the theme has no colours for code
     for path, text in made.items():
         files.append(File.generated(config, path, content=text))
     for picture in sorted((ROOT / "assets").glob("*.png")):
