@@ -44,7 +44,7 @@ lint: .venv/ready .venv/ready-test as-installed
 
 docs: .venv/ready .venv/ready-docs as-installed
 	$(BIN)/mkdocs build --quiet
-	@echo "The documentation is in site/index.html."
+	@echo "The documentation is in site/index.html. Its search needs a server: python3 -m http.server -d site"
 
 bench: .venv/ready
 	$(BIN)/underfoot bench
