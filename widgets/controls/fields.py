@@ -219,6 +219,10 @@ def end_typing(window: QWidget) -> None:
             typed.setFocus()
 
 
+_LEAST_LETTERS = 3
+"""Of an elided text, with its ellipsis: fewer name nothing."""
+
+
 class ElidedButton(QPushButton):
     """A flat button whose text is elided at its end if space is short."""
 
@@ -226,11 +230,11 @@ class ElidedButton(QPushButton):
         super().__init__(parent)
         self.setProperty("role", "flat")
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self._text, self._tail = "", ""
+        self._text, self._tail, self._detail = "", "", ""
 
-    def set_full_text(self, text: str, tail: str = "") -> None:
-        """Set the text; `tail` is never elided."""
-        self._text, self._tail = text, tail
+    def set_full_text(self, text: str, tail: str = "", detail: str = "") -> None:
+        """Set the text; `tail` is never elided. `detail`, before it, is left out where it leaves no word."""
+        self._text, self._tail, self._detail = text, tail, detail
         self._fit()
 
     def full_text(self) -> str:
@@ -241,9 +245,13 @@ class ElidedButton(QPushButton):
         self._fit()
 
     def _fit(self) -> None:
-        metrics = self.fontMetrics()
-        room = self.width() - 10 - metrics.horizontalAdvance(self._tail)
-        self.setText(literal(metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, room) + self._tail))
+        shown, tail = "", ""
+        for tail in (self._detail + self._tail, self._tail):
+            room = self.width() - 10 - self.fontMetrics().horizontalAdvance(tail)
+            shown = self.fontMetrics().elidedText(self._text, Qt.TextElideMode.ElideRight, room)
+            if len(shown) >= min(_LEAST_LETTERS, len(self._text)):
+                break
+        self.setText(literal(shown + tail))
 
 
 def value_text(parameter: Parameter, value: object) -> str:

@@ -114,7 +114,7 @@ class NumberEditor(ParameterEditor):
             self.slider.set_range_shown((0.0 if self._is_gain and low < 0.0 < high else places[0], places[1]))
         else:
             self.slider.set_range_shown(None)
-        self.driver.set_full_text(name, f": {ends}  ×" if ends else "  ×")
+        self.driver.set_full_text(name, "  ×", f": {ends}" if ends else "")
         self.driver.setToolTip(
             f"Driven by {by}{', ' if ends else ''}{ends}. Click to disconnect the wire; right-click for others."
         )

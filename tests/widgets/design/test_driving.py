@@ -169,6 +169,9 @@ def test_the_range_of_a_driven_gain_is_read_in_full_and_as_the_field_shows_it(qt
     assert editor.driver.text().startswith("A")
     assert "…" in editor.driver.text()
     assert said in editor.driver.toolTip()
+    editor.resize(170, 40)  # as beside a long label: what drives it was a mere ellipsis before the range
+    QApplication.processEvents()
+    assert editor.driver.text().startswith("A rather"), editor.driver.text()
 
 
 def test_a_right_click_on_a_wire_is_about_the_wire(workspace):
