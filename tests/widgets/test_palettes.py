@@ -69,10 +69,19 @@ def test_what_a_node_costs_can_be_read_in_the_strip_of_its_title(workspace, name
         theme.choose_palette("dark")
 
 
-def lab(colour):
+ALL_COLOURS = np.eye(3)
+WITHOUT = {
+    "red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "green": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+}
+"""Linear RGB as seen without a cone: Machado, Oliveira and Fernandes (2009), IEEE TVCG 15:1291-1298, severity 1."""
+
+
+def lab(colour, seen=ALL_COLOURS):
     """CIE 1976 L*a*b* of an sRGB colour, white D65."""
     parts = np.array(look.rgb(colour)) / 255.0
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    linear = np.clip(seen @ linear, 0.0, 1.0)
     xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]] @ linear
     x, y, z = np.cbrt(xyz / [0.9505, 1.0, 1.089])
     return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
@@ -86,6 +95,19 @@ def test_curves_over_one_another_can_be_told_apart(name):
     shown = ("vibration", "measured", "force", "events")
     near = {(a, b): float(np.linalg.norm(lab(known[a]) - lab(known[b]))) for a, b in combinations(shown, 2)}
     assert {pair: distance for pair, distance in near.items() if distance < 45.0} == {}
+
+
+@pytest.mark.parametrize("name", look.PALETTES)
+@pytest.mark.parametrize("cone", WITHOUT)
+@pytest.mark.parametrize(
+    "shown",
+    [("vibration", "measured", "force", "events"), ("force", *(f"corner {number}" for number in range(1, 5)))],
+)
+def test_who_sees_no_red_or_no_green_tells_curves_apart(name, cone, shown):
+    """One man in twelve. Sensors 1 and 3 were 7 apart, and commanded and measured 10: each pair was one colour."""
+    known, seen = theme.colours(name), np.array(WITHOUT[cone])
+    near = {(a, b): np.linalg.norm(lab(known[a], seen) - lab(known[b], seen)) for a, b in combinations(shown, 2)}
+    assert {pair: round(float(distance)) for pair, distance in near.items() if distance < 18.0} == {}
 
 
 def test_the_distance_of_colours_is_that_of_cie_1976():

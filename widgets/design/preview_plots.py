@@ -211,7 +211,7 @@ class PreviewPlots(QWidget):
             bands = band_levels(now.values, rate), band_levels(now.measured, rate)
             theirs = band_levels(other.values, rate) if other is not None else None
             drawing = preview_drawings.sensation(*bands, theirs, scale, range_db)
-            more = "filled: commanded; pink: measured on the tile; dashed: threshold in a hard shoe"
+            more = "filled: commanded; red: measured on the tile; dashed: threshold in a hard shoe"
         if other is not None:
             more += "; violet: the other slot"
         self.spectrum.show_drawing(drawing)

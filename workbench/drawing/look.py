@@ -18,19 +18,19 @@ _CURVES = {
     "vibration": ("#3fc1c9", "#006d78"),
     "events": ("#b693f2", "#6a44b5"),
     "contact": ("#7ed491", "#1b6f36"),
-    "measured": ("#fb86ab", "#b3246e"),
+    "measured": ("#d75f7d", "#7d0037"),
     "alarm": ("#ff6259", "#bd2318"),
     "muted": ("#98a3b1", "#4d5966"),
     "faint": ("#707c8b", "#727d8a"),
     "onset": ("#6c5a91", "#9a85c6"),
-    "corner 1": ("#e0705a", "#c9402a"),
-    "corner 2": ("#d8bb54", "#9c8600"),
-    "corner 3": ("#a8794a", "#54402c"),
-    "corner 4": ("#e3a7a0", "#d06a8c"),
+    "corner 1": ("#f2806d", "#e1584a"),
+    "corner 2": ("#e8ce77", "#a18a00"),
+    "corner 3": ("#996b37", "#54402c"),
+    "corner 4": ("#e6aaa5", "#d16b8d"),
 }
 COLOURS = tuple(_CURVES)
 """Names of the colours of curves, by meaning. Those of the corners, in the order of a tile's sensors, are neighbours of
-the amber of force."""
+the amber of force, and differ in lightness, for who sees no red or no green."""
 
 _HEAT_STOPS = (
     ("#12151a", "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d"),
