@@ -20,9 +20,9 @@ class DraftCopy(QObject):
         super().__init__(parent)
         self._folder, self._unsaved, self._notify = folder, unsaved, notify
         self._slot: WorkSlot | None = None
-        self._writer = CopyWriter(notify)
         self._timer = QTimer(self, singleShot=True, interval=AUTOSAVE_MS)
         self._timer.timeout.connect(self.update)
+        self._writer = CopyWriter(notify, self._timer)
         self.update_soon = self._timer.start
 
     def update(self) -> None:

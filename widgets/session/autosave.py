@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
-from PySide6.QtCore import QLockFile
+from PySide6.QtCore import QLockFile, QObject, QTimer, Signal
 
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.files import read_file, write_file, written
@@ -89,14 +89,22 @@ class WorkSlot:
             self._lock = None
 
 
-class CopyWriter:
+class CopyWriter(QObject):
     """Writes copies of unsaved work in a thread, because disks can be slow."""
 
-    def __init__(self, notify: Callable[[str], object]) -> None:
-        """`notify` takes a line for the user, in the thread."""
-        self._notify = notify
+    _failed = Signal()
+
+    def __init__(self, notify: Callable[[str], object], timer: QTimer) -> None:
+        """`notify` takes a line for the user, in the thread.
+
+        `timer` writes a copy when it ends: it is started where there is none, as a disk may be full for a while.
+        """
+        super().__init__(timer)
+        self._notify, self._timer = notify, timer
         self._thread = ThreadPoolExecutor(1, "autosave")
         self._no_copy = ""  # why the last copy could not be written
+        self._is_closed = False
+        self._failed.connect(self._write_again)
 
     def submit(self, work: Callable[..., None], *given: object) -> "Future[None]":
         """Do this after what was submitted before."""
@@ -109,12 +117,19 @@ class CopyWriter:
         error = done.exception()
         if error is not None and not isinstance(error, UnderfootError | OSError):
             raise error
+        if error is not None:
+            self._failed.emit()
         before, self._no_copy = self._no_copy, "" if error is None else str(error)
         if self._no_copy and not before:
             self._notify(f"Unsaved work would not survive a crash: {self._no_copy}")
 
+    def _write_again(self) -> None:
+        if not self._is_closed and not self._timer.isActive():
+            self._timer.start()
+
     def close(self) -> None:
         """Return when all is done."""
+        self._is_closed = True
         self._thread.shutdown()
 
 

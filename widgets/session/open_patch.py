@@ -113,11 +113,9 @@ class OpenPatch(QObject):
         self._preset_openings: list[_PresetOpening] = []
         self._registry, self._settings, self._window = registry, settings, window
         self._file_chooser = FileChooser(window, lambda: settings.folder, self.notified.emit)
-        self._writer = CopyWriter(self.notified.emit)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(AUTOSAVE_MS)
+        self._timer = QTimer(self, singleShot=True, interval=AUTOSAVE_MS)
         self._timer.timeout.connect(self.write_autosave)
+        self._writer = CopyWriter(self.notified.emit, self._timer)
 
     @property
     def is_saved(self) -> bool:

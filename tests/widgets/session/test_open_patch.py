@@ -53,7 +53,8 @@ def test_a_preset_that_the_window_was_started_with_is_not_saved_over(qtbot, tmp_
     assert window.settings.recent == []
 
 
-def test_work_that_cannot_be_copied_is_said_once(qtbot, tmp_path):
+def test_work_that_cannot_be_copied_is_said_once_and_copied_when_it_can_be(qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr("underfoot.widgets.session.open_patch.AUTOSAVE_MS", 10)
     window = quiet_window(qtbot, tmp_path)
     said = []
     window.open_patch.notified.connect(said.append)
@@ -63,6 +64,8 @@ def test_work_that_cannot_be_copied_is_said_once(qtbot, tmp_path):
         window.open_patch.set_patch(noise_patch().set("noise", "amplitude", amplitude, REGISTRY))
         window.open_patch.write_autosave()
         qtbot.waitUntil(lambda: bool(said))
+    kept.rmdir()
+    qtbot.waitUntil(lambda: '"amplitude":2.0' in kept.read_text() if kept.is_file() else False)
     window.leave()
     assert said == [f"Unsaved work would not survive a crash: {kept} cannot be written: it is a folder"]
 
