@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 COMMIT_S = 0.05
 """Interval in seconds between commits: half of the allowed loss at a kill, because a busy machine is late."""
 _LOOK_S, _SEEN_S = 0.02, 0.001
+_TOO_SLOW = "it was not written as fast as it was played; record to a faster disk, or end other programs"
 
 
 class RecordAbout(Struct, frozen=True):
@@ -264,7 +265,7 @@ def run(connection: Connection, job: Job) -> None:
 def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], begin: Begin) -> bool:
     """Write until the recording or the connection ends; return whether it was the recording."""
     messages, next_command, messages_sent = begin.first_message, begin.first_command, -1
-    kept_commands, end, goes_on = writer.commands(), None, True
+    kept_commands, end, goes_on, has_lost = writer.commands(), None, True, False
     while goes_on:
         due = time.monotonic() + COMMIT_S
         try:
@@ -290,6 +291,10 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
         for table, reader in readers.items():
             for first, rows in _seen(reader):
                 writer.put(table, first, rows)
+        if not has_lost and any(reader.lost for reader in readers.values()):
+            has_lost = True  # said once: what was too slow is so again
+            with suppress(OSError):
+                connection.send(f"{writer.path} has gaps: {_TOO_SLOW}")
         writer.commit()
         if writer.is_gone:
             writer.close()

@@ -218,6 +218,8 @@ class Reader:
         self.ring = ring
         self._seen = ring.written
         self.next = self._seen if start is None else start
+        self.lost = 0
+        """Number of rows that were overwritten before they were read."""
 
     def read(self) -> tuple[int, NDArray[Any]]:
         """Return the number of the first row, and the rows new since the last read.
@@ -244,6 +246,7 @@ class Reader:
         capacity = ring.where.capacity
         gap, gap_end = int(ring.header["gap"][0]), int(ring.header["gap_end"][0])
         first = max(self.next, ring.written - capacity + capacity // 8)
+        self.lost += first - self.next - max(min(first, gap_end) - max(self.next, gap), 0)
         if gap <= first < gap_end:
             first = gap_end
         elif first < gap < end:
@@ -256,4 +259,5 @@ class Reader:
         # The writer may be overwriting the rows after the oldest, so these are dropped, too.
         spoilt = min(max(now - capacity + capacity // 16 - first, 0), len(out))
         self.next = end
+        self.lost += spoilt
         return first + spoilt, out[spoilt:]

@@ -46,7 +46,7 @@ class Writer:
             self._repeated = Counter[tuple[int, str]](self._base.execute("select frame, text from mark").fetchall())
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
-        self._path = path
+        self.path = path
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: Rows) -> None:
@@ -148,7 +148,7 @@ class Writer:
     @property
     def is_gone(self) -> bool:
         """Whether the file was moved or removed."""
-        return is_gone(self._path)
+        return is_gone(self.path)
 
     def _begin(self) -> None:
         """Begin a transaction that writes, unless one is open.

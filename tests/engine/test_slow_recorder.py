@@ -1,0 +1,37 @@
+"""A recorder that comes too late: what is gone from the rings by then is told, and not only missing."""
+
+import numpy as np
+from made_recordings import ABOUT
+
+from underfoot.engine.recorder import Recorder
+from underfoot.engine.rings import Ring
+from underfoot.records.recording import Gap, Recording
+
+
+def test_what_is_overwritten_before_it_is_recorded_is_said_once_and_a_new_engine_s_gap_is_not(tmp_path, until):
+    ring, said = Ring.create(2, 1024), []
+    recorder = Recorder(tmp_path / "slow.uf", ABOUT, {"vibration": ring})
+
+    def is_safe(end):
+        said.extend(recorder.receive())
+        return ring.kept == end
+
+    def play(count):
+        ring.write(np.ones((count, 2), np.float32), count)  # at once: the recorder sees all of it or nothing
+        until(lambda: is_safe(ring.written), f"{ring.written} frames are safe")
+
+    play(100)
+    ring.skip(20_000)  # an engine that takes over leaves out what nobody played
+    play(100)
+    assert not said
+    for _ in range(2):
+        play(4096)
+    recorder.end(ring.written)
+    until(recorder.has_ended, "the file is closed")
+    ring.close()
+    assert len(said) == 1
+    assert said[0].startswith(f"{recorder.path} has gaps: it was not written as fast as it was played; ")
+    assert not recorder.last_notices
+    with Recording(recorder.path) as recording:
+        assert recording.gaps()[0] == Gap(100, 19_900)
+        assert len(recording.gaps()) == 3
