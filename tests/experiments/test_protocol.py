@@ -40,6 +40,9 @@ def test_the_levels_of_stimuli_are_those_of_table_6_1(name):
     stimulus = preset_protocol("compliance-rating").stimuli[name]
     patch = stimulus.at(0.0, REGISTRY, PRESETS["compliance-rating"].parent)
     assert measured_peak_m_s2(patch, REGISTRY) == pytest.approx(table[name], rel=0.1)
+    node, parameter = stimulus.scaled_by.split(".")
+    softer = stimulus.at(-20.0, REGISTRY, PRESETS["compliance-rating"].parent).node(node).parameters[parameter]
+    assert softer == pytest.approx(0.1 * patch.node(node).parameters[parameter])
 
 
 BAD = {
