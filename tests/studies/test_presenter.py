@@ -1,12 +1,17 @@
-"""From which frame on a requested patch plays, on a real engine."""
+"""From which frame on a requested patch plays, on a real engine; and which patch is requested."""
 
+import pytest
 from made_patches import hum, patch_of
+from made_studies import made_protocol
 from people import open_session
 
 from underfoot.engine.commands import Swap
 from underfoot.engine.reports import CommandApplied
+from underfoot.errors import BadValue
+from underfoot.experiments.trials import Presentation
 from underfoot.nodes import REGISTRY
 from underfoot.studies.presenter import Presenter
+from underfoot.studies.stimulus_patches import StimulusPatches
 
 
 def test_a_level_that_is_set_while_its_stimulus_is_being_swapped_in_plays_from_then_on(until):
@@ -47,3 +52,12 @@ def test_a_number_of_a_patch_that_was_refused_is_not_said_to_play(until):
         presenter.request(hum())
         until(lambda: is_told() or presenter.since_frame, "another patch plays")
         assert not presenter.problem
+
+
+def test_a_participants_gain_is_added_and_nothing_beyond_the_limit_is_presented():
+    """It is the last check before a foot: 0.43 m/s^2 at 35 dB are 24.2."""
+    stimuli = StimulusPatches(made_protocol("rating"), REGISTRY, None)
+    assert stimuli.presented(Presentation("TD", -6.0), -4.0) == stimuli.at("TD", -10.0)
+    assert stimuli.presented(Presentation("TD", 33.0), 0.0).nodes
+    with pytest.raises(BadValue, match=r"^TD is 24\.181; allowed: up to 20 m/s\^2$"):
+        stimuli.presented(Presentation("TD", 33.0), 2.0)
