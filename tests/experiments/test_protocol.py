@@ -66,6 +66,10 @@ BAD = {
         protocol_text(stages=[trials("staircases", followed=["TD"], highest_db=40.0)]),
         "reaches 43 m/s^2 with TD; allowed: up to limit_m_s2, 20",
     ),
+    "a level that QUEST+ reaches": (
+        protocol_text(stages=[trials("bayesian", range_db=[-20.0, 40.0])], stimuli={"TD": TD}),
+        "reaches 43 m/s^2 with TD; allowed: up to limit_m_s2, 20",
+    ),
     "a factor that would be taken for an answer": (
         protocol_text(stimuli={"TD": {**TD, "factors": {"number": 3}}}),
         "$.stimuli.TD.factors is 'number'; allowed: names that are not columns of the table of trials already",
