@@ -84,6 +84,11 @@ def test_what_a_cut_step_leaves_unknown_of_the_next():
     assert [step.cadence_per_min for step in steps[1:]] == [pytest.approx(60.0 / 0.55)] * 3
 
 
+def test_where_neither_foot_is_down_the_double_support_is_negative():
+    _, steps = persons_of([contact_at(step, 0.65 * step, 0.3 + 0.5 * step, MIDDLE_M) for step in range(4)])
+    assert [step.double_support_ms for step in steps[1:]] == [pytest.approx(-50.0)] * 3
+
+
 def test_who_limps_is_asymmetric():
     walker = gait.Walker(step_length_m=0.6, variation=0.0)
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
