@@ -79,6 +79,10 @@ FORCES = FileOrPreset("walks", str)
 """Where forces come from: a file, a preset walk, or other words, which stay as they are."""
 
 
+FORCES_FLOOR = click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
+"""The floor of these forces."""
+
+
 def _agree(context: click.Context, parameter: click.Parameter, is_given: bool) -> None:
     if is_given:
         from underfoot.patch.custom_nodes import allow_all_node_files

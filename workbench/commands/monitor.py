@@ -11,7 +11,7 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FLOOR, FORCES, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FORCES, FORCES_FLOOR, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import SECONDS, require_seconds, takes_options
 from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
@@ -55,7 +55,7 @@ class MonitorOptions:
     """
 )
 @click.argument("source", type=FORCES)
-@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
+@FORCES_FLOOR
 @click.option("--steps", type=OUTPUT, help="CSV file to write: one line per footstep.")
 @click.option("--contacts", type=OUTPUT, help="CSV file to write: one line per contact and sample.")
 @click.option("--patch", type=PATCH, help="Patch to play during the session.")

@@ -17,8 +17,8 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import (
     FILE,
-    FLOOR,
     FORCES,
+    FORCES_FLOOR,
     OUTPUT,
     PATCH,
     RUN_CODE,
@@ -98,7 +98,7 @@ class RenderOptions:
     type=FORCES,
     help='Force CSV, recording, C3D file, a preset walk, or "none" for an empty floor; by default a simulated walker.',
 )
-@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
+@FORCES_FLOOR
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: how each is driven.")
 @click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tiles.")
 @click.option("--measured", type=OUTPUT, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")

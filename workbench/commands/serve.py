@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FORCES, FORCES_FLOOR, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import SECONDS, require_seconds, takes_options
 from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
@@ -62,7 +62,7 @@ class ServeOptions:
     """
 )
 @click.argument("target", type=FORCES)
-@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
+@FORCES_FLOOR
 @click.option("--patch", type=PATCH, help="The floor's own patch: a file, or a preset's name; by default none.")
 @RUN_CODE
 @RECORD
