@@ -440,11 +440,23 @@ class SessionFile:
         except (sqlite3.Error, zlib.error, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             raise BadFile(f"{self.path}: table {table} cannot be read: {in_one_line(error)}") from None
 
-    def _transaction(self) -> "_Transaction":
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        """Store what is written in a block completely or not at all; raise `BadFile` if the disk refuses it."""
         self.hold()
         if is_gone(self.path):  # what is open would be written all the same, and be lost, or lie in the trash
             raise BadFile(f"{self.path} is not there any more; put it back where it was, and go on")
-        return _Transaction(self._base, self.path)
+        try:
+            self._base.execute("begin immediate")
+            try:
+                yield
+            except BaseException:
+                if self._base.in_transaction:  # a full disk has ended it
+                    self._base.execute("rollback")
+                raise
+            self._base.execute("commit")
+        except sqlite3.Error as error:
+            raise BadFile(f"{self.path} cannot be written: {error}") from None
 
 
 def _fold(path: Path) -> None:
@@ -452,30 +464,6 @@ def _fold(path: Path) -> None:
     there = f"{uri_of(path.absolute())}?mode=rw"  # one that was moved is not made anew
     with suppress(sqlite3.Error), closing(sqlite3.connect(there, uri=True)) as base:
         base.execute("pragma wal_checkpoint(passive)")
-
-
-class _Transaction:
-    """A block whose writes are stored completely or not at all; raises `BadFile` if the disk refuses them."""
-
-    def __init__(self, base: sqlite3.Connection, path: Path) -> None:
-        self._base, self._path = base, path
-
-    def __enter__(self) -> None:
-        try:
-            self._base.execute("begin immediate")
-        except sqlite3.Error as error:
-            raise BadFile(f"{self._path} cannot be written: {error}") from None
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-        try:
-            if error is None:
-                self._base.execute("commit")
-            elif self._base.in_transaction:  # a full disk has ended it
-                self._base.execute("rollback")
-        except sqlite3.Error as failed:
-            raise BadFile(f"{self._path} cannot be written: {failed}") from None
-        if isinstance(error, sqlite3.Error):
-            raise BadFile(f"{self._path} cannot be written: {error}") from None
 
 
 def _copy_files_of_settings(protocol: Protocol, registry: Registry, before: Path, after: Path) -> None:
