@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from timed_presses import TimedPress, rehearse_presses
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.experiments.seeded_random import SeededRandom
@@ -12,7 +13,7 @@ from underfoot.models.elasto_plastic import Ground
 from underfoot.scenes import discover
 from underfoot.scenes.frozen_pond import LEAST_J, MOST_J
 from underfoot.scenes.frozen_pond.cracks import Cracks
-from underfoot.scenes.rehearsal import TimedPress, rehearse, rehearse_presses
+from underfoot.scenes.rehearsal import rehearse
 
 FLOOR = default_floor()
 POND = discover()["frozen-pond"]

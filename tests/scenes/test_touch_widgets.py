@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from timed_presses import TimedPress, rehearse_presses
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.experiments.methods.target_selection import TargetSelection
@@ -11,7 +12,7 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.scenes import discover
 from underfoot.scenes.cues import Play, nearest_tile
-from underfoot.scenes.rehearsal import TimedPress, rehearse, rehearse_presses
+from underfoot.scenes.rehearsal import rehearse
 
 FLOOR = default_floor()
 KINDS = discover()

@@ -1,28 +1,14 @@
 """A scene without a session, as fast as it runs: from force samples to cues, for tests, films and scripts."""
 
-from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import ForceSource
-from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Command
 from underfoot.floor.layout import Floor
 from underfoot.scenes.cues import Cue, Say, Strike, delay_of
 from underfoot.scenes.moments import MOMENT_S, Moment, Moments
 from underfoot.scenes.scene import Scene
-
-
-class TimedPress(NamedTuple):
-    """Force of a hand on a tile from a time on, at a place in the tile's frame; 0 N releases the tile."""
-
-    time_s: float
-    tile: str
-    x_m: float
-    y_m: float
-    force_n: float
 
 
 @dataclass
@@ -54,6 +40,7 @@ class Rehearsed:
 def rehearse(scene: Scene, source: ForceSource, seconds: float) -> Rehearsed:
     """Run a scene on the first `seconds` of a source's forces.
 
+    >>> from underfoot.devices.simulated_floor import SimulatedFloor
     >>> from underfoot.floor.layout import default_floor
     >>> from underfoot.scenes import discover
     >>> pond = discover()["frozen-pond"](default_floor())
@@ -70,22 +57,3 @@ def rehearse(scene: Scene, source: ForceSource, seconds: float) -> Rehearsed:
             done.moments.append(moment)
             done.cues += [(moment.time_s, cue) for cue in scene.step(moment)]
     return done
-
-
-def rehearse_presses(scene: Scene, hands: Iterable[TimedPress], seconds: float) -> Rehearsed:
-    """Rehearse a scene with hands that press and release tiles at given times."""
-    return rehearse(scene, _Hands(scene.floor, hands), seconds)
-
-
-class _Hands(SimulatedFloor):
-    """A simulated floor without walkers, with hands that press at given times."""
-
-    def __init__(self, floor: Floor, hands: Iterable[TimedPress]) -> None:
-        super().__init__(floor, walking=False)
-        self._due = deque(sorted(hands, key=lambda hand: hand.time_s))
-
-    def pull(self, end: int) -> int:
-        while self._due and self._due[0].time_s * RATE_HZ < end:
-            hand = self._due.popleft()
-            self.press(self.floor.index(hand.tile), hand.x_m, hand.y_m, hand.force_n)
-        return super().pull(end)
