@@ -47,39 +47,6 @@ _MIXTURES = {
 }
 """Mixed colours of every palette: a colour, the one that it is mixed with, and its share."""
 
-TEXT_BACKGROUNDS = {
-    "text": (
-        "ground",
-        "panel",
-        "raised",
-        "hover",
-        "selected",
-        "checked",
-        "primary",
-        "alarming",
-        "alarming hover",
-        "assuring",
-        "loaded",
-        *(f"{name} title" for name in _TITLED),
-    ),
-    "muted": ("ground", "panel", "raised", "hover"),
-    "alarming text": ("alarming", "alarming hover"),
-    "quiet": ("raised",),
-    **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised")),
-    "ground": ("force", "vibration", "events", "contact", "alarm"),
-}
-"""Colours of text, and their backgrounds: the contrast is at least 4.5 in every palette."""
-
-LINE_BACKGROUNDS = {
-    "faint": ("ground", "panel", "raised"),
-    "measured": ("ground", "panel"),
-    **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised", "hover")),
-    **{name: ("ground", "panel") for name in look.COLOURS if name.startswith("corner")},
-    "onset": ("ground",),
-}
-"""Colours of meaningful lines and controls, and their backgrounds: the contrast is at least 3. Separators (`line`, and
-a plot's `grid`) are not included."""
-
 NAME = ""
 """The present palette: "dark" or "light"."""
 PALETTE: dict[str, str] = {}
