@@ -157,6 +157,13 @@ def label(text: str = "", role: str = "") -> QLabel:
     return made
 
 
+def paragraph(text: str = "", role: str = "") -> QLabel:
+    """Return such a label whose lines break where its width ends."""
+    made = label(text, role)
+    made.setWordWrap(True)
+    return made
+
+
 def wrap(*labels: QLabel) -> None:
     """Break the labels' lines at any width, so that their words make no window wider."""
     for one in labels:

@@ -212,14 +212,13 @@ class Inspector(QScrollArea):
 
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]
-        title = theme.label(self._patch.node(id).name_in(self._registry), "title")
-        title.setWordWrap(True)
+        title = theme.paragraph(self._patch.node(id).name_in(self._registry), "title")
         title.setStyleSheet(f"color: {theme.mixed(accent(type), theme.TEXT, 0.6)};")
         column.addWidget(title)
         if self._patch.node(id).label:
             column.addWidget(theme.label(type.label, "muted"))
-        column.addWidget(_wrapped(pretty_text(_LINE_END.sub(" ", type.doc)), "small"))
-        column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "small"))
+        column.addWidget(theme.paragraph(pretty_text(_LINE_END.sub(" ", type.doc)), "small"))
+        column.addWidget(theme.paragraph(pretty_text(f"Accuracy: {type.accuracy}"), "small"))
         column.addSpacing(8)
         if type.type in PICTURES:
             self.picture = PICTURES[type.type](type)
@@ -279,10 +278,10 @@ class Inspector(QScrollArea):
         return with_wired_unit(self._patch, self._registry, id, type.parameters[name])
 
     def _build_group(self, column: QVBoxLayout, group: Group) -> None:
-        column.addWidget(_wrapped(group.title or "Sub-patch", "title"))
+        column.addWidget(theme.paragraph(group.title or "Sub-patch", "title"))
         types = {node.id: self._registry[node.type] for node in self._patch.nodes if node.id in self._ids}
         inside = ", ".join(_with_counts([type.label for type in types.values()]))
-        column.addWidget(_wrapped(f"Sub-patch of {inside}", "small"))
+        column.addWidget(theme.paragraph(f"Sub-patch of {inside}", "small"))
         column.addSpacing(8)
         for end in group.published:
             id, _, name = end.partition(".")
@@ -293,7 +292,7 @@ class Inspector(QScrollArea):
             self._connect_editor(editor, end)
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
-            column.addWidget(_wrapped(hint, "muted"))
+            column.addWidget(theme.paragraph(hint, "muted"))
         column.addWidget(_line())
         self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
 
@@ -307,7 +306,7 @@ class Inspector(QScrollArea):
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
         there = {node.id: node.type for node in self._patch.nodes}
         types = [self._registry[there[id]] for id in self._ids]
-        column.addWidget(_wrapped(", ".join(_with_counts([type.label for type in types])), "small"))
+        column.addWidget(theme.paragraph(", ".join(_with_counts([type.label for type in types])), "small"))
         column.addSpacing(8)
         ids = list(self._ids)
         for name, parameter in shared_parameters(types).items():
@@ -322,7 +321,7 @@ class Inspector(QScrollArea):
 
     def _build_patch(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label("Patch", "title"))
-        column.addWidget(_wrapped("Select a node to see its parameters.", "small"))
+        column.addWidget(theme.paragraph("Select a node to see its parameters.", "small"))
         column.addSpacing(8)
         for name, parameter in PATCH_FIELDS.items():
             editor = editor_for(parameter)
@@ -471,12 +470,6 @@ def _range_text(parameter: Parameter, values: Sequence[object]) -> str:
 def edited_patch(patch: Patch, field: str, value: object) -> Patch:
     """Return the patch with its title, comment, seed or error factor changed."""
     return msgspec.structs.replace(patch, **{field: value})
-
-
-def _wrapped(text: str, role: str) -> QLabel:
-    label = theme.label(text, role)
-    label.setWordWrap(True)
-    return label
 
 
 def _line() -> QFrame:

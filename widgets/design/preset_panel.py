@@ -46,8 +46,7 @@ class PresetPanel(QWidget):
         self.pictures.arrived.connect(self._show_picture)
         self.field = SearchField("Search presets", self, closes=True)
         self.list = PresetList(self)
-        self.about = theme.label("", "small")
-        self.about.setWordWrap(True)
+        self.about = theme.paragraph("", "small")
         self.about.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.filters = QButtonGroup(self)
         tip = "Play a preset while you go through the list; Esc goes back to your patch"

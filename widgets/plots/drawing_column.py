@@ -34,8 +34,7 @@ class DrawingColumn(QScrollArea):
         self._layout = QVBoxLayout(inside)
         self._layout.setContentsMargins(theme.GRID, theme.GRID, 0, theme.GRID)
         self._layout.setSpacing(2 * theme.GRID)
-        self.empty_text = theme.label("", "muted")
-        self.empty_text.setWordWrap(True)
+        self.empty_text = theme.paragraph("", "muted")
         self.empty_text.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._layout.addWidget(self.empty_text)
         self._plots: list[Plot] = []
