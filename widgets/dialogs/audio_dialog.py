@@ -64,8 +64,7 @@ class AudioDialog(QDialog):
         )
         self._floor, self._find, self._cancel_search = floor, find, cancel_search
         self.search = BackgroundWorker(self)
-        self.note = theme.label("", "muted")
-        self.note.setWordWrap(True)
+        self.note = theme.paragraph("", "muted")
         self.length = theme.label("", "small")
         self._fill()
         form = QFormLayout()
