@@ -43,8 +43,7 @@ class Overview(QWidget):
         self.begin_automatic.setToolTip("The simulator presses, page after page; it can be paused and stopped")
         self.begin_automatic.setIcon(theme.icon("fast-forward"))
         self.reference = QVBoxLayout()
-        self.reference_help = theme.label("", "small")
-        self.reference_help.setWordWrap(True)
+        self.reference_help = theme.paragraph("", "small")
         self.reference_help.setMaximumWidth(FORM_PX)
         self.editor: ParameterEditor | None = None
         self.table = QuantityTable("Figures of the calibration in use")

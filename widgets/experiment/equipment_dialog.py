@@ -67,8 +67,7 @@ class EquipmentDialog(QDialog):
         self.look = QPushButton("Look…")
         self.look.clicked.connect(self._look)
         self.masking.addItem(DEFAULT_DEVICE)
-        self.note = theme.label("", "alarm")
-        self.note.setWordWrap(True)
+        self.note = theme.paragraph("", "alarm")
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.try_out = self.buttons.addButton("Try", QDialogButtonBox.ButtonRole.ActionRole)
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
@@ -215,8 +214,7 @@ class EquipmentDialog(QDialog):
                 row += 1
                 grid.addWidget(self.calibration, row, 1)
                 grid.addWidget(self.look, row, 2)
-            said = theme.label(helps[name], "small")
-            said.setWordWrap(True)
+            said = theme.paragraph(helps[name], "small")
             row += name != "lsl"
             grid.addWidget(said, row, 1, 1, 2)
             grid.setRowMinimumHeight(row + 1, theme.GRID)

@@ -64,8 +64,7 @@ class FieldRows(QWidget):
                 grid.addWidget(control, row, 1, 1, 2)
                 continue
             unit = pretty_unit(getattr(parameter, "unit", "") or unit)
-            said = theme.label("  ".join(part for part in (unit, pretty_text(parameter.doc)) if part), "small")
-            said.setWordWrap(True)
+            said = theme.paragraph("  ".join(part for part in (unit, pretty_text(parameter.doc)) if part), "small")
             grid.addWidget(control, row, 1)
             self._lines.append((row, control, said))
         self._arrange()

@@ -55,8 +55,7 @@ class PeopleDialog(QDialog):
         self._values: dict[str, Any] = {"people": people.count, "seed": people.settings.seed}
         self._values |= {name: value for name, (_, value) in truths.items()}
         self.rows = FieldRows({**_GENERAL, **self._truths}, self._values)
-        self.note = theme.label("", "alarm")
-        self.note.setWordWrap(True)
+        self.note = theme.paragraph("", "alarm")
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.defaults_button = self.buttons.addButton("Defaults", QDialogButtonBox.ButtonRole.ResetRole)
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)

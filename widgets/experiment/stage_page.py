@@ -193,8 +193,7 @@ class StageForm(QWidget):
         self.method.changed.connect(lambda _: self._choose_method(_NAMES[names["method"]]))
         self._column.addWidget(self.method)
         if kind in METHODS:
-            about = theme.label(METHODS[kind].about, "small")
-            about.setWordWrap(True)
+            about = theme.paragraph(METHODS[kind].about, "small")
             self._column.addWidget(about)
             self.parameters = self._rows(METHODS[kind].parameters, use["parameters"])
 
@@ -217,8 +216,7 @@ class StageForm(QWidget):
         if foot is not None:
             self._stage["foot"] = foot = dict(foot)
             self.foot_rows = self._rows(fields_of(FootAnswer, FootAnswer.__struct_fields__), foot)
-            self.fields = theme.label("", "small")
-            self.fields.setWordWrap(True)
+            self.fields = theme.paragraph("", "small")
             self._column.addWidget(self.fields)
             self.changed.connect(self._show_fields)
             self._show_fields()

@@ -89,8 +89,7 @@ class VibrationPanel(QWidget):
         self.level_key = ColourBar()
         self._felt_key = ElidedLabel("small")
         self._felt_key.set_full_text("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz")
-        self._levels_line = theme.label("", "small")
-        self._levels_line.setWordWrap(True)  # there is room for two lines
+        self._levels_line = theme.paragraph("", "small")  # there is room for two lines
         policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         policy.setHorizontalStretch(100)
         self._levels_line.setSizePolicy(policy)
