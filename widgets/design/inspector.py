@@ -369,12 +369,7 @@ class Inspector(QScrollArea):
         wires = drivers(self._patch)
         if self._group is not None:
             for end, editor in self.editors.items():
-                id, _, name = end.partition(".")
-                value = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
-                if value != editor.value():
-                    editor.set_value(value)
-                if isinstance(editor, NumberEditor):
-                    self._show_driver(editor, wires.get(id, {}).get(name, ""))
+                self._show_parameter(editor, node_id(end), port_name(end), wires)
         elif len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
             if self.picture is not None:
@@ -382,11 +377,7 @@ class Inspector(QScrollArea):
             if self.errors is not None:
                 self.errors.set_state((node.parameters, self._patch.error_scale))
             for name, editor in self.editors.items():
-                value = node.parameters.get(name, editor.parameter.default)
-                if editor.parameter.check(value) != editor.value():
-                    editor.set_value(value)
-                if isinstance(editor, NumberEditor):
-                    self._show_driver(editor, wires.get(node.id, {}).get(name, ""))
+                self._show_parameter(editor, node.id, name, wires)
         elif self._ids:
             for name, editor in self.editors.items():
                 driven = sum(name in wires.get(id, {}) for id in self._ids)
@@ -398,6 +389,16 @@ class Inspector(QScrollArea):
             self._nodes.setText(str(len(self._patch.nodes)))
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()
+
+    def _show_parameter(
+        self, editor: ParameterEditor, id: str, name: str, wires: Mapping[str, Mapping[str, str]]
+    ) -> None:
+        """Show a parameter of one node, and what drives it."""
+        value = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
+        if value != editor.value():
+            editor.set_value(value)
+        if isinstance(editor, NumberEditor):
+            self._show_driver(editor, wires.get(id, {}).get(name, ""))
 
     def _show_values(self, editor: ParameterEditor, values: list[object], driven: int) -> None:
         """Show the common value of several nodes, or that their values differ, and in how many it is driven."""
