@@ -7,6 +7,7 @@ import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from math import inf
 from pathlib import Path
 
 from platformdirs import user_cache_dir
@@ -81,6 +82,17 @@ def require_readable(path: str | Path) -> None:
     with _read(path):
         _size_of(path)
         path_of(path).open("rb").close()
+
+
+def read_table(path: str | Path, what: str) -> str:
+    """Return the text of a table of any size; `BadFile` says that it is not `what` if it is not UTF-8."""
+    data = read_file(path, inf)
+    try:
+        if b"\0" in data:  # in no text; of gigabytes of them, a parser of tables makes many times as much
+            raise ValueError
+        return data.decode("utf-8-sig")
+    except ValueError:
+        raise BadFile(f"{path} is not {what}: it is not UTF-8 text; save it as CSV, UTF-8") from None
 
 
 def head_of(path: str | Path, count: int) -> bytes | None:

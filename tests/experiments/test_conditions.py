@@ -137,9 +137,10 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path):
     )
     assert ", line 2: 2 cells are needed, as in the header" in refused(tmp_path, "stimulus,like\na\n")
     assert " has no conditions" in refused(tmp_path, "")
-    (tmp_path / "trials.csv").write_bytes(b"PK\x03\x04\xff")
-    with pytest.raises(BadFile, match="save it as CSV, UTF-8"):
-        read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), REGISTRY, tmp_path))
+    for data in (b"PK\x03\x04\xff", bytes(1000)):
+        (tmp_path / "trials.csv").write_bytes(data)
+        with pytest.raises(BadFile, match="save it as CSV, UTF-8"):
+            read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), REGISTRY, tmp_path))
 
 
 def test_what_is_copied_beside_a_study_reads_the_same_sound_files(tmp_path):

@@ -9,7 +9,6 @@ import io
 import json
 import re
 from collections.abc import Mapping, Sequence
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from underfoot.experiments.columns import DESCRIPTIONS, FIRST_COLUMNS, RESPONSE_
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
 from underfoot.experiments.table import OF_PERSON, Row, columns_of
-from underfoot.files import make_folder, read_file, write_file
+from underfoot.files import make_folder, read_table, write_file
 from underfoot.version import __version__
 
 _BIDS_RESPONSE_S = "response_time"
@@ -100,10 +99,7 @@ def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str,
 
     The separator is the most frequent of comma, semicolon and tab in the header.
     """
-    try:
-        text = read_file(path, inf).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise BadFile(f"{path} is not {what}: it is not UTF-8 text; save it as CSV, UTF-8") from None
+    text = read_table(path, what)
     first = text.partition("\n")[0]
     try:
         reader = csv.DictReader(

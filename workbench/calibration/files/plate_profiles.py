@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadFile
-from underfoot.files import read_file
+from underfoot.files import read_table
 from underfoot.floor.profile import Profile
 
 COLUMNS = ("position", "footstep", "force_n", "displacement_mm")
@@ -24,12 +24,12 @@ Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64
 
 def read_plate_profiles(path: str | Path) -> Profiles:
     """Read the footsteps in a file; `BadFile` names the invalid line."""
+    text = read_table(path, "a table of footsteps")
     try:
-        text = read_file(path, np.inf).decode("utf-8-sig")
         separator = max(",;\t", key=text.partition("\n")[0].count)
         reader = csv.DictReader(io.StringIO(text), delimiter=separator)
         lines = [(reader.line_num, line) for line in reader]
-    except (UnicodeDecodeError, csv.Error) as error:
+    except csv.Error as error:
         raise BadFile(f"{path} is not a table of footsteps: {error}") from None
     missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
     if missing:
