@@ -300,7 +300,8 @@ QLabel[role="alarm"] {{ color: {ALARM}; }}
 QLabel[role="good"] {{ color: {CONTACT}; }}
 QLabel[role="force"] {{ color: {FORCE}; }}
 QLabel[role="code"] {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 4px; padding: 6px; }}
-QToolTip {{ background: {RAISED}; color: {TEXT}; border: 1px solid {LINE}; padding: 4px 6px; }}
+QToolTip {{ background: {RAISED}; color: {TEXT}; border: 1px solid {LINE}; padding: 4px 6px;
+    qproperty-textFormat: PlainText; }} /* of a file's title, markup would be drawn, and its pictures loaded */
 """
 
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QStyle,
     QToolButton,
+    QToolTip,
     QWidget,
 )
 from windows import quiet_window
@@ -178,6 +179,13 @@ def test_the_list_of_keys_is_not_cut_at_its_side(qtbot):
     show(qtbot, dialog)
     area = dialog.findChild(QScrollArea)
     assert area.widget().minimumSizeHint().width() <= area.viewport().width()
+
+
+def test_the_title_of_a_file_is_no_markup_in_a_tooltip(qapp):
+    QToolTip.showText(QPoint(), "Ice <b>thin</b> <img src='/dev/null'>")
+    shown = [one for one in qapp.topLevelWidgets() if isinstance(one, QLabel) and one.text().startswith("Ice <b>")]
+    assert [one.textFormat() for one in shown] == [Qt.TextFormat.PlainText]
+    shown[0].deleteLater()  # hidden by the system, it would stay for a while
 
 
 def test_buttons_of_dialogs_have_no_pictures(qapp):
