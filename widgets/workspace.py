@@ -9,7 +9,7 @@ import importlib.abc
 import importlib.util
 import pkgutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -52,9 +52,23 @@ class Workspace(QWidget):
     files_pasted = Signal(list)
     """Paths of pasted files, to be opened like dropped ones."""
 
+    unmade: Iterator[None] = iter(())
+    """Makes its missing parts, one at each `next`: all at once would stop the window."""
+
     focused_first: QWidget | None = None
     """What has the focus once the workspace is shown. As its focus proxy, it would take every Tab out of the workspace,
     too, and the keyboard would never leave."""
+
+    def make(self, parts: Iterator[None]) -> None:
+        """Leave these parts to the stack, which makes one between two events; without a parent, make all now."""
+        self.unmade = parts
+        if self.parent() is None:
+            self.complete()
+
+    def complete(self) -> None:
+        """Make all parts that are missing."""
+        for _ in self.unmade:
+            pass
 
     def attach(self, context: WorkspaceContext) -> None:
         """Show the present state and follow its changes. Called once."""

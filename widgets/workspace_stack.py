@@ -81,14 +81,17 @@ class WorkspaceStack(QStackedWidget):
     def create_next(self) -> None:
         """Take the next step to a missing workspace, and continue a moment later.
 
-        A step imports a part of it, builds it, or attaches it: all at once would block the window. An engine that
-        starts again meanwhile asks for the same steps.
+        A step imports a part of it, makes a part of it, or attaches it: all at once would block the window. An engine
+        that starts again meanwhile asks for the same steps.
         """
         missing = [declared for declared in self.declarations if declared.name not in self._by_name]
         if missing and not self._is_closing:
+            name = missing[0].name
             if not missing[0].load():
-                step = self._create if missing[0].name in self._unattached else self._build
-                step(missing[0].name)
+                if name not in self._unattached:
+                    self._build(name)
+                elif next(self._unattached[name].unmade, "no part is missing"):
+                    self._create(name)
             self._next_step.start()
 
     def shortcuts(self) -> list[tuple[str, Keys]]:
@@ -138,6 +141,7 @@ class WorkspaceStack(QStackedWidget):
         if name not in self._unattached:
             self._build(name)
         workspace = self._by_name[name] = self._unattached.pop(name)
+        workspace.complete()
         self.addWidget(workspace)
         restore_splitters(workspace, self._context.settings)
         workspace.loaded.connect(self.loaded)

@@ -140,10 +140,18 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
     assert [timer.isActive() for timer in timers] == [True], "each request continues by itself"
     window.workspaces.choose("Monitor")
     assert window.workspaces["Monitor"] is shown
+    waited_for, parts = built(), 0
+    while stack.indexOf(waited_for) < 0:
+        stack.create_next()
+        parts += 1
+    assert waited_for is window.workspaces["Calibrate"]
+    assert parts > 3, "to make all of it at once would stop the window"
     left = built()
+    assert not hasattr(left, "running")
     window.leave()
-    assert left is window.workspaces["Calibrate"]
+    assert left is window.workspaces["Experiment"]
     assert stack.indexOf(left) >= 0
+    assert not left.running.has_participant
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """The Calibrate workspace: the choice of tile and calibration, and the wizard that runs it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import date
 from functools import cached_property, partial
@@ -77,9 +77,16 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._refuses_lent: Callable[[], bool] = lambda: False
         self._is_recording: Callable[[], bool] = lambda: False
         self.profiles = Profiles(root, self)
-        self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
+        self.make(self._parts())
+
+    def _parts(self) -> Iterator[None]:
+        self.choice = ChoicePanel([(kind.key, kind.name) for kind in self._kinds.values()], self)
+        yield
         self._stack = QStackedWidget(self)
-        self.overview, self.wizard = Overview(self._stack), Wizard(self._stack)
+        self.overview = Overview(self._stack)
+        yield
+        self.wizard = Wizard(self._stack)
+        yield
         for view in (self.overview, self.wizard):
             self._stack.addWidget(view)
         layout = QHBoxLayout(self)

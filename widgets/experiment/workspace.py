@@ -1,6 +1,6 @@
 """The Experiment workspace: choose, make, run and analyse a study."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
@@ -47,13 +47,19 @@ class ExperimentWorkspace(Workspace):
         theme.fill(self, "ground")
         self._controller: SessionController | None = None
         self.sessions = SessionFolder(root)
+        self.make(self._parts(registry, own, own_patches))
+
+    def _parts(self, registry: Registry, own: Path, own_patches: Path) -> Iterator[None]:
         self.study_list = StudyList(registry, own, self.sessions)
+        yield
         self.start = SessionStart(self.study_list.study, self.sessions, self.study_list.read_again)
         self.findings = StudyFindings(self.study_list.study, self.sessions, self)
         self.overview = StudyOverview(self.start, self.findings)
+        yield
         self.experimenter = ExperimenterView()
         self.running = RunningStudy(self.experimenter)
         self.protocol_editor = ProtocolEditor(registry, own, own_patches, self.sessions)
+        yield
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         self.stack = QStackedWidget()
         layout = QHBoxLayout(self)

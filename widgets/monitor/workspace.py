@@ -1,6 +1,7 @@
 """The Monitor workspace: floor, forces, vibration and footsteps of the running session, live."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,15 +54,22 @@ class MonitorWorkspace(Workspace):
         super().__init__(parent)
         theme.fill(self, "ground")
         self.time = ShownTime(DURATIONS_S[0])
-        self.floor, self.force, self.vibration = FloorPanel(self), ForcePanel(self), VibrationPanel(self)
-        self.map = self.floor.map
-        self.steps = StepPanel()
-        self.time_bar = TimeBar()
         self._controller: SessionController | None = None
         self._ticks = 0
         self._latest: ForceUpdate | None = None
         self._hover_s = math.nan
+        self.make(self._parts())
+
+    def _parts(self) -> Iterator[None]:
+        self.floor, self.force = FloorPanel(self), ForcePanel(self)
+        self.map = self.floor.map
+        yield
+        self.vibration = VibrationPanel(self)
+        self.steps = StepPanel()
+        self.time_bar = TimeBar()
+        yield
         self._build()
+        yield
         self._connect()
         self.set_duration(self.time.duration_s)
         self.set_level(0.0)

@@ -1,7 +1,7 @@
 """The Recordings workspace: the list, the open recording on its time axis, its steps, and the floor."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -64,10 +64,20 @@ class RecordingsWorkspace(Workspace):
     def __init__(self, settings: Settings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         theme.fill(self, "ground")
+        self._asked: Path | None = None
+        """The recording that was asked for last: one before it may still be reported as opened."""
+        self._renaming: Path | None = None
+        """Its survey waits until it has its name: a recording that is read cannot be renamed."""
+        self._survey_again = False
+        self.make(self._parts(settings))
+
+    def _parts(self, settings: Settings) -> Iterator[None]:
         self.recordings = RecordingList(recordings_folder, settings.recordings)
         self.timeline = Timeline()
         self.axis = self.timeline.axis
+        yield
         self.steps = RecordedSteps()
+        yield
         self.comparison = ComparisonView()
         self.reader = RecordingReader(self)
         self.surveyor = Surveyor(self)
@@ -77,12 +87,9 @@ class RecordingsWorkspace(Workspace):
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self)
-        self._asked: Path | None = None
-        """The recording that was asked for last: one before it may still be reported as opened."""
-        self._renaming: Path | None = None
-        """Its survey waits until it has its name: a recording that is read cannot be renamed."""
-        self._survey_again = False
-        self._build()
+        yield
+        yield from self._build()
+        yield
         self._connect()
         self.axis.show_content(None, NOTHING)
         self._enable()
@@ -398,7 +405,7 @@ class RecordingsWorkspace(Workspace):
         self.axis.forward_keys_of(self.steps)
         self.focused_first = self.axis
 
-    def _build(self) -> None:
+    def _build(self) -> Iterator[None]:
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -414,6 +421,7 @@ class RecordingsWorkspace(Workspace):
         head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
         timeline = with_header(head, self.timeline, shrinking)
         column(timeline, self.readout.text, body=timeline, parent=down)
+        yield
         below = QSplitter(Qt.Orientation.Horizontal)
         below.setObjectName("recordings below")
         down.addWidget(below)

@@ -1,6 +1,7 @@
 """The Scenes workspace: choose, adjust, start and stop a scene, shown here and on a projector."""
 
 import threading
+from collections.abc import Iterator
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -65,7 +66,12 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._poll_timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._poll_timer.setInterval(POLL_MS)
         self._poll_timer.timeout.connect(self._poll)
-        self.list, self.view, self.panel = SceneList(self.kinds.values()), SceneView(), ScenePanel()
+        self.make(self._parts())
+
+    def _parts(self) -> Iterator[None]:
+        self.list = SceneList(self.kinds.values())
+        yield
+        self.view, self.panel = SceneView(), ScenePanel()
         row = QWidget()
         outer, layout = QHBoxLayout(self), QHBoxLayout(row)
         for line in (outer, layout):
@@ -76,6 +82,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         layout.addWidget(self.view, 1)
         layout.addWidget(self.panel)
         self.focused_first = self.list
+        yield
         self._connect()
         self.list.list.setCurrentRow(0)
 
