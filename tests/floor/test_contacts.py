@@ -9,6 +9,7 @@ from measured import walk as measured_walk
 from underfoot.errors import BadValue
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import Floor, Tile
+from underfoot.floor.step_finder import StepFinder
 
 CORNERS = ((0.13, 0.13), (-0.13, 0.13), (-0.13, -0.13), (0.13, -0.13))
 ONE_TILE = touching_floor(1, 1)
@@ -100,6 +101,12 @@ def test_the_threshold_rises_with_the_noise(noise_n, on_n):
     assert tracker.noise_n[0] == pytest.approx(2.0 * noise_n, rel=0.25)
     _, contacts, _ = follow(ONE_TILE, time_s, noisy, 1000.0)
     assert [round(contact.start_s, 3) for contact in contacts] == [4.3]
+    finder = StepFinder(ONE_TILE, 1000.0)
+    finder.feed(time_s[:2500], noisy[:2500])
+    told = (
+        [] if on_n == 20.0 else ["noisy, so that contacts begin late, at up to 40 N instead of 20 N, and end early: t1"]
+    )
+    assert finder.warnings() == told
 
 
 def test_on_and_off_are_inclusive_and_half_apart():

@@ -12,6 +12,7 @@ from underfoot.floor.contacts import Contact, ContactRows, ContactTracker, Ongoi
 from underfoot.floor.footsteps import LEAST_N, Step
 from underfoot.floor.layout import Floor
 from underfoot.floor.loss_concealment import LossConcealment
+from underfoot.floor.tracking import ON_N, ON_SIGMAS
 from underfoot.floor.walks import WalkTracker
 from underfoot.quantities import counted
 
@@ -78,6 +79,11 @@ class StepFinder:
         found = [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
         if self._cut:
             found.append(f"{counted(self._cut, 'contact')} cut by gaps in the samples; they give no step")
+        begins_n = ON_SIGMAS * self._tracker.noise_n
+        noisy = [tile.id for tile, on_n in zip(self._floor.tiles, begins_n, strict=True) if on_n > ON_N]
+        if noisy:
+            most = f"up to {begins_n.max():.0f} N instead of {ON_N:g} N"
+            found.append(f"noisy, so that contacts begin late, at {most}, and end early: {', '.join(noisy)}")
         return found
 
     def _is_cut_by_gap(self, contact: Contact) -> bool:
