@@ -160,6 +160,12 @@ def test_a_floor_that_is_not_there(refused, folder, walk):
     told = refused("render", SINE, "--force", "walk.csv")
     assert "has no floor beside it" in told
     assert 'underfoot.default_floor(1, 2).save("walk.floor.json")' in told
+    for table, lacks in (
+        ("step,tile\n1,t1\n", "time_s among step, tile"),
+        ("time_s,x_m\n0,1\n", "t1.1 among time_s, x_m"),
+    ):
+        (folder / "table.csv").write_text(table)  # one of steps or contacts, which no floor would help
+        assert f"table.csv: line 1 has no column {lacks}; name them time_s, t1.1" in refused("monitor", "table.csv")
     assert "missing.json cannot be read" in refused("monitor", "walk.csv", "--floor", "missing.json")
     assert "missing.json cannot be read" in refused("render", SINE, "--floor", "missing.json")
 

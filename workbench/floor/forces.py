@@ -85,14 +85,15 @@ def floor_beside(path: str | Path) -> Path:
 
 
 def load_floor_beside(path: str | Path) -> Floor:
-    """Load the floor of a force CSV; `BadFile` if either is not there, or the floor cannot be read."""
+    """Load the floor of a force CSV; `BadFile` if either is not there, or cannot be read."""
     beside = floor_beside(path)
     if not os.path.isfile(path):
         raise BadFile(f"{path} cannot be read: {no_file(path)}")
     if not beside.is_file():
+        _require_force_columns(path)  # a table of steps, say, needs no floor
         raise BadFile(
-            f"{path} has no floor beside it ({beside.name}); put one there, or give one by --floor in a terminal: "
-            f'underfoot.default_floor(1, 2).save("{beside.name}") makes one of two tiles in a row'
+            f"{path} has no floor beside it ({beside.name}); put one there, or give one by --floor in a terminal, by "
+            f'floor= in a script: underfoot.default_floor(1, 2).save("{beside.name}") makes one of two tiles in a row'
         )
     return Floor.load(beside)
 
@@ -105,14 +106,10 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     a number (nor may it be inf or nan), a line with a cell too many or too few, and a time that is not later than the
     one before.
     """
-    lines = _lines(path, read_file(path, np.inf))
-    if not lines:
-        raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{floor.ids[0]}.1,...")
-    part, lines = _parted(lines)
+    part, lines, names = _headed(path, floor.ids[0])
     (_, head), *rows = lines
     if part != ",":
         rows = [(number, line.replace(",", ".")) for number, line in rows]
-    names = [name.strip() for name in head.split(part)]
     order = _columns(path, names, floor, lines[0][0])
     if len(rows) < 2:
         raise BadFile(f"{path} has {counted(len(rows), 'sample')}; allowed: 2 or more")
@@ -132,6 +129,23 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
         )
     force_n = np.ascontiguousarray(table[:, 1:]).reshape(len(table), len(floor.tiles), 4)
     return ForceSeries(time_s, force_n, rate_hz)
+
+
+def _require_force_columns(path: str | Path) -> None:
+    """Raise `BadFile` for a file that is no table of forces on any floor."""
+    _, lines, names = _headed(path, "t1")
+    lacks = "time_s" if "time_s" not in names else "t1.1"
+    if lacks == "time_s" or not any(re.fullmatch(r"[\w-]+\.[1-4]", name) for name in names):
+        raise _no_column(path, lines[0][0], lacks, names, ["time_s", "t1.1", "t1.2", "t1.4"])
+
+
+def _headed(path: str | Path, id: str) -> tuple[str, list[tuple[int, str]], list[str]]:
+    """Return the mark between cells, the numbered lines, and the names in the first; `id` is a tile of the floor."""
+    lines = _lines(path, read_file(path, np.inf))
+    if not lines:
+        raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{id}.1,...")
+    part, lines = _parted(lines)
+    return part, lines, [name.strip() for name in lines[0][1].split(part)]
 
 
 def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
@@ -175,6 +189,13 @@ def _unquoted(line: str, part: str) -> list[str]:
 _DECIMAL_COMMAS = " (with decimal commas, semicolons or tabs between cells)"
 
 
+def _no_column(path: str | Path, line: int, name: str, names: list[str], expected: list[str]) -> BadFile:
+    return BadFile(
+        f"{path}: line {line} has no column {name} among {_some(tuple(one[:60] for one in names))}; "
+        f"name them time_s, {expected[1]}, {expected[2]} to {expected[-1]}: seconds, and newtons of each corner"
+    )
+
+
 def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> list[int]:
     """Return the columns of time and of each sensor of the floor, from the header line."""
     expected = ["time_s", *(f"{id}.{sensor}" for id in floor.ids for sensor in range(1, 5))]
@@ -191,10 +212,7 @@ def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> lis
             raise BadFile(f"{place}; allowed: tiles of the floor ({_some(floor.ids)})")
     for name in expected:
         if name not in names:
-            raise BadFile(
-                f"{path}: line {line} has no column {name} among {_some(tuple(one[:60] for one in names))}; "
-                f"name them time_s, {expected[1]}, {expected[2]} to {expected[-1]}: seconds, and newtons of each corner"
-            )
+            raise _no_column(path, line, name, names, expected)
         if names.count(name) > 1:
             raise BadFile(f"{path}: line {line} has the column {name} {names.count(name)} times; allowed: once")
     return [names.index(name) for name in expected]

@@ -46,7 +46,7 @@ def test_forces_that_cannot_be_read_are_refused_there_too(qtbot, tmp_path):
     path = tmp_path / "walk.csv"
     path.write_bytes(bytes(range(256)))
     choose_file(window, path, lambda: window.main_bar.target_chosen.emit("file"))
-    assert dialog_of(window, FileErrorDialog).error_text.text().startswith("It has no floor beside it")
+    assert dialog_of(window, FileErrorDialog).error_text.text() == "It is not a text file; a force CSV is UTF-8 text"
 
 
 def test_a_patch_that_cannot_be_read_is_shown_at_its_place(qtbot, tmp_path):

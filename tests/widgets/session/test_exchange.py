@@ -106,7 +106,7 @@ def test_a_file_dropped_on_the_field_of_a_file_is_put_there_and_not_opened(windo
 
 
 def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
-    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "bad.csv").write_text("time_s,t1.1\n1,2\n")
     assert drop(window, tmp_path / "bad.csv")
     assert "has no floor beside it (bad.floor.json)" in window.status.message
     refused = dialog_of(window, FileErrorDialog)
