@@ -1,5 +1,6 @@
 """The names that scripts use: docs/scripting.md runs by the letter, in as few lines as it says."""
 
+import pickle
 import re
 import shlex
 import subprocess
@@ -344,10 +345,12 @@ def test_what_holds_arrays_is_equal_to_itself_alone():
     lambda: uf.render(uf.open_patch("gravel"), seconds=0.1),
     lambda: uf.FibreBundle(20).response(np.linspace(0.0, 20.0, 100), 1000.0),
 ])  # fmt: skip
-def test_what_a_notebook_shows_is_short(make):
-    text = repr(make())
+def test_what_a_notebook_shows_is_short_and_what_it_gives_to_other_processes_arrives(make):
+    made = make()
+    text = repr(made)
     assert len(text) < 300
     assert "\n" not in text
+    assert repr(pickle.loads(pickle.dumps(made))) == text
 
 
 def test_tables_are_data_frames_where_pandas_is_there():
