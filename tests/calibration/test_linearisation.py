@@ -55,7 +55,10 @@ def test_every_curve_is_found_to_half_a_percent_on_loadings_not_seen(curve):
 
 def test_the_errors_drawn_are_percents_of_full_scale():
     """Of a straight sensor of 60 counts a newton, read to 3 counts: 0.05 N, of about 200 N."""
-    drawn = next(one for one in drawings_of(fitted("straight, with an offset")) if "held-out" in one.title)
+    every = drawings_of(fitted("straight, with an offset"))
+    sensors = [(line.name, line.colour) for one in every for line in one.series if line.name.startswith("sensor")]
+    assert {name.replace("sensor", "corner") == colour for name, colour in sensors} == {True}  # as in Monitor
+    drawn = next(one for one in every if "held-out" in one.title)
     errors = np.concatenate([line.y for line in drawn.series])
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(100 * 0.05 / made_sensors.FULL_N, rel=0.6)
 

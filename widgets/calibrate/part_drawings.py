@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, Series, series
+from underfoot.drawing.look import CORNERS
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Centroid, Fsr, Part, PlateStiffness, Profile, Response
 
@@ -13,7 +14,6 @@ _POINTS = 200
 _LOAD_N = 1000.0
 _SIDE = 9
 """Points along each side of the tile at which the correction of the centroid is drawn."""
-_COLOURS = ("force", "contact", "vibration", "events")
 
 
 def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> tuple[Drawing, ...]:
@@ -52,7 +52,7 @@ def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> t
 
 def _sensor_curves(part: Fsr, is_old: bool) -> list[Series]:
     found = []
-    for number, (curve, colour) in enumerate(zip(part.sensors, _COLOURS, strict=True), 1):
+    for number, (curve, colour) in enumerate(zip(part.sensors, CORNERS, strict=True), 1):
         if curve.readings:
             readings = np.linspace(curve.readings[0], curve.readings[-1], _POINTS)
             name = "" if is_old else f"sensor {number}"

@@ -9,12 +9,13 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
+from underfoot.drawing.look import CORNERS
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import fixed, number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.monitor.force_history import ForceHistory
-from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
+from underfoot.widgets.monitor.force_plot import ForcePlot
 from underfoot.widgets.monitor.shown_time import ShownTime
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 

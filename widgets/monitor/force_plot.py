@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, ReferenceLine, Series
 from underfoot.drawing.axes import round_top
 from underfoot.drawing.layout import Margins
+from underfoot.drawing.look import CORNERS
 from underfoot.drawing.thinning import thinned
 from underfoot.widgets.plots.plot import Plot
 
@@ -21,7 +22,6 @@ BELOW_ZERO = 0.1
 """Extent of the axis below zero, as a share of its top: forces of real corners can be negative."""
 _WITHOUT_TIMES = Margins(bottom=8.0)
 
-CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
 """Names of the corners' colours, in the order of the sensors."""
 _CURVES = (*CORNERS, "force")
 _STEPS_PX = 2.0

@@ -29,8 +29,10 @@ _CURVES = {
     "corner 4": ("#e6aaa5", "#d16b8d"),
 }
 COLOURS = tuple(_CURVES)
-"""Names of the colours of curves, by meaning. Those of the corners, in the order of a tile's sensors, are neighbours of
-the amber of force, and differ in lightness, for who sees no red or no green."""
+"""Names of the colours of curves, by meaning."""
+CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
+"""Colours of a tile's sensors, wherever they are drawn: neighbours of the amber of force that differ in lightness, for
+who sees no red or no green."""
 
 _HEAT_STOPS = (
     ("#12151a", "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d"),

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import array, choice, numbers
 from underfoot.documents import as_declared, identity_of, read_document, write_document
 from underfoot.drawing import Drawing, series
+from underfoot.drawing.look import CORNERS
 from underfoot.drawing.picture import Picture
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
@@ -229,7 +230,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         drawings = []
         if self.fsr is not None:
             curves = [
-                series(f"sensor {j + 1}", curve.readings, curve.forces_n, colour=f"corner {j + 1}")
+                series(f"sensor {j + 1}", curve.readings, curve.forces_n, colour=CORNERS[j])
                 for j, curve in enumerate(self.fsr.sensors)
             ]
             drawings.append(Drawing(f"Sensors of {self.tile}", "reading, counts", "force, N", tuple(curves)))

@@ -18,6 +18,7 @@ from underfoot.calibration.science.sensor_characteristics import (
 )
 from underfoot.calibration.science.sensor_pairs import FALLING, HELD, RISING
 from underfoot.drawing import Drawing, Series, series
+from underfoot.drawing.look import CORNERS
 from underfoot.floor.profile import Fsr
 
 METHOD = (
@@ -51,7 +52,6 @@ _STEPPED_S, _STOOD_S = 0.3, 10.0
 _DOTS = 250
 """Approximate number of dots of a series; at most about twice this."""
 _LOADED_N = 1.0
-_COLOURS = ("force", "vibration", "events", "contact")
 _DIRECTIONS = ((RISING, "rising", "force"), (FALLING, "falling", "events"), (HELD, "held", "contact"))
 
 
@@ -203,7 +203,7 @@ def pairs_drawing(pairs: Pairs) -> tuple[Drawing, ...]:
     for j in range(4):
         mine = _some(pairs.sensor == j)
         if mine.size:
-            shown.append(series(f"sensor {j + 1}", pairs.force_n[mine], pairs.reading[mine], "dots", _COLOURS[j]))
+            shown.append(series(f"sensor {j + 1}", pairs.force_n[mine], pairs.reading[mine], "dots", CORNERS[j]))
     return (Drawing("Taken so far", "force, N", "reading, counts", tuple(shown)),)
 
 
@@ -256,7 +256,7 @@ def _creep(fits: list[tuple[int, SensorFit]]) -> Drawing:
         since = held_s(pairs, run)
         later = since >= 0.05
         ratio = sensor.curve.force(pairs.reading(pairs.x[run]))[later] / pairs.force_n[run][later]
-        shown.append(series(f"sensor {j + 1}", since[later], ratio, "line", _COLOURS[j]))
+        shown.append(series(f"sensor {j + 1}", since[later], ratio, "line", CORNERS[j]))
     return Drawing("Creep: measured over true force of a held load", "time held, s", "ratio", tuple(shown), x_log=True)
 
 
@@ -267,5 +267,5 @@ def _candidates(fits: list[tuple[int, SensorFit]]) -> Drawing:
     for j, sensor in fits:
         errors = dict(sensor.tried)
         places = [k + 1.0 for k, name in enumerate(names) if name in errors]
-        shown.append(series(f"sensor {j + 1}", places, [errors[n] for n in names if n in errors], "line", _COLOURS[j]))
+        shown.append(series(f"sensor {j + 1}", places, [errors[n] for n in names if n in errors], "line", CORNERS[j]))
     return Drawing("Held-out error of the candidates", ", ".join(names), "% of full scale", tuple(shown))
