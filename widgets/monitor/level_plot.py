@@ -27,7 +27,7 @@ class LevelPlot(Plot):
         """Show this; nothing but the thresholds where nothing was measured."""
         lines = [
             Series("felt, hard shoe", _BANDS, _db(threshold_m_s2(_BANDS, "shoe")), "dashed", "muted"),
-            Series("felt, small probe, barefoot", _BANDS, _db(threshold_m_s2(_BANDS)), "dashed", "faint"),
+            Series("felt, small probe, barefoot", _BANDS, _db(threshold_m_s2(_BANDS)), "line", "faint"),
         ]
         if response is not None:
             commanded_db, measured_db = _db(response.commanded), _db(response.measured)

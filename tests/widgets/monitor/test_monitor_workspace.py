@@ -265,6 +265,8 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
     assert not monitor.vibration.spectrogram.isVisible()
     vibrate(monitor, [2.0, 1.0, 1.0, 0.1])
     drawn = {series.name: series for series in monitor.vibration.levels.drawing.series}
+    thresholds = {one.style for name, one in drawn.items() if name.startswith("felt")}
+    assert thresholds == {"dashed", "line"}  # two dashed greys were told apart by their order alone
     commanded, measured = drawn["commanded"], drawn["measured"]
     loudest = int(np.argmax(commanded.y))
     assert commanded.x[loudest] == 200.0
