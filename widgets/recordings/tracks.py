@@ -141,8 +141,8 @@ class TrackPainter:
             painter.fillRect(self._area(track), QColor(theme.PANEL))
         if self.content.overview is not None:
             self._paint_force(painter)
-            for source, colour in (("commanded", theme.VIBRATION), ("measured", theme.CONTACT)):
-                self._paint_vibration(painter, source, colour)
+            for source, colour in (("commanded", "vibration"), ("measured", "measured")):
+                self._paint_vibration(painter, source, theme.PALETTE[colour])
         self._paint_contacts(painter)
         self._paint_gaps(painter)
         self._paint_marks(painter)

@@ -211,8 +211,10 @@ def test_no_contact_hides_another_where_many_are_on_the_floor(opened):
     assert len(bars) == 16
     assert not any(one.intersects(other) for one, other in combinations(bars, 2))
     assert track.top <= min(bar.top() for bar in bars) < max(bar.bottom() for bar in bars) <= track.bottom
-    assert painter.tracks["measured"].bottom <= opened.axis.height()
-    assert not opened.axis.grab().isNull()
+    measured, image = painter.tracks["measured"], opened.axis.grab().toImage()
+    assert measured.bottom <= opened.axis.height()
+    y = round(0.5 * (measured.top + measured.bottom))  # in the colour of Design and Monitor, not in that of contacts
+    assert theme.PALETTE["measured"] in {image.pixelColor(x, y).name() for x in range(image.width())}
 
 
 def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
