@@ -5,7 +5,7 @@ import json
 import pytest
 from made_studies import TD, first_answers, protocol_text
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QLabel
 from windows import dialog_of
 
 from underfoot.experiments.protocol import Protocol
@@ -30,6 +30,8 @@ def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     assert facts[-1] == "orders by seed 65"
     bench.click(workspace.findings.simulate_button)
     bench.wait(lambda: workspace.findings.simulate_button.text() == "Stop")
+    below = {label.text() for label in workspace.findings.drawings.findChildren(QLabel)}
+    assert below == {"What is simulated or analysed is shown here."}  # it said that nothing was simulated
     bench.click(workspace.findings.simulate_button)
     assert workspace.overview.state.text() == "Stopped."
     bench.click(workspace.findings.simulate_button)

@@ -166,7 +166,7 @@ class StudyFindings(QObject):
         self.loaded.emit()
 
     def _show(self, drawings: Sequence[Drawing], text: str) -> None:
-        self.drawings.show_drawings(drawings, "" if text else "Nothing was simulated or analysed yet.")
+        self.drawings.show_drawings(drawings, "" if text else "What is simulated or analysed is shown here.")
         self.drawings.setVisible(bool(drawings) or not text)
         self.table.setPlainText(text)
         self.table.setVisible(bool(text))
