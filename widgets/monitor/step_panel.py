@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.files import make_folder
+from underfoot.files import make_folder, remove_file, written
 from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import cadence_of
 from underfoot.quantities import counted
@@ -73,19 +75,22 @@ class StepPanel(QWidget):
 
     def keep(self) -> Path | None:
         """Store unsaved footsteps in a file, and return it; None if there are none, or a line says why they are not."""
-        if not self._is_saved and self.folder is not None:
-            path = self.folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.csv"
-            try:
-                make_folder(self.folder)
-                for old in sorted(self.folder.glob("*.csv"))[: 1 - MAX_FILES]:
-                    old.unlink(missing_ok=True)
-                self.table.export(path)
-            except (UnderfootError, OSError) as error:
-                self.notified.emit(str(error))
-                return None
-            self._is_saved = True
-            return path
-        return None
+        if self._is_saved or self.folder is None:
+            return None
+        path = None
+        try:
+            make_folder(self.folder)
+            for old in sorted(self.folder.glob("*.csv"))[: 1 - MAX_FILES]:
+                old.unlink(missing_ok=True)
+            path = _new_file(self.folder)
+            self.table.export(path)
+        except (UnderfootError, OSError) as error:
+            if path is not None:
+                remove_file(path)
+            self.notified.emit(str(error))
+            return None
+        self._is_saved = True
+        return path
 
     def clear(self) -> None:
         """Remove all footsteps."""
@@ -119,3 +124,14 @@ class StepPanel(QWidget):
         self.cadence.setText(f"{cadence_per_min:.0f} steps a minute" if math.isfinite(cadence_per_min) else "")
         self.export_button.setEnabled(bool(steps))
         self.clear_button.setEnabled(bool(steps))
+
+
+def _new_file(folder: Path) -> Path:
+    """Return an empty file named by the time, and a number where another window has just made one of that name."""
+    name = f"{datetime.now():%Y-%m-%d %H.%M.%S}"
+    for number in count(1):
+        path = folder / f"{name}{'' if number == 1 else f' {number}'}.csv"
+        with written(path), suppress(FileExistsError):
+            path.touch(exist_ok=False)
+            break
+    return path

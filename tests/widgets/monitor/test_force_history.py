@@ -2,6 +2,7 @@
 
 import csv
 import tracemalloc
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
@@ -156,3 +157,18 @@ def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tm
     monitor.close_down()
     assert len(list((tmp_path / "footsteps").iterdir())) == 1
     assert said == []  # the window calls what is said now what could not be kept
+
+
+def test_footsteps_that_another_window_keeps_in_the_same_second_stay(monitor, tmp_path):
+    """As where both are ended with the person's session."""
+    now, folder = datetime.now(), tmp_path / "footsteps"
+    folder.mkdir()
+    theirs = [folder / f"{now + timedelta(seconds=later):%Y-%m-%d %H.%M.%S}.csv" for later in range(60)]
+    for file in theirs:
+        file.write_text("theirs")
+    monitor.add_steps([STEP])
+    monitor.close_down()
+    (own,) = {*folder.iterdir()} - {*theirs}
+    assert own.stem.endswith(" 2")
+    assert STEP.tile in own.read_text()
+    assert {file.read_text() for file in theirs} == {"theirs"}
