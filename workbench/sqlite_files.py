@@ -43,13 +43,25 @@ def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - 
     return _connected(f"{where}?{how}", ("pragma locking_mode = exclusive",), options)
 
 
-def is_gone(path: Path) -> bool:
-    """Return whether a file was moved or removed. SQLite goes on without a word, in a file that nobody finds."""
+def identity_of(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file from another one that takes its place later; None where there is none, or no number."""
+    with suppress(OSError):
+        found = os.stat(path)
+        return (found.st_dev, found.st_ino) if found.st_ino else None
+    return None
+
+
+def is_gone(path: Path, was: tuple[int, int] | None = None) -> bool:
+    """Return whether a file was moved or removed, or, if its identity is given, another one is in its place.
+
+    SQLite goes on without a word, in a file that nobody finds. Programs that keep folders alike replace files so.
+    """
     try:
         os.stat(path)
     except OSError as error:  # others may pass, as those of a network
         return isinstance(error, FileNotFoundError)
-    return False
+    now = identity_of(path)
+    return None not in (was, now) and now != was
 
 
 def require_whole(path: Path, application_id: int) -> None:

@@ -241,17 +241,20 @@ def test_a_file_that_is_there_is_not_written_over(rings, record):
         record()
 
 
-def test_a_file_that_is_moved_away_is_told_and_is_whole(rings, record, until):
+@pytest.mark.parametrize("other", [b"", b"of a program that keeps folders alike"])
+def test_a_file_that_is_moved_away_is_told_and_is_whole(rings, record, until, other):
     """As by a file manager; the recorder went on in a file that was gone, and it was called saved."""
     recorder = record()
     rings.write(9_600)
     until(lambda: kept_by(recorder) == 9_600)
     moved = recorder.path.rename(recorder.path.with_name("b.uf"))
+    if other:
+        recorder.path.write_bytes(other)
     assert until(recorder.receive, "it says so") == [
-        f"{recorder.path} is not recorded any further: the file was moved or removed"
+        f"{recorder.path} is not recorded any further: the file was moved, removed or replaced"
     ]
     until(lambda: recorder.death() is not None, "it ends")
-    assert [path.name for path in moved.parent.iterdir()] == ["b.uf"]
+    assert sorted(path.name for path in moved.parent.iterdir()) == ["a.uf"] * bool(other) + ["b.uf"]
     with Recording(moved) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_600))
 

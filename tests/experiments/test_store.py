@@ -127,10 +127,14 @@ def test_a_session_that_is_moved_away_takes_answers_once_it_is_back(tmp_path):
         study = file.study(protocol)
         file.add(study.answer({"rating": 20.0}))
         path.rename(away)
-        with pytest.raises(BadFile, match="is not there any more; put it back where it was, and go on"):
+        gone = "is not there any more, or is another file; put it back where it was, and go on"
+        with pytest.raises(BadFile, match=gone):
             file.add(study.answer({"rating": 30.0}))
         assert not path.exists()
-        away.rename(path)
+        path.write_bytes(b"as a program that keeps folders alike puts it there")
+        with pytest.raises(BadFile, match=gone):
+            file.write_waiting()
+        away.replace(path)
         file.write_waiting()
         assert file.entries() == study.entries
 

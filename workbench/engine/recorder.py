@@ -298,7 +298,7 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
         writer.commit()
         if writer.is_gone:
             writer.close()
-            raise BadFile("the file was moved or removed")
+            raise BadFile("the file was moved, removed or replaced")
         for reader in readers.values():
             reader.ring.keep(reader.next)
         if messages != messages_sent:

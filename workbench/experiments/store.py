@@ -34,7 +34,7 @@ from underfoot.files import make_folder, no_file, read_file, replaced, write_fil
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import is_gone, opened, require_whole, uri_of
+from underfoot.sqlite_files import identity_of, is_gone, opened, require_whole, uri_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class SessionFile:
     """
 
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
-        self.path, self._base = path, base
+        self.path, self._base, self._was = path, base, identity_of(path)
         self._packer = ThreadPoolExecutor(1, "packing")
         self._begun: list[tuple[Excerpt, Future[Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[Packed]]] = []
@@ -444,8 +444,8 @@ class SessionFile:
     def _transaction(self) -> Iterator[None]:
         """Store what is written in a block completely or not at all; raise `BadFile` if the disk refuses it."""
         self.hold()
-        if is_gone(self.path):  # what is open would be written all the same, and be lost, or lie in the trash
-            raise BadFile(f"{self.path} is not there any more; put it back where it was, and go on")
+        if is_gone(self.path, self._was):  # what is open would be written, and be lost or lie in the trash
+            raise BadFile(f"{self.path} is not there any more, or is another file; put it back where it was, and go on")
         try:
             self._base.execute("begin immediate")
             try:

@@ -13,7 +13,7 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 from underfoot.records import envelopes
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, TYPES, VERSION, Rows
-from underfoot.sqlite_files import is_gone
+from underfoot.sqlite_files import identity_of, is_gone
 
 _LOCKED_S = 60.0
 """How long a writer waits for another program that has the file locked, as the last to close it does while it merges
@@ -46,7 +46,7 @@ class Writer:
             self._repeated = Counter[tuple[int, str]](self._base.execute("select frame, text from mark").fetchall())
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
-        self.path = path
+        self.path, self._was = path, identity_of(path)
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: Rows) -> None:
@@ -147,8 +147,8 @@ class Writer:
 
     @property
     def is_gone(self) -> bool:
-        """Whether the file was moved or removed."""
-        return is_gone(self.path)
+        """Whether the file was moved or removed, or another one is in its place."""
+        return is_gone(self.path, self._was)
 
     def _begin(self) -> None:
         """Begin a transaction that writes, unless one is open.
