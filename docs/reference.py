@@ -85,3 +85,7 @@ class Doctests(griffe.Extension):
             obj.docstring.value = re.sub(
                 r"^>>> .*(?:\n(?!\s*$).*)*", lambda found: f"```pycon\n{found[0]}\n```", obj.docstring.value, flags=re.M
             )
+
+    def on_package(self, *, pkg: griffe.Module, **_: object) -> None:
+        """Do so for the package itself, too, which Griffe does not take for one of its objects."""
+        self.on_object(obj=pkg)
