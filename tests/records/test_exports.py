@@ -353,12 +353,16 @@ def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
     (tmp_path / "no.c3d").write_bytes(b"not a C3D file")
     channels = np.zeros((6, 20))
     ramp = [(500, 0, 0), (0, 0, 40), (0, 400, 40), (500, 400, 0)]
+    made = ezc3d.c3d(str(plate := plates_of(tmp_path / "zero.c3d", 2, DOWN, (0, 0, 0), channels)))
+    made["parameters"]["FORCE_PLATFORM"]["CHANNEL"]["value"] = np.arange(6)[:, None]
+    made.write(str(plate))
     for path, words in (
         (tmp_path / "no.c3d", "no C3D file"),
         (plates_of(tmp_path / "ramp.c3d", 2, ramp, (0, 0, 0), channels), "does not lie level"),
         (plates_of(tmp_path / "lost.c3d", 2, [*DOWN[:3], (500, 400, np.nan)], (0, 0, 0), channels), "not finite"),
         (plates_of(tmp_path / "inches.c3d", 2, DOWN, (0, 0, 0), channels, length="in"), "UNITS is 'in'; allowed: mm"),
         (plates_of(tmp_path / "seven.c3d", 7, DOWN, (0, 0, 0), channels), "type 7"),
+        (plate, "plate 1 has channels 0 to 5; allowed: 1 to 6"),
         (plates_of(tmp_path / "six.c3d", 3, DOWN, (120, 200, -40), channels), "plate 1 is not described"),
         (plates_of(tmp_path / "middle.c3d", 3, DOWN, (0, 0, -40), np.zeros((8, 20))), "sensors at one place"),
     ):

@@ -124,7 +124,8 @@ class _Plate:
         """The surface as seen from the origin: above it, so z is negative. Many files tell the opposite vector."""
         channels = of("CHANNEL").astype(np.intp)[list(_CHANNELS[self.type]), number] - 1
         if channels.min() < 0 or channels.max() >= file.channels:
-            raise BadFile(f"{self._where} has channels up to {channels.max() + 1}; allowed: 1 to {file.channels}")
+            told = f"{channels.min() + 1} to {channels.max() + 1}"
+            raise BadFile(f"{self._where} has channels {told}; allowed: 1 to {file.channels}")
         self.channels = channels
         """Those that are read, counted from 0."""
         units = file.of_channels("ANALOG:UNITS")
