@@ -4,7 +4,6 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import msgspec
 from msgspec.structs import replace
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
@@ -466,11 +465,6 @@ def _range_text(parameter: Parameter, values: Sequence[object]) -> str:
         numbers = [float(value) for value in values if isinstance(value, int | float)]
         return f"{value_text(parameter, min(numbers))} to {value_text(parameter, max(numbers))}"
     return "several values"
-
-
-def edited_patch(patch: Patch, field: str, value: object) -> Patch:
-    """Return the patch with its title, comment, seed or error factor changed."""
-    return msgspec.structs.replace(patch, **{field: value})
 
 
 def _line() -> QFrame:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
@@ -21,7 +22,7 @@ from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.first_steps import FirstSteps
-from underfoot.widgets.design.inspector import PATCH_FIELDS, Inspector, edited_patch
+from underfoot.widgets.design.inspector import PATCH_FIELDS, Inspector
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.mark_actions import MarkActions
 from underfoot.widgets.design.node_palette import NodePalette
@@ -307,7 +308,7 @@ class DesignWorkspace(Workspace):
 
     def _set_patch_field(self, field: str, value: object, merge_key: str) -> None:
         name = PATCH_FIELDS[field].label.lower()
-        self.document.edit(edited_patch(self.patch(), field, value), f"Set {name}", merge_key)
+        self.document.edit(replace(self.patch(), **{field: value}), f"Set {name}", merge_key)
 
     def _disconnect(self, target: str) -> None:
         patch = self.patch()

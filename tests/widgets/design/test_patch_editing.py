@@ -2,13 +2,13 @@
 
 import pytest
 from design_samples import REGISTRY, sample
+from msgspec.structs import replace
 
 from underfoot.errors import BadFile
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream
-from underfoot.widgets.design.inspector import edited_patch
 from underfoot.widgets.design.patch_editing import (
     aligned,
     changed_nodes,
@@ -74,8 +74,8 @@ def test_only_what_is_downstream_of_a_change_is_rendered_again():
     assert downstream(after.wires, changed_nodes(patch, after)) == {"hum", "shaker"}
     assert changed_nodes(patch, patch.disconnect([("push.force", "step.force")])) == {"step"}
     for field, value in (("seed", 7), ("error_scale", 10.0)):
-        assert changed_nodes(patch, edited_patch(patch, field, value)) == {node.id for node in patch.nodes}
-    assert changed_nodes(patch, edited_patch(patch, "title", "Hum")) == set()
+        assert changed_nodes(patch, replace(patch, **{field: value})) == {node.id for node in patch.nodes}
+    assert changed_nodes(patch, replace(patch, title="Hum")) == set()
 
 
 def test_what_reaches_ears_and_no_tile_is_only_heard():
