@@ -16,6 +16,14 @@ _BUTTON_ICONS = {
 """Qt's names of its buttons, and their pictures."""
 
 
+def save_dialog(parent: QWidget, title: str, name: str, filter: str, suffix: str) -> QFileDialog:
+    """Return a dialog for a file to be written, `name` to begin with; one that is typed without a suffix gets this."""
+    dialog = file_dialog(parent, title, name, filter)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setDefaultSuffix(suffix.removeprefix("."))
+    return dialog
+
+
 def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
     """Return a dialog that begins in `folder` and shows the files that match `filter`; it is deleted when it closes."""
     dialog = QFileDialog(parent, title, folder, filter)

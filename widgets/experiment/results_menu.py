@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFileDialog, QMenu, QPushButton
 
 from underfoot.studies.results import FORMS
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import file_dialog, save_dialog
 
 _WORDS = {"CSV": "Write all trials as CSV…", "BIDS": "Write BIDS…", "report": "Write a report…"}
 _FILES = "Sessions and tables of trials (*.session *.csv)"
@@ -48,9 +48,7 @@ class ResultsButton(QPushButton):
 
     def _ask_place(self, form: str) -> None:
         if form == "CSV":
-            dialog = file_dialog(self.window(), "A table of all trials", "trials.csv", "Tables (*.csv)")
-            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-            dialog.setDefaultSuffix("csv")
+            dialog = save_dialog(self.window(), "A table of all trials", "trials.csv", "Tables (*.csv)", ".csv")
         else:
             dialog = file_dialog(self.window(), f"A folder for the {form}")
             dialog.setFileMode(QFileDialog.FileMode.Directory)

@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder, remove_file, written
@@ -16,7 +16,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import cadence_of
 from underfoot.quantities import counted
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import save_dialog
 from underfoot.widgets.controls.gait_tip import GaitTip
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
@@ -111,9 +111,8 @@ class StepPanel(QWidget):
         self.notified.emit(f"{counted(self.table.steps.rowCount(), 'footstep')} saved as {path}.")
 
     def _ask_for_file(self) -> None:
-        dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setDefaultSuffix("csv")
+        name = str(self._folder / "steps.csv")
+        dialog = save_dialog(self, "Export footsteps", name, "CSV table (*.csv)", ".csv")
         dialog.fileSelected.connect(self.export)
         dialog.open()
 

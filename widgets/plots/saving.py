@@ -4,7 +4,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QBuffer, QByteArray, Qt
 from PySide6.QtGui import QContextMenuEvent, QImage, QImageWriter
-from PySide6.QtWidgets import QFileDialog, QMenu, QWidget
+from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.svg import svg
@@ -12,7 +12,7 @@ from underfoot.drawing.table import csv
 from underfoot.errors import UnderfootError
 from underfoot.files import write_file
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import save_dialog
 from underfoot.widgets.controls.question import message_box
 
 PICTURE_SCALE = 2
@@ -48,9 +48,7 @@ def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
 
 def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:
     name = (drawing.title or plot.accessibleName() or "plot").lower().replace(" ", "-")
-    dialog = file_dialog(plot.window(), "Save a plot", "", f"*{suffix}")
-    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-    dialog.setDefaultSuffix(suffix.removeprefix("."))
+    dialog = save_dialog(plot.window(), "Save a plot", "", f"*{suffix}", suffix)
     dialog.selectFile(f"{name}{suffix}")
 
     def chosen(path: str) -> None:

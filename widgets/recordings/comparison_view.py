@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QComboBox, QFileDialog, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QSplitter, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.quantities import counted
@@ -13,7 +13,7 @@ from underfoot.records.comparison import STANCE_SUFFIX, compared, comparison_dra
 from underfoot.records.survey import Stance
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import save_dialog
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.escape import claims_escape
 from underfoot.widgets.plots.plot import Plot
@@ -90,9 +90,7 @@ class ComparisonView(QWidget):
     def save(self) -> None:
         """Ask for a file, and write table and curves."""
         name = str(self.paths[0].with_name("comparison.csv")) if self.paths else ""
-        dialog = file_dialog(self.window(), "Save the comparison", name, "CSV (*.csv)")
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setDefaultSuffix("csv")
+        dialog = save_dialog(self.window(), "Save the comparison", name, "CSV (*.csv)", ".csv")
         dialog.selectFile(name)
         dialog.fileSelected.connect(lambda path: self._write(Path(path)))
         dialog.open()

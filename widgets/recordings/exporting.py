@@ -4,14 +4,14 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QFileDialog, QGridLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QGridLayout, QWidget
 
 from underfoot.engine.export_process import ExportRequest
 from underfoot.engine.survey_process import Progress
 from underfoot.quantities import pretty_text
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import save_dialog
 from underfoot.widgets.polled_process import PolledProcess
 from underfoot.widgets.recordings.tracks import time_text
 
@@ -152,11 +152,8 @@ class Exporting(QWidget):
     def _ask_file(self, source: Path, suffix: str, vibration: str, stretch_s: Stretch | None) -> None:
         part = "" if stretch_s is None else " {:.2f}-{:.2f} s".format(*stretch_s)
         name = str(Path(self._folder or source.parent) / f"{source.stem}{part}{suffix}")
-        dialog = file_dialog(
-            self.window(), "Export to", name, f"{formats()[suffix].title.partition(':')[0]} (*{suffix})"
-        )
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setDefaultSuffix(suffix.removeprefix("."))
+        filter = f"{formats()[suffix].title.partition(':')[0]} (*{suffix})"
+        dialog = save_dialog(self.window(), "Export to", name, filter, suffix)
         dialog.selectFile(name)
         dialog.fileSelected.connect(lambda path: self._chosen(source, Path(path), vibration, stretch_s))
         dialog.open()
