@@ -248,8 +248,7 @@ class _Worker:
     def _has_work(self) -> bool:
         """Return whether there is work without an order."""
         page = self.procedure.page
-        wants_press = page.press is not None and not page.questions
-        takes_press = self._by_hand and wants_press and not self._is_inconclusive
+        takes_press = self._by_hand and page.wants_press and not self._is_inconclusive
         return not page.last and (self._is_requested or self._is_automatic or takes_press)
 
     def _advance(self) -> None:

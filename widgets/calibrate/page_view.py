@@ -95,9 +95,8 @@ class PageView(QWidget):
         self.picture.show_press(page.press, page.places_m)
         self.place_text.setText(_place_text(page))
         self.place_text.setVisible(bool(self.place_text.text()))
-        takes = page.press is not None and not page.questions
         for widget in (self.bar, self.quantities):
-            widget.setVisible(takes)
+            widget.setVisible(page.wants_press)
         self.picture.setVisible(is_where)
         self._spacer.setSizePolicy(
             QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum if is_where else QSizePolicy.Policy.Expanding

@@ -98,7 +98,7 @@ class PagedProcedure:
         page = self.page
         if page.last:
             return
-        if page.press is not None and not page.questions:
+        if page.wants_press:
             raise BadValue(f"{page.title}: this page takes a press, not an answer")
         unknown = set(values) - {ask.name for ask in page.questions}
         if unknown:

@@ -47,6 +47,11 @@ class Page:
     share: float = 0.0
     last: bool = False
 
+    @property
+    def wants_press(self) -> bool:
+        """Whether it takes readings of its press now."""
+        return self.press is not None and not self.questions
+
 
 @dataclass(frozen=True)
 class PageProgress:
@@ -120,7 +125,7 @@ def step(procedure: Procedure, rig: Rig, values: Answers | None = None) -> bool:
     begins again: they would have a gap.
     """
     page = procedure.page
-    if page.press is not None and not page.questions:
+    if page.wants_press:
         rig.press(page.press)
         try:
             readings = rig.read()
