@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
@@ -98,6 +99,10 @@ class ParameterEditor(QWidget):
             self._value = checked
             self._show_reset()
             self.value_changed.emit(checked)
+
+    def _refusal(self, error: BadValue) -> str:
+        """Return why a value was not taken, without the parameter's name, which the label has."""
+        return str(error).removeprefix(f"{self.parameter.name} is ")
 
     def _show_reset(self) -> None:
         self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.initial))

@@ -178,7 +178,7 @@ class TilesEditor(ParameterEditor):
             self.edit_began.emit()
             self._commit(text.replace(" ", ""))
         except BadValue as error:
-            self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
+            self.field.show_error(self._refusal(error))
             return
         self._show_valid()
 

@@ -201,7 +201,7 @@ class NumberEditor(ParameterEditor):
             self.edit_began.emit()
             self._commit(round(value, 12) if self._is_integer else value)
         except BadValue as error:
-            self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
+            self.field.show_error(self._refusal(error))
             return
         self._show(EXACT_DIGITS)
 

@@ -85,7 +85,7 @@ class TextEditor(ParameterEditor):
             self.edit_began.emit()
             self._commit(value)
         except BadValue as error:
-            self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
+            self.field.show_error(self._refusal(error))
             return
         self.field.setText(self._as_text())
         self._show_valid()
