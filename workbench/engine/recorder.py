@@ -53,6 +53,9 @@ class RecordMark(Struct, frozen=True):
     text: str
 
 
+RecordMessage = RecordAbout | RecordCommand | RecordMark
+
+
 def record_of(frame: int, command: "Command", rate: int) -> RecordCommand | RecordMark:
     """Return what a recording stores of a command that took effect."""
     from underfoot.engine.commands import Mark, to_text  # which the recorder's process need not load
@@ -127,7 +130,7 @@ class Recorder:
         self._job = Job(str(path), about, {table: (ring.where, ring.written) for table, ring in rings.items()})
         self._commands = 0
         self._safe = 0  # messages in the file; later ones are in `_unsafe`
-        self._unsafe: deque[RecordAbout | RecordCommand | RecordMark] = deque()
+        self._unsafe: deque[RecordMessage] = deque()
         self._missed: list[RecordRows] = []
         self._end: EndRecording | None = None
         self._start()
@@ -142,7 +145,7 @@ class Recorder:
         self._job = replace(self._job, resume=True)
         self._start()
 
-    def send(self, message: RecordAbout | RecordCommand | RecordMark) -> None:
+    def send(self, message: RecordMessage) -> None:
         """Send a message to be recorded."""
         self._unsafe.append(message)
         self._commands += isinstance(message, RecordCommand)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
+from underfoot.engine.recorder import Recorder, RecordMessage
 from underfoot.engine.reports import RecordingFile
 from underfoot.engine.rings import Ring
 
@@ -39,7 +39,7 @@ class RecorderSupervisor:
         """Record to a new file from now on; the recording before was ended."""
         self._recorder = Recorder(path, about, self._rings)
 
-    def send(self, message: RecordAbout | RecordCommand | RecordMark) -> None:
+    def send(self, message: RecordMessage) -> None:
         """Record this, if there is a recording."""
         if self._recorder is not None:
             self._recorder.send(message)
