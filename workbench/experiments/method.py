@@ -157,6 +157,12 @@ class Method(ABC):
     def trial(self) -> Trial | None:
         """The next trial; None after the last."""
 
+    def _awaited(self) -> Trial:
+        """Return the trial that awaits its answer; raise `BadValue` after the last."""
+        if self.trial is None:
+            raise BadValue(f"{self.name}: all trials are answered")
+        return self.trial
+
     @abstractmethod
     def answer(self, answers: Answers) -> None:
         """Store the checked answers to `trial`, and advance to the next."""
@@ -201,8 +207,7 @@ class ListedMethod(Method):
 
     def answer(self, answers: Answers) -> None:
         """Advance to the next trial."""
-        if self.trial is None:
-            raise BadValue(f"{self.name}: all trials are answered")
+        self._awaited()
         self._at += 1
 
     @property

@@ -94,9 +94,7 @@ class Bayesian(Method):
         return float(done / self.given["trials"])
 
     def answer(self, answers: Answers) -> None:
-        trial = self._trial
-        if trial is None:
-            raise BadValue(f"{self.name}: all trials are answered")
+        trial = self._awaited()
         if not trial.facts.get("catch"):
             good = answers["felt"] == YES if "felt" in answers else answers["interval"] == trial.facts["comparison_at"]
             level = {"intensity": float(trial.facts["level_db"])}

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from underfoot.errors import BadValue, require
+from underfoot.errors import require
 from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
@@ -136,9 +136,7 @@ class Staircases(Method):
         return min((max(self._block - 1, 0) + done / wanted) / total, 1.0) if self._trial is not None else 1.0
 
     def answer(self, answers: Answers) -> None:
-        trial = self._trial
-        if trial is None:
-            raise BadValue(f"{self.name}: all trials are answered")
+        trial = self._awaited()
         said_yes = is_yes(trial.facts, answers)
         if trial.facts.get("catch"):
             if said_yes and self._restarts < MOST_RESTARTS:
