@@ -152,7 +152,7 @@ class Axis(QWidget):
         self.view.step = number
         if self.content is not None and number >= 0:
             step = self.content.steps[number].step
-            begin_s, end_s = step.start_s, step.start_s + 1e-3 * step.contact_ms
+            begin_s, end_s = step.start_s, step.end_s
             if begin_s < self.view.begin_s or end_s > self.view.end_s:
                 span_s = max(self.view.end_s - self.view.begin_s, 1.5 * (end_s - begin_s))
                 self.set_view(begin_s - 0.3 * span_s, begin_s + 0.7 * span_s)

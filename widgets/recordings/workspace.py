@@ -291,7 +291,7 @@ class RecordingsWorkspace(Workspace):
         self.steps.choose(number)
         self.readout.choose_tile(self.axis.content.opened.floor.index(step.tile))
         self.axis.set_cursor(step.start_s)
-        self.axis.select(step.start_s, step.start_s + 1e-3 * step.contact_ms)
+        self.axis.select(step.start_s, step.end_s)
 
     # --- actions of the user ---
 

@@ -67,6 +67,11 @@ class Step(Struct, frozen=True):
     heading_deg: float = math.nan
     heading_error_deg: float = math.nan
 
+    @property
+    def end_s(self) -> float:
+        """When the contact ended."""
+        return self.start_s + 1e-3 * self.contact_ms
+
 
 def is_step(contact: Contact) -> bool:
     """Return whether a contact is a step."""

@@ -109,7 +109,7 @@ class ExportSource:
         for found in find_steps(self._pieces(-math.inf, until, text, length_s + DECIDED_S), floor, rate_hz):
             time_s = found.rows.time_s
             rows = found.rows.select((time_s >= 0.0) & (time_s < length_s))
-            steps = [s for s in found.steps if s.start_s >= 0.0 and s.start_s + 1e-3 * s.contact_ms <= length_s]
+            steps = [s for s in found.steps if s.start_s >= 0.0 and s.end_s <= length_s]
             yield Detections(rows, steps)
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:

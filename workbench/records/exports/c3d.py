@@ -195,7 +195,7 @@ def _told(steps: list[Step], marks: list[tuple[float, str]]) -> Iterator[tuple[f
         context = {"left": "Left", "right": "Right"}.get(step.side, "General")
         name, description = _name(step.person), f"step {step.step}, tile {step.tile}"
         yield step.start_s, context, "Foot Strike", name, description
-        yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", name, description
+        yield step.end_s, context, "Foot Off", name, description
     for time_s, text in marks:
         yield time_s, "General", "Mark", "", text
 
