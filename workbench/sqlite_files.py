@@ -81,11 +81,18 @@ def require_whole(path: Path, application_id: int) -> None:
 
 
 def _connected(where: str, asked: tuple[str, ...], options: dict[str, Any]) -> sqlite3.Connection:
-    """Return a connection that works; close one that does not."""
+    """Return a connection that works; close one that does not.
+
+    No file of ours has a view or a trigger. In one of somebody else's they would be run: a view in place of a table can
+    have rows without end, and a trigger can delete what is recorded when a mark is added.
+    """
     base = sqlite3.connect(where, uri=True, **options)
     try:
         for question in asked:
             base.execute(question).fetchone()
+        (programs,) = base.execute("select count(*) from sqlite_master where type in ('view', 'trigger')").fetchone()
+        if programs:
+            raise sqlite3.DatabaseError("it has views or triggers, which are programs, and not run")
     except BaseException:
         base.close()
         raise

@@ -191,3 +191,17 @@ def test_what_a_killed_writer_left_is_read_from_an_archive_that_is_protected(tmp
             assert len(recording.force_samples()) == 10
     finally:
         archive.chmod(0o755)
+
+
+@pytest.mark.parametrize(
+    "program",
+    ["create trigger t after insert on mark begin delete from force; end",
+     "drop table command; create view command as with recursive c(id) as (select 0 union all select id + 1 from c) "
+     "select id, id as frame, 'play' as kind, '{}' as body from c"],
+    ids=["trigger", "view"],
+)  # fmt: skip
+def test_one_with_programs_of_its_own_is_refused(whole, program):
+    with closing(sqlite3.connect(whole)) as base:
+        base.executescript(program)
+    with pytest.raises(BadFile, match="is not a recording: it has views or triggers, which are programs, and not run"):
+        Recording(whole)
