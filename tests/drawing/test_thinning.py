@@ -8,14 +8,15 @@ from hypothesis import strategies as st
 from underfoot.drawing.thinning import thinned
 
 
-@given(st.integers(0, 1000))
-def test_a_thinned_curve_keeps_least_and_largest_of_every_step(seed):
+@given(st.integers(0, 1000), st.sampled_from([20, 80]))
+def test_a_thinned_curve_keeps_least_and_largest_of_every_step(seed, length):
+    """Short steps are compared side by side, long ones one after the other."""
     y = np.random.default_rng(seed).normal(size=(400, 2))
-    x, thin = thinned(np.arange(400.0), y, 20.0)
-    assert len(x) == 40
+    x, thin = thinned(np.arange(400.0), y, float(length))
+    assert len(x) == 2 * 400 // length
     assert (np.diff(x) > 0).all()
-    for step in range(20):
-        piece, kept = y[20 * step : 20 * step + 20], thin[2 * step : 2 * step + 2]
+    for step in range(400 // length):
+        piece, kept = y[length * step :][:length], thin[2 * step : 2 * step + 2]
         np.testing.assert_array_equal(np.sort(kept, axis=0), [piece.min(axis=0), piece.max(axis=0)])
 
 

@@ -8,6 +8,8 @@ GAP_PERIODS = 1.5
 
 _FEW = 3.0
 """Samples per step up to which a curve is not thinned."""
+_SHORT = 60
+"""Most samples of a step that are compared side by side; beyond, NumPy's own reduction is as fast."""
 
 
 def thinned(
@@ -46,10 +48,23 @@ def extremes(
     cell = np.floor(x / step)
     starts = np.flatnonzero(np.diff(cell, prepend=-np.inf))
     thin_y = np.empty((2 * len(starts), y.shape[1]), np.result_type(y, np.float32))
-    least, largest = np.minimum.reduceat(y, starts, axis=0), np.maximum.reduceat(y, starts, axis=0)
-    falls = y[np.append(starts[1:], len(y)) - 1] < y[starts]
+    last = np.append(starts[1:], len(y)) - 1
+    least, largest = _ranges(y, starts, last)
+    falls = y[last] < y[starts]
     thin_y[0::2] = np.where(falls, largest, least)
     thin_y[1::2] = np.where(falls, least, largest)
     thin_x = np.repeat((cell[starts] + 0.25) * step, 2)
     thin_x[1::2] += 0.5 * step
     return thin_x, thin_y, starts
+
+
+def _ranges(
+    y: NDArray[np.floating], first: NDArray[np.intp], last: NDArray[np.intp]
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """Return minimum and maximum of each stretch of `y` [n, curves] from one row to another, inclusive."""
+    longest = int((last - first).max()) + 1
+    if longest > _SHORT or longest * len(first) > 2 * len(y):
+        return np.minimum.reduceat(y, first, axis=0), np.maximum.reduceat(y, first, axis=0)
+    # The above takes 50 ns for each stretch of each curve: short ones of like length are compared side by side.
+    beside = np.take(y.T, np.minimum(first + np.arange(longest)[:, np.newaxis], last), axis=1)
+    return beside.min(axis=1).T, beside.max(axis=1).T
