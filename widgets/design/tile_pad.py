@@ -155,10 +155,12 @@ class TilePad(QWidget):
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.TEXT if self._flash else theme.MUTED))
         if self._began is None:
-            words = "" if self._is_small else "\nclick strikes\ndrag presses"
-            room = int(area.width()) - theme.GRID
-            name = painter.fontMetrics().elidedText(self.tile.id, Qt.TextElideMode.ElideMiddle, room)
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{name}{words}")
+            metrics, room = painter.fontMetrics(), area.adjusted(4, 0, -4, 0).toRect()
+            name = metrics.elidedText(self.tile.id, Qt.TextElideMode.ElideMiddle, room.width())
+            text = f"{name}\nclick strikes\ndrag presses"
+            # A force plate can be narrower than the words, which the tooltip has, too.
+            fits = room.contains(metrics.boundingRect(room, Qt.AlignmentFlag.AlignCenter, text))
+            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, text if fits and not self._is_small else name)
         elif self._force_n > 0.0:
             radius = 6.0 + 18.0 * share
             painter.setPen(QPen(QColor(theme.FORCE), 1.5))

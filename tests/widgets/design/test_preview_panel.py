@@ -54,6 +54,18 @@ def test_a_long_name_of_a_tile_is_read_in_its_box_and_ends_within_its_picture(sh
     qtbot.waitUntil(lambda: shown.tiles.width() > shown.tiles.fontMetrics().horizontalAdvance("entrance-hall"))
 
 
+def test_words_on_a_narrow_force_plate_are_not_cut(shown):
+    (plate, *_), size_m = default_floor().tiles, (0.2, 0.6)
+    shown.set_tiles(
+        [replace(plate, size_m=size_m, sensors_m=((0.09, 0.29), (-0.09, 0.29), (-0.09, -0.29), (0.09, -0.29)))]
+    )
+    picture = shown.pad.grab().toImage()
+    height = picture.height() - 16
+    left = (picture.width() - round(height * size_m[0] / size_m[1])) // 2
+    edge = {picture.pixel(left + 3, y) for y in range(30, picture.height() - 30)}
+    assert len(edge) == 1
+
+
 def test_silence_is_drawn_on_an_axis_that_means_something():
     low, high = waveform(PreviewSignal(np.zeros(480), np.zeros(480), 48_000.0, "m/s^2")).y_range
     assert low == pytest.approx(-0.06)
