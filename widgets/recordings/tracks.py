@@ -98,7 +98,7 @@ def tracks_of(height: float, tiles: int, bars: int) -> dict[str, Track]:
     left = height - RULER_PX - 6.0
     bar_px = _BAR_PX if bars <= _BARS else min(max(_BARS_SHARE * left / bars, _LEAST_BAR_PX), _BAR_PX)
     high = bars * bar_px + _BARS_PAD_PX
-    rows = min(max(_ROW_PX[0] * tiles, min(_ROW_PX[1] * tiles, 0.25 * left)), 0.4 * left)
+    rows = min(max(_ROW_PX[0] * tiles, min(_ROW_PX[1] * tiles, 0.25 * left)), 0.4 * left) + _TRACKS_APART_PX
     rest = max(left - high - rows, 90.0)
     found, top = {}, float(RULER_PX)
     for name, share in (
