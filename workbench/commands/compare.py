@@ -114,8 +114,14 @@ def _lines(groups: "Sequence[Group]") -> list[str]:
 
 
 def _text(one: "Figures") -> str:
+    """Return mean, SD and difference; what rounds to 0 has no minus.
+
+    >>> from underfoot.records.comparison import Figures
+    >>> _text(Figures(2, 616.7, 1.0, -0.1, -0.02))
+    '616.7 ± 1.0 +0.0 %'
+    """
     if not one.count:
         return "-"
     spread = f" ± {one.sd:.1f}" if math.isfinite(one.sd) else ""
-    share = f" {one.difference_percent:+.1f} %" if math.isfinite(one.difference_percent) else ""
-    return f"{one.mean:.1f}{spread}{share}"
+    share = f" {one.difference_percent:+z.1f} %" if math.isfinite(one.difference_percent) else ""
+    return f"{one.mean:z.1f}{spread}{share}"
