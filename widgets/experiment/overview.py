@@ -56,7 +56,7 @@ def facts_of(protocol: Protocol) -> str:
     for stage in protocol.order():
         if stage.method is None:
             words = {"consent": "consent", "read": "instruction", "learn": "learning", "level": "level"}
-            lines.append(words.get(stage.kind, stage.kind) + (f", {stage.seconds:.0f} s" if stage.seconds else ""))
+            lines.append(words.get(stage.kind, stage.kind) + (f", {stage.seconds:.0f}\xa0s" if stage.seconds else ""))
             continue
         method = METHODS[stage.method.kind]
         is_known = issubclass(method, ListedMethod) or "trials" in method.parameters or stage.most_trials

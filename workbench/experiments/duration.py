@@ -46,15 +46,15 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
 
 
 def about(seconds: float) -> str:
-    """Return a duration in words; `seconds` is rounded.
+    """Return a duration in words; `seconds` is rounded. No line ends between a number and its unit.
 
     >>> about(20.0), about(754.0), about(8000.0)
-    ('less than a minute', 'about 13 min', 'about 2 h 15 min')
+    ('less than a minute', 'about 13\\xa0min', 'about 2\\xa0h 15\\xa0min')
     """
     if seconds < 45.0:
         return "less than a minute"
     minutes = round(seconds / 60.0)
     if minutes < 100:
-        return f"about {minutes} min"
+        return f"about {minutes}\xa0min"
     hours, rest = divmod(15 * round(minutes / 15), 60)
-    return f"about {hours} h {rest} min" if rest else f"about {hours} h"
+    return f"about {hours}\xa0h {rest}\xa0min" if rest else f"about {hours}\xa0h"
