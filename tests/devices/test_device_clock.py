@@ -156,6 +156,19 @@ def test_what_is_held_up_for_longer_than_a_hold_can_be_does_not_move_it():
         device_clock.observe(table[0], 0, 1000.0 * i, 48.0 * i, RATE)
         device_clock.note_lateness(table[0], 48.0 * i, 1500.0 if i > 4000 else 40.0, 1024.0, 48.0, RATE)
     assert table["delay"][0] == 40.0
+    device_clock.observe(table[0], 1, 0.0, 48.0 * 5000, RATE)  # the device begins anew, on the same link
+    assert table["delay"][0] == 40.0
+
+
+def test_a_mapping_moves_slowly_and_by_a_jump_at_once():
+    table, most = device_clock.DeviceClocks(1, RATE).table, device_clock.MAX_SLEW * 48.0
+    device_clock.observe(table[0], 0, 0.0, 0.0, RATE)
+    jump = 1.01 * device_clock.JUMP_S * RATE
+    placed = [
+        device_clock.slewed(table[0], 1000.0 * i, 48.0 * i + beyond, RATE) - 48.0 * i
+        for i, beyond in enumerate((10.0, 20.0, 0.0, jump + 10.0))
+    ]
+    assert placed == pytest.approx([10.0, 10.0 + most, 10.0, jump + 10.0])
 
 
 def test_what_arrives_at_once_counts_once_as_late_as_its_oldest():
