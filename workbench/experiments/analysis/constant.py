@@ -13,7 +13,7 @@ from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
-from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
+from underfoot.experiments.analysis.findings import LINE_COLOURS, Findings, Table, estimates_table
 from underfoot.experiments.analysis.preferences import preferences, share_estimates
 from underfoot.experiments.analysis.psychometric import NAMES, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
@@ -28,7 +28,6 @@ _UNITS = {_STIFFNESS: ("N/mm", "mm/N"), LEVEL: ("m/s^2", "s^2/m")}
 """Units of a PSE and of a slope along factors that have one in their names."""
 _QUARTER = 0.67448975
 """The 75 % quantile of the standard normal distribution, in standard deviations."""
-_COLOURS = ("force", "vibration", "contact", "events", "muted")
 
 
 def judged_more(row: Row) -> bool:
@@ -358,7 +357,7 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str, guessed: float
     """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
     parts = _by_condition(rows, condition)
-    for colour, (value, part) in zip(cycle(_COLOURS), parts, strict=False):
+    for colour, (value, part) in zip(cycle(LINE_COLOURS), parts, strict=False):
         x, yes, of = counts(part, axis)
         name = f"{value} {axis_label(condition).partition(', ')[2] or condition}" if condition else "judged more"
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))

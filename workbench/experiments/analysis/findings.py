@@ -10,6 +10,8 @@ from underfoot.experiments.analysis.comparisons import Test
 from underfoot.experiments.analysis.estimate import Estimate
 
 Cell = str | float | int
+LINE_COLOURS = ("force", "vibration", "contact", "events", "muted")
+"""Of the lines of a plot, in their order."""
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ import numpy as np
 
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval, share_interval
-from underfoot.experiments.analysis.findings import Findings, Table
+from underfoot.experiments.analysis.findings import LINE_COLOURS, Findings, Table
 from underfoot.experiments.table import Row, grouped
 
-_COLOURS = ("force", "vibration", "contact", "events", "muted")
 _COUNTED = "counted"
 """Column: whether a trial's comparison was judged greater; `constant` adds it to the rows."""
 
@@ -66,7 +65,7 @@ def _chance_p(rows: Sequence[Row]) -> float:
 def _drawn(rows: Sequence[Row]) -> Drawing:
     """Draw the share of each stimulus over all people, as a function of the number of answers; say how many are not."""
     lines, parts = [], sorted(grouped(rows, "stimulus").items())
-    for colour, ((name,), part) in zip(_COLOURS, parts, strict=False):
+    for colour, ((name,), part) in zip(LINE_COLOURS, parts, strict=False):
         so_far = np.cumsum([bool(row[_COUNTED]) for row in part]) / np.arange(1, len(part) + 1)
         lines.append(series(str(name), np.arange(1, len(part) + 1), so_far, colour=colour))
     half = (ReferenceLine("y", 0.5, dashed=True),)
