@@ -5,7 +5,7 @@ from msgspec import Struct
 from underfoot.parameters import Number
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import downstream
+from underfoot.patch.wiring import downstream, source_of
 from underfoot.quantities import quantity
 
 LEVEL_M_S2 = 1.0
@@ -63,7 +63,7 @@ def attenuated(patch: Patch, registry: Registry, factor: float) -> Patch:
         if not type.is_sink:
             continue
         into = f"{node.id}.{type.inputs[0].name}"
-        source = next((source for source, target in patch.wires if target == into), "")
+        source = source_of(patch.wires, into)
         if source:
             patch = patch.add("gain", registry, gain=factor)
             gain = patch.nodes[-1].id
@@ -85,7 +85,7 @@ def unit_of(patch: Patch, registry: Registry, node: str, output: Port) -> str:
     type = registry[patch.node(node).type]
     for port in type.inputs:
         if port.kind == "signal" and not port.unit:
-            source = next((source for source, target in patch.wires if target == f"{node}.{port.name}"), "")
+            source = source_of(patch.wires, f"{node}.{port.name}")
             id, _, name = source.partition(".")
             found = unit_of(patch, registry, id, registry[patch.node(id).type].output_ports[name]) if source else ""
             if found:

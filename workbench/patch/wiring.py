@@ -30,6 +30,15 @@ def renamed_end(end: str, names: Mapping[str, str]) -> str:
     return f"{names.get(node_id(end), node_id(end))}.{port_name(end)}"
 
 
+def source_of(wires: Iterable[Wire], target: str) -> str:
+    """Return the output that is wired to an input; "" if none is.
+
+    >>> source_of([("tone.out", "gain.signal")], "gain.signal")
+    'tone.out'
+    """
+    return next((source for source, end in wires if end == target), "")
+
+
 def following(wires: Iterable[Wire]) -> defaultdict[str, set[str]]:
     """Return the nodes that each node feeds."""
     found = defaultdict[str, set[str]](set)
