@@ -192,7 +192,7 @@ class MonitorWorkspace(Workspace):
             self.map.set_vibration(self.vibration.history.peaks)
             self.map.set_deviating(self.vibration.tile_levels.deviating())
             self.map.draw_changes()
-        if self._ticks % _READOUT_TICKS == 0:
+        if self._ticks % _READOUT_TICKS == 1:  # not in a frame of the map, the longest
             self._show_readouts()
             self.vibration.show_levels()
         self._ticks += 1

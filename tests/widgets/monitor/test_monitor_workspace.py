@@ -359,6 +359,21 @@ def test_an_idle_floor_is_not_painted_anew_until_somebody_comes(monitor):
     assert not sum_curve(monitor).y.any()
 
 
+def test_no_frame_has_both_the_map_and_the_numbers(monitor):
+    """Together they would make it the longest."""
+    painted, frames = Paintings(monitor.map), []
+    for tick in range(12):
+        update = update_of(OngoingContact(1, 0.15 + 0.01 * tick, 0.15, 700.0 + tick, (0,)))
+        monitor.add_forces(replace(update, time_s=np.full(1, 0.02 * tick), force_n=np.full((1, 4, 4), 50.0 + tick)))
+        before, painted.count = monitor.force.readouts[0].text(), 0
+        monitor.draw()
+        QApplication.processEvents()
+        frames.append((painted.count > 0, monitor.force.readouts[0].text() != before))
+    assert (True, True) not in frames
+    assert frames.count((True, False)) > 4
+    assert frames.count((False, True)) == 2
+
+
 def test_the_times_are_written_under_the_lowest_plot_of_them(qtbot, monitor):
     """Under the spectrogram; with levels in its place, which are over frequency, under the forces."""
 
