@@ -11,6 +11,7 @@ what, and by how much.
 import hashlib
 import json
 import platform
+import re
 import sys
 from functools import cache
 from importlib.metadata import version
@@ -91,6 +92,8 @@ def calibrated(folder):
 
 def undated(value):
     """Without the date on which it was made, and without paths."""
+    if isinstance(value, str):
+        return re.sub(r"; forces calibrated [-\d]+ \w+$", "", value)
     if isinstance(value, dict):
         return {key: undated(item) for key, item in value.items() if key not in ("made", "profile", "report")}
     return [undated(item) for item in value] if isinstance(value, list) else value

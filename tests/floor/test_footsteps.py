@@ -252,7 +252,7 @@ def test_a_single_step_has_no_side_and_comes_when_no_other_has_come():
     ]
     ((when_s, (step,)),) = [(now_s, steps) for now_s, steps in came if steps]
     assert step.side == "unknown"
-    assert when_s == pytest.approx(0.6 + 0.65 + 1.8, abs=0.02)
+    assert when_s == pytest.approx(0.6 + 0.65 + 2.2, abs=0.02)
 
 
 def test_steps_far_apart_are_not_one_walk():
@@ -265,6 +265,17 @@ def test_steps_far_apart_are_not_one_walk():
 def test_stepping_on_the_spot_has_no_sides():
     steps = steps_of(walk(4, heel_m=(1.0, 0.75), step_m=0.0, width_m=0.5), 4.0)
     assert [step.side for step in steps] == ["unknown"] * 4
+
+
+@needs_data
+def test_chunks_do_not_change_the_sides_of_measured_steps_long_after_each_other():
+    floor, forces = measured_walk("floor14/floor")
+    expected, *others = (
+        [(step.side, step.person) for step in count_steps(floor, forces.time_s, forces.force_n, forces.rate_hz, chunk)]
+        for chunk in (50, 400, 10_000)
+    )
+    assert len(expected) == 16
+    assert others == [expected, expected]
 
 
 def test_chunks_do_not_change_the_steps():

@@ -72,8 +72,9 @@ it."""
 SIDE_VOTE_DECAY = 0.85
 """Weight of older votes for the side, at each step."""
 
-SIDE_DECIDED_S, LATE_S = 0.8, 1.0
-"""Time after its end for which a step waits for its side; longest delay with which contacts arrive."""
+SIDE_DECIDED_S, LATE_S = 1.2, 1.0
+"""Time after its end within which the steps end that give a step its side (of who makes 50 a minute, the next one);
+longest delay with which contacts arrive."""
 
 SIMULTANEOUS_SHARE, SIMULTANEOUS_S, MOST_SIMULTANEOUS = 0.75, 0.4, 5
 """Footfalls that begin and end within `SIMULTANEOUS_SHARE` of the shortest step time, at most `SIMULTANEOUS_S`, are of
@@ -90,7 +91,7 @@ class WalkTracker:
     A person's steps alternate between left and right. The side follows from the lateral offset of each step from the
     last, across the direction in which both feet rolled or, without one, that from the step before the last. Among
     several people a step is assigned 0.4 s after its end, with the others that ended meanwhile. It is returned when its
-    side is known, at the latest 1.8 s after its end, 2.2 s among several people. The result does not depend on how
+    side is known, at the latest 2.2 s after its end, 2.6 s among several people. The result does not depend on how
     contacts are split into calls.
     """
 
@@ -144,13 +145,14 @@ class WalkTracker:
             until_s = footfall.end_s + near_s
             if until_s > now_s:
                 break
+            # Before it is placed, as these might have been returned in an earlier call: it is too late for their side.
+            steps += self._decided_steps(footfall.end_s)
             others = (one for one in list(self._due)[1:] if one.end_s < until_s)
             self._place(
                 footfall, [footfall, *(other for other in others if abs(other.start_s - footfall.start_s) < near_s)]
             )
             self._due.popleft()
             if footfall.is_whole:
-                steps += self._decided_steps(footfall.end_s)
                 self._waiting.append(footfall)
         return steps
 
