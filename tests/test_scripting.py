@@ -372,6 +372,15 @@ def test_a_column_that_is_not_there_is_said():
     assert table.get("tile", 0) is table["tile"]
 
 
+def test_a_table_without_rows_has_columns_of_the_same_kinds():
+    """Tables of several files are joined: in pandas, true and false with numbers are neither."""
+    walked = uf.walk(1.5)
+    silent = uf.Forces(walked.time_s, np.zeros_like(walked.force_n), walked.rate_hz, walked.floor)
+    for full, empty in ((walked.steps(), silent.steps()), (walked.contacts(), silent.contacts())):
+        assert (full.rows > 0, empty.rows) == (True, 0)
+        assert [column.dtype.kind for column in empty.values()] == [column.dtype.kind for column in full.values()]
+
+
 def test_forces_come_back_from_the_file_they_were_saved_to(tmp_path):
     forces = uf.walk(1.5, uf.default_floor(1, 2))
     forces.save(tmp_path / "walk.csv")

@@ -78,8 +78,8 @@ class Forces(ForceSeries, frozen=True):
         array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
         """
         found = [step for part in self._found() for step in part.steps]
-        columns = {field.name: [getattr(step, field.name) for step in found] for field in fields(Step)}
-        return Table("steps", {name: np.array(values) for name, values in columns.items()})
+        columns = {one.name: np.array([getattr(step, one.name) for step in found], one.type) for one in fields(Step)}
+        return Table("steps", columns)  # each of its field's kind, also without a step
 
     def contacts(self) -> Table:
         """Return the contacts, one row per contact and sample: time_s, contact, x_m, y_m, force_n and tiles.
