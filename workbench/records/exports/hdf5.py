@@ -68,12 +68,16 @@ def _write(export: ExportSource, path: Path) -> None:
 
 
 def step_columns(steps: Iterable[Step]) -> dict[str, NDArray[np.generic] | list[str]]:
-    """Return the columns of the steps by name: numbers as arrays, text as lists."""
+    """Return the columns of the steps by name: numbers as arrays of their field's kind, text as lists.
+
+    >>> step_columns([])["spike"].dtype, step_columns([])["side"]
+    (dtype('bool'), [])
+    """
     every = list(steps)
     found: dict[str, NDArray[np.generic] | list[str]] = {}
     for field in fields(Step):
         values = [getattr(step, field.name) for step in every]
-        found[field.name] = values if field.type in (str, "str") else np.array(values)
+        found[field.name] = values if field.type in (str, "str") else np.array(values, field.type)
     return found
 
 
