@@ -26,6 +26,7 @@ def test_words_are_written_as_they_are():
     root = parsed(Drawing("a < b & c", "time, s", "y", (series("x > 1", [1, 2], [1, 2]),)))
     words = [element.text for element in root.iter(f"{SVG}text")]
     assert {"a < b & c", "x > 1", "time, s →"} <= set(words)
+    assert (root.get("role"), root.get("aria-label")) == ("img", "a < b & c: y over time, s")
 
 
 def test_dots_are_where_the_axes_say():

@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QMetaMethod, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QContextMenuEvent, QMouseEvent, QPainter, QPaintEvent, QPixmap, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from underfoot.drawing import Drawing
+from underfoot.drawing import Drawing, spoken
 from underfoot.drawing.layout import Frame, Margins, content_of, frame_of, is_cut_off, pixel_centre
 from underfoot.drawing.shapes import Polyline
 from underfoot.widgets import theme
@@ -50,7 +50,7 @@ class Plot(QWidget):
         """Show another drawing."""
         self.drawing = drawing
         if self._margins is None:
-            self.setAccessibleName(f"{drawing.title}: {drawing.y} over {drawing.x}".removeprefix(": "))
+            self.setAccessibleName(spoken(drawing))
         key = _frame_key_of(drawing)
         if key is None or key != self._frame_key:
             self._frame = None

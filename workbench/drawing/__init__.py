@@ -91,6 +91,15 @@ class Drawing(Struct, frozen=True):
     note: str = ""
 
 
+def spoken(drawing: Drawing) -> str:
+    """Return what a screen reader says of a drawing.
+
+    >>> spoken(Drawing("Creep", "time, s", "force, N"))
+    'Creep: force, N over time, s'
+    """
+    return f"{drawing.title}: {drawing.y} over {drawing.x}".removeprefix(": ")
+
+
 def series(
     name: str,
     x: ArrayLike,

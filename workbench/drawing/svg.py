@@ -9,7 +9,7 @@ from functools import singledispatch
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.drawing import Drawing
+from underfoot.drawing import Drawing, spoken
 from underfoot.drawing.layout import content_of, frame_of, is_cut_off
 from underfoot.drawing.look import AREA_OPACITY, BACKDROP_OPACITY, DASH_PX, DOT_PX, heat_colours, heat_table, palette
 from underfoot.drawing.png import png_of_indices
@@ -32,6 +32,8 @@ def height_of(drawing: Drawing) -> int:
 def svg(drawing: Drawing, colours: str = "dark") -> str:
     """Return the drawing as an SVG picture, 640 x 400 (a map 640 x 640), in the "dark" or the "light" palette.
 
+    To a screen reader it is one picture with a name, not a list of its ticks.
+
     >>> from underfoot.drawing import series
     >>> text = svg(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),), x_log=True))
     >>> "time, s" in text and text.startswith("<svg")
@@ -41,7 +43,7 @@ def svg(drawing: Drawing, colours: str = "dark") -> str:
     frame = frame_of(drawing, WIDTH, height, _width_px)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}"'
-        ' font-family="sans-serif">',
+        f' font-family="sans-serif" role="img" aria-label="{html.escape(spoken(drawing))}">',
         f'<rect width="{WIDTH}" height="{height}" fill="{palette(colours)["ground"]}"/>',
         *(element for shape in frame.shapes for element in _elements(shape, colours)),
     ]
