@@ -106,7 +106,7 @@ class AnswerForm(QWidget):
             which = f"a number from {first} to {last}" if is_row else " or ".join(self._meanings)
             return f"Type {which} and press Return, or click." if self.has_long_numbers else f"Press {which}, or click."
         if len(self.sliders) == 1:
-            return "Left and Right move it. Return answers."
+            return "Press Left and Right, or click on the line; then press Return."
         if any(_are_digits(keys) for keys, _ in self._rows.values()):
             return "Numbers choose and go on to the next question, as Tab does. Press Return at the end, or click."
         return "Press Return to go on, or click."
