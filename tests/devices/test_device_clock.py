@@ -187,9 +187,13 @@ def test_nothing_is_known_of_a_clock_before_its_first_second():
     clocks = device_clock.DeviceClocks(2, RATE)
     assert clocks.fit(0) is None
     for i in range(900):
-        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 48.0 * i, RATE)
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 49.0 * i, RATE)
     assert clocks.fit(0) is None
     assert clocks.fit(1) is None
+    assert clocks.table["slope"][0] == 0.0
+    for i in range(900, 3000):
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 49.0 * i, RATE)
+    assert clocks.fit(0).drift_ppm == pytest.approx(1e6 * device_clock.MAX_DRIFT)  # no clock is as slow
 
 
 @pytest.mark.parametrize("slope", [0.0, 1e-4, -0.01])
