@@ -269,7 +269,7 @@ def test_what_is_told_of_the_outputs_is_of_the_tiles_and_not_of_sound():
 
 def test_many_rows_at_once_give_the_bits_of_one_sample_after_the_other():
     rng = np.random.default_rng(3)
-    heights = np.geomspace(0.01, 30.0, 11)
+    heights = np.geomspace(0.01, 60.0, 11)
     signal = np.repeat(rng.standard_normal((11, 333)) * heights[:, None], 4, axis=1)
     signal[2, :700], signal[4, 900:], signal[7, 500] = 0.0, 0.0, math.nan
     limits = [Limits(FULL, 0.9 - 0.05 * k, 0.1 + 0.03 * k) for k in range(11)]
