@@ -326,10 +326,11 @@ def test_forces_that_may_be_in_kilograms_are_asked_about():
     assert words.startswith("full scale is 20.4 N, and what is above 25.5 N is cut: ")
 
 
-def test_a_sensor_of_half_the_gain_of_the_others_is_named():
-    rows = made_sensors.pairs_rows("straight, with an offset", gains=(0.8, 1.0, 0.5, 1.2))
+@pytest.mark.parametrize(("gains", "times"), [((0.8, 1.0, 0.5, 1.2), "2"), ((0.4, 0.5, 1.0, 0.6), "0.5")])
+def test_a_sensor_of_half_or_twice_the_gain_of_the_others_is_named(gains, times):
+    rows = made_sensors.pairs_rows("straight, with an offset", gains=gains)
     (words,) = linearise(pairs(rows), hysteresis=False).warnings
-    assert words.startswith("sensor 3: it takes 2 times the force of the others for the same reading")
+    assert words.startswith(f"sensor 3: it takes {times} times the force of the others for the same reading")
 
 
 def test_what_makes_a_curve_doubtful_is_said_of_its_sensor():
