@@ -1,5 +1,6 @@
 """The apparatus of a study: session, stimuli and equipment, shared by all of its trials."""
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from underfoot.studies.stimulus_patches import StimulusPatches, unheard
 
 @dataclass(frozen=True)
 class Apparatus:
-    """Session, stimuli and equipment of a study. `clock` is in seconds; `pack` begins to compress excerpts."""
+    """Session, stimuli and equipment of a study. `pack` begins to compress excerpts."""
 
     session: Session
     protocol: Protocol
@@ -28,7 +29,6 @@ class Apparatus:
     equipment: Equipment
     presenter: Presenter
     watch: FloorWatch
-    clock: Callable[[], float]
     pack: Callable[[Sequence[Excerpt]], object]
 
     @property
@@ -73,16 +73,16 @@ class TimedStimulus:
 
     def has_ended(self, seconds: float) -> bool:
         """Return whether the patch has played for `seconds`; send the event when it begins to play."""
-        presenter, clock = self._apparatus.presenter, self._apparatus.clock
+        presenter = self._apparatus.presenter
         self._let_be_heard()
         if presenter.since_frame is None or self._unheard is not None:
             return False
         if self._until is None:
             most_loaded = int(np.argmax(self._apparatus.watch.loads_n))  # on the tile under the participant
             presenter.strike(self._apparatus.session.target.floor.tiles[most_loaded].id)
-            self._until = clock() + seconds
+            self._until = time.monotonic() + seconds
             return False
-        if clock() < self._until:
+        if time.monotonic() < self._until:
             return False
         self._until = None
         return True

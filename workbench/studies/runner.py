@@ -48,7 +48,6 @@ class Runner:
         protocol: Protocol,
         folder: Path | None = None,
         equipment: Equipment | None = None,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Begin or continue the study at the state of the file; `folder` contains the protocol's patches."""
         require_on_floor(protocol, session.target.floor)
@@ -61,11 +60,10 @@ class Runner:
         self.watch = FloorWatch(
             ForceReader(session.memory.force), target.floor, float(target.rate), session.force_rate_hz
         )
-        self._clock = clock
         self._stimuli = StimulusPatches(protocol, session.registry, folder)
         self._equipment = equipment or Equipment()
         self._apparatus = Apparatus(
-            session, protocol, self._stimuli, self._equipment, self.presenter, self.watch, clock, file.begin_packing
+            session, protocol, self._stimuli, self._equipment, self.presenter, self.watch, file.begin_packing
         )
         self.messages: list[str] = []
         """Messages for the experimenter, newest last."""
@@ -126,9 +124,9 @@ class Runner:
     def seconds_left(self) -> float:
         """The remaining seconds of a pause or wait; 0 without a countdown."""
         if self.phase is Phase.WAITING and self._trial is not None:
-            return max(self._trial.due - self._clock(), 0.0)
+            return max(self._trial.due - time.monotonic(), 0.0)
         counted = self.phase is Phase.PAUSE or self.page.kind == "learn"
-        return max(self._page_due - self._clock(), 0.0) if counted else 0.0
+        return max(self._page_due - time.monotonic(), 0.0) if counted else 0.0
 
     @property
     def is_prepared(self) -> bool:
@@ -154,7 +152,7 @@ class Runner:
     def selected(self) -> FloorTarget | None:
         """The button that was just pressed in time, and is highlighted; None if there is none."""
         target, until = self._selected
-        return target if self.phase is Phase.WAITING and self._clock() < until else None
+        return target if self.phase is Phase.WAITING and time.monotonic() < until else None
 
     # --- actions ---
 
@@ -330,7 +328,7 @@ class Runner:
         self._why_stopped, self._trial, self._hint, self._kept_felt = "", None, "", (0, False)
         self._record = TrialRecord(started_at=time_of_day())
         self._stimulus.begin(IDLE)
-        self._page_due = self._clock() + page.seconds
+        self._page_due = time.monotonic() + page.seconds
         if page.kind == "end":
             self._phase = Phase.END
         elif page.kind == "pause":
@@ -354,17 +352,17 @@ class Runner:
                 self.stop(reason)
             case Answered(values, facts, pause_s) if trial.target is not None:
                 if values["selected"] == YES:
-                    self._selected = (trial.target, self._clock() + SELECTED_S)
+                    self._selected = (trial.target, time.monotonic() + SELECTED_S)
                 self._keep(values, facts)
                 if pause_s and self._trial is not None:
-                    self._trial.due = self._clock() + pause_s
+                    self._trial.due = time.monotonic() + pause_s
             case Answered(values, facts):
                 self._take_answer(values, facts)
 
     def _page(self) -> None:
         """End stimuli and the time of learning after their duration."""
         kind = self.page.kind
-        if kind == "learn" and self.page.seconds and self._clock() >= self._page_due:
+        if kind == "learn" and self.page.seconds and time.monotonic() >= self._page_due:
             self._keep({}, {})
         elif kind == "learn":
             if self._stimulus.has_ended(self.protocol.present_s):
@@ -373,7 +371,7 @@ class Runner:
             self._stimulus.has_ended(math.inf)
 
     def _pause(self) -> None:
-        if self._clock() >= self._page_due:
+        if time.monotonic() >= self._page_due:
             self._keep({}, {})
 
     # --- storing ---
@@ -383,7 +381,7 @@ class Runner:
         self._record.complete(self.presenter)
         known = {**self._record.facts, **facts}
         if self.phase is Phase.ANSWERING:
-            known |= {"response_s": round(self._clock() - self._record.ended, 4), "plays": self._record.plays}
+            known |= {"response_s": round(time.monotonic() - self._record.ended, 4), "plays": self._record.plays}
         self._keep(values, known)
 
     def _keep(self, values: Answers, facts: Mapping[str, Any]) -> None:

@@ -1,6 +1,7 @@
 """One trial with a participant: its intervals are presented one after another, and measured, until it is answered."""
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -53,7 +54,7 @@ class TrialRun:
         """The index of the current interval."""
         self.phase, self.hint = Phase.WAITING, ""
         self.due = 0.0
-        """The end of the present wait, on the apparatus's clock."""
+        """The end of the present wait, in seconds of `time.monotonic`."""
         self.target: FloorTarget | None = None
         """The button on the floor, in target selection."""
         self.foot: FootAnswers | None = None
@@ -92,7 +93,7 @@ class TrialRun:
 
     def _wait(self, seconds: float) -> None:
         """Wait for `seconds` before an interval, while the plate moves to its stiffness."""
-        self.phase, self.due = Phase.WAITING, self._apparatus.clock() + seconds
+        self.phase, self.due = Phase.WAITING, time.monotonic() + seconds
         plate = self._apparatus.equipment.plate
         if self.intervals and plate is not None:
             stimulus = self.intervals[self.interval].stimulus
@@ -113,7 +114,7 @@ class TrialRun:
             self.hint = "The plate moves. Please step off." if watch.is_loaded else "The plate moves."
             return
         by_foot = self._page.start != "key" or not self.intervals
-        if self._apparatus.clock() < self.due or not self._apparatus.presenter.has_settled():
+        if time.monotonic() < self.due or not self._apparatus.presenter.has_settled():
             self.hint = ""
         elif by_foot and self.intervals and watch.is_loaded:
             self.hint = "Please step off."
@@ -145,7 +146,7 @@ class TrialRun:
         method = method_of(apparatus.protocol, self._stage, self._participant)
         if trial is None or not isinstance(method, TargetSelection):
             raise BadValue(f"stage {self._page.stage!r} presents nothing")
-        self.target = FloorTarget.of(trial, method.given, apparatus.watch.now_s, apparatus.clock())
+        self.target = FloorTarget.of(trial, method.given, apparatus.watch.now_s, time.monotonic())
         self._begin(apparatus.watch.now_s)
 
     # --- during a presentation ---
@@ -188,7 +189,7 @@ class TrialRun:
             self.hint = "Now back."
 
     def _judge(self, target: FloorTarget) -> Answered | None:
-        answers = target.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s, self._apparatus.clock())
+        answers = target.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s, time.monotonic())
         if answers is None:
             return None
         self._measure()
@@ -199,7 +200,7 @@ class TrialRun:
         """Measure this interval, and begin the next one, or the answer."""
         self._measure()
         self._apparatus.presenter.request(IDLE)
-        self._record.ended, self.hint = self._apparatus.clock(), ""
+        self._record.ended, self.hint = time.monotonic(), ""
         if self.interval + 1 < len(self.intervals):
             self.interval += 1
             self._wait(self._stage.interval_pause_s)
