@@ -40,7 +40,7 @@ def auditioned(
     """
     type = registry[patch.node(node).type]
     output = type.output_ports[port] if port in type.output_ports else type.outputs[0]
-    plain = _without_solo(patch).mark([node], "muted", on=False)
+    plain = patch.mark([one.id for one in patch.nodes], "soloed", on=False).mark([node], "muted", on=False)
     if type.is_sink:
         return Audition(_only(plain, registry, {node}), "as it is")
     if output.kind == "event":
@@ -125,10 +125,6 @@ def _only(patch: Patch, registry: Registry, effective: set[str]) -> Patch:
     """Mute all outputs but these."""
     sinks = {node.id for node in patch.nodes if registry[node.type].is_sink}
     return patch.mark(sinks - effective, "muted", on=True).mark(effective, "muted", on=False)
-
-
-def _without_solo(patch: Patch) -> Patch:
-    return patch.mark([node.id for node in patch.nodes], "soloed", on=False)
 
 
 def _leads_to_a_sink(patch: Patch, registry: Registry, node: str) -> bool:
