@@ -231,7 +231,7 @@ _LEAST_LETTERS = 3
 class ElidedButton(QPushButton):
     """A flat button whose text is elided at its end if space is short."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setProperty("role", "flat")
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

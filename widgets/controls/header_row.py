@@ -21,7 +21,7 @@ class HeaderRow(QWidget):
     def __init__(
         self,
         widgets: Sequence[QWidget | None],
-        shrinking: Sequence[Sequence[QWidget]] = (),
+        shrinking: Sequence[Sequence[QWidget]],
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
