@@ -82,6 +82,14 @@ def test_calibrations_that_cannot_be_read_are_said_in_a_line(whole, text):
         assert recording.calibrations
 
 
+@pytest.mark.parametrize("key", ["rate", "force_rate"])
+def test_one_of_a_rate_that_no_session_has_is_refused(whole, key):
+    with closing(sqlite3.connect(whole)) as base, base:
+        base.execute("update about set value = '1e-300' where key = ?", (key,))
+    with pytest.raises(BadFile, match=f"does not say its {key}"):
+        Recording(whole)
+
+
 @pytest.mark.parametrize("key", ["floor", "rate", "force_rate", "patch"])
 def test_one_that_lacks_what_it_needs_says_what(whole, key):
     with closing(sqlite3.connect(whole)) as base:

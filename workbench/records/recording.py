@@ -328,9 +328,9 @@ class Recording:
 
 
 def _is_said(key: str, value: object) -> bool:
-    """Return whether an entry of `about` is valid: a text, and for rates a number."""
+    """Return whether an entry of `about` is valid: a text, and for rates a number that queues can be made for."""
     try:
-        return isinstance(value, str) and (not key.endswith("rate") or 0.0 < float(value) < 1e9)
+        return isinstance(value, str) and (not key.endswith("rate") or 1.0 <= float(value) < 1e9)
     except ValueError:
         return False
 
