@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import struct
 import sys
 from pathlib import Path
 
@@ -372,6 +373,19 @@ def test_a_sound_file_that_is_a_pipe_is_not_waited_for(refused, folder):
     if hasattr(os, "mkfifo"):
         os.mkfifo(folder / "pipe")
     assert "pipe cannot be played: there is no such file" in refused("render", "a.json", "-o", "out.wav")
+
+
+def test_a_sound_file_that_fills_the_memory_is_not_read(refused, folder):
+    nodes = [{"id": "a", "type": "wav-player", "parameters": {"file": "a.wav"}}, {"id": "b", "type": "tile-output"}]
+    (folder / "a.json").write_bytes(bad_patch(nodes=nodes, wires=[["a.out", "b.acceleration"]]))
+    size = (1 << 28) + 2
+    form = struct.pack("<4sIHHIIHH4sI", b"fmt ", 16, 1, 1, 48_000, 48_000, 1, 8, b"data", size)
+    with (folder / "a.wav").open("wb") as file:
+        file.write(b"RIFF" + struct.pack("<I", size + 36) + b"WAVE" + form)
+        file.truncate(44 + size)
+    assert "a.wav cannot be played: it has 268435458 samples; allowed: 268435456" in refused(
+        "render", "a.json", "-o", "out.wav"
+    )
 
 
 def test_simulations_and_protocols_read_what_lies_beside_them(folder):

@@ -133,6 +133,12 @@ class WavPlayer:
         return math.inf if is_heard or (mode == LOOP and samples.size > 0) else 0.0
 
 
+_MOST_SAMPLES = 1 << 28
+"""Samples of all channels of a sound file, read at once: 2 GiB. A compressed file of a megabyte can have a thousand
+times as many.
+"""
+
+
 def _samples(path: str, rate: float, is_loop: bool) -> Floats:
     """Return the first channel of a sound file, resampled to `rate`; empty without a file.
 
@@ -145,7 +151,11 @@ def _samples(path: str, rate: float, is_loop: bool) -> Floats:
     if not Path(path).is_file():  # opening a pipe would block
         raise BadFile(f"{Path(path)} cannot be played: there is no such file")
     try:
-        sound, own_rate = soundfile.read(path, dtype="float64", always_2d=True)
+        with soundfile.SoundFile(path) as file:
+            if file.frames * file.channels > _MOST_SAMPLES:
+                says = f"it has {file.frames * file.channels} samples; allowed: {_MOST_SAMPLES}, 90 minutes at 48 kHz"
+                raise BadFile(f"{Path(path)} cannot be played: {says}")
+            sound, own_rate = file.read(dtype="float64", always_2d=True), file.samplerate
     except (soundfile.LibsndfileError, OSError, TypeError) as error:
         raise BadFile(f"{Path(path)} cannot be played: {str(error).rstrip('.')}") from None
     sound = sound[:, 0]
