@@ -122,6 +122,11 @@ def test_it_runs_as_a_program_of_its_own(folder):
     assert done.stderr == "underfoot: nope.json cannot be read: no such file\n"
 
 
+def test_a_python_that_drops_the_texts_of_help_is_told_of(folder):
+    done = subprocess.run([sys.executable, "-OO", "-m", "underfoot", "nodes"], capture_output=True, text=True)
+    assert "for its help; start Python without -OO and PYTHONOPTIMIZE=2, which drop it\n" in done.stderr
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
 def test_a_system_that_allows_no_more_open_files_is_one_line(folder):
     serve = [sys.executable, "-m", "underfoot", "serve", "simulator", "--seconds", "1"]

@@ -32,6 +32,7 @@ split into stretches.
 import builtins
 import inspect
 import math
+import sys
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from importlib import import_module
@@ -222,7 +223,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     def declare(cls: builtins.type) -> NodeType:
         require_identifier(f"type of node {cls.__name__}", type)
-        require(bool(cls.__doc__), f"docstring of node {type}", cls.__doc__, "what the node does, for its help")
+        kept = "; start Python without -OO and PYTHONOPTIMIZE=2, which drop it" if sys.flags.optimize > 1 else ""
+        require(bool(cls.__doc__), f"docstring of node {type}", cls.__doc__, f"what the node does, for its help{kept}")
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
         parameters = {name: value for name, value in body.items() if isinstance(value, Parameter)}
