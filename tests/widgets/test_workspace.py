@@ -14,6 +14,7 @@ from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.widgets import workspace_stack
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
+from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
 from underfoot.widgets.workspace import Workspace, WorkspaceDeclaration, discover
 
@@ -124,6 +125,7 @@ def test_the_code_of_a_workspace_is_imported_in_parts():
 
 
 def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_the_window_closes(qtbot, tmp_path):
+    Settings(workspace="Monitor").save(tmp_path)
     window = quiet_window(qtbot, tmp_path)
     stack = window.workspaces
 
@@ -138,8 +140,10 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
     shown = built()
     timers = stack.findChildren(QTimer, options=Qt.FindChildOption.FindDirectChildrenOnly)
     assert [timer.isActive() for timer in timers] == [True], "each request continues by itself"
-    window.workspaces.choose("Monitor")
-    assert window.workspaces["Monitor"] is shown
+    assert not hasattr(shown, "inspector")
+    window.workspaces.choose("Design")
+    assert window.workspaces["Design"] is shown
+    assert shown.inspector.isVisible()
     waited_for, parts = built(), 0
     while stack.indexOf(waited_for) < 0:
         stack.create_next()

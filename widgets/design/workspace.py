@@ -1,6 +1,6 @@
 """The Design workspace: palette, canvas, inspector and preview around one document."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -66,19 +66,28 @@ class DesignWorkspace(Workspace):
         self._last_patch = self.document.patch
         self._loading = False
         self._said = ""
+        self.make(self._parts())
+
+    def _parts(self) -> Iterator[None]:
+        registry = self.registry
         self.node_palette = NodePalette(registry, self)
         self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
+        yield
         self._first_steps = FirstSteps(self)
         self.canvas = Canvas(self.document, registry, self)
+        yield
         self.listen_bar = ListenBar(self)
         self.preview = PreviewPanel(self)
+        yield
         self.inspector = Inspector(registry, self)
+        yield
         self.previews = PreviewRequests(self.canvas, self.inspector, self.preview, registry)
         self.mark_actions = MarkActions(self.canvas, registry)
         self.silence_hint = SilenceHint(lambda text: self.canvas.show_message(text, alarm=False))
         self.slots: SlotListening | None = None
-        self._lay_out()
+        yield from self._lay_out()
+        yield
         self.undo_actions = UndoActions(self.document.group, self)
         self.undo_action, self.redo_action = self.undo_actions.undo, self.undo_actions.redo
         self.undo_actions.used.connect(self._say)
@@ -243,7 +252,7 @@ class DesignWorkspace(Workspace):
 
     # --- inside ---
 
-    def _lay_out(self) -> None:
+    def _lay_out(self) -> Iterator[None]:
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -255,6 +264,7 @@ class DesignWorkspace(Workspace):
         self._middle.setObjectName("design down")
         for widget in (self.side, self._middle, self.inspector):
             self._across.addWidget(widget)
+        yield
         column(self._first_steps, self.canvas, body=self.canvas, parent=self._middle)
         column(self.listen_bar, self.preview, body=self.preview, parent=self._middle)
         self._middle.setStretchFactor(0, 3)
