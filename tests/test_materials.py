@@ -11,11 +11,16 @@ from itertools import combinations, product
 import msgspec
 import numpy as np
 import pytest
+from measured import needs_data
+from measured import walk as measured_walk
 
+from underfoot.devices.replay import Replay
 from underfoot.engine.commands import Play
 from underfoot.engine.levels import SECONDS, levels_of
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
+from underfoot.engine.render import render_source
+from underfoot.floor.profile import NOMINAL_ACCELERATION
 from underfoot.models.gait import Footfall
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
@@ -210,6 +215,17 @@ def test_it_reaches_the_foot_on_a_calibrated_tile_too(name, profile):
     assert found.measured.share_in_band >= 0.8
     assert found.measured.level_db >= 10.0
     assert found.headroom_db > 0.5
+
+
+@needs_data
+@pytest.mark.parametrize("name", GROUNDS)
+def test_real_heels_do_not_drive_it_far_beyond_full_scale(name):
+    floor, forces = measured_walk("adult/walk3")  # the hardest of the measured heels
+    patch, source = Patch.load(preset_files.patches()[name], REGISTRY), Replay(forces, floor, RATE)
+    played = render_source(patch, REGISTRY, source, forces.seconds, LoopOptions(measures=True))
+    peaks = np.abs(played.tiles["commanded"]).max(axis=0) / NOMINAL_ACCELERATION
+    assert (peaks > 0.15).all()
+    assert (peaks < 1.7).all()  # as docs/levels.md has it; of more, the limiter would take half
 
 
 @pytest.mark.parametrize("name", EARS)
