@@ -225,7 +225,7 @@ BAD_OPTIONS = [
     ("calibrate force", "No such command 'force'. Did you mean 'forces'? See `underfoot calibrate --help`"),
     ("gravel", "No such command 'gravel'; `underfoot --patch gravel` opens the preset; see `underfoot --help`"),
     ("grvel", "No such command 'grvel'; `underfoot --patch gravel` opens the preset"),  # it is like serve, too
-    ("convert gravel -o -", "'-' cannot be read or written; allowed: a file's name, as nothing is piped"),
+    ("convert gravel -o -", "'-' cannot be read or written; allowed: a file's name"),
     ("monitor corridor --steps -", "'-' cannot be read"),
     ("levels --profile=", "'' cannot be read"),
     ("--nope", "No such option"),

@@ -47,6 +47,16 @@ def test_monitor_prints_and_writes_the_footsteps_of_a_file(underfoot, folder, wa
     assert max(float(row.split(",")[4]) for row in rows) == pytest.approx(800.0, abs=1.0)
 
 
+def test_forces_through_a_pipe_are_those_of_the_file(underfoot, folder, walk):
+    """As from `<(zcat walk.csv.gz)`. One that nobody writes to is not waited for, and in the window none is read."""
+    with subprocess.Popen(["cat", walk], stdout=subprocess.PIPE) as writer:
+        piped = underfoot("monitor", f"/dev/fd/{writer.stdout.fileno()}", "--floor", "walk.floor.json")
+    assert piped == underfoot("monitor", walk)
+    os.mkfifo("pipe")
+    assert "pipe cannot be read: it is a pipe, and nothing was written to it" in underfoot("monitor", "pipe").error
+    assert "pipe cannot be read: it is a device, and no file" in underfoot("--recording", "pipe").error
+
+
 @pytest.mark.parametrize(("factor", "said"), [(-1.0, "are these of the other sign?"), (1e-3, "no steps found: the ")])
 def test_monitor_says_when_forces_are_none_that_a_walk_has(underfoot, folder, walk, factor, said):
     header, *rows = walk.read_text().splitlines()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from underfoot.errors import BadFile
-from underfoot.files import names_file, require_file_name, require_replaceable
+from underfoot.files import names_file, reason_of, require_file_name, require_replaceable
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -20,11 +20,40 @@ class FileName(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
         if value in ("", "-"):
-            raise BadFile(f"{value!r} cannot be read or written; allowed: a file's name, as nothing is piped")
+            raise BadFile(f"{value!r} cannot be read or written; allowed: a file's name")
         return super().convert(value, param, ctx)
 
 
-FILE = FileName(path_type=Path)
+class _Input(FileName):
+    """A file or folder to read. What comes through a pipe, as from the shell's `<(zcat trials.csv.gz)`, is kept in a
+    file while the command runs: only there can it be read twice, and by other processes. The window waits for no pipe.
+    """
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
+        if ctx is not None and ctx.parent is not None and not ctx.resilient_parsing and Path(value).is_fifo():
+            value = _kept(value, ctx.find_root())
+        return super().convert(value, param, ctx)
+
+
+def _kept(pipe: str, ctx: click.Context) -> str:
+    """Return the name of a file with all that is written to a pipe, which is removed with the context."""
+    from shutil import copyfileobj
+    from tempfile import TemporaryDirectory
+
+    folder = ctx.with_resource(TemporaryDirectory(prefix="underfoot-pipe-"))
+    copy = os.path.join(folder, os.path.basename(pipe))
+    try:  # to open it in the usual way would wait for somebody who writes
+        with open(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb") as source, open(copy, "wb") as target:
+            os.set_blocking(source.fileno(), True)
+            copyfileobj(source, target)
+    except OSError as error:
+        raise BadFile(f"{pipe} cannot be read: {reason_of(error)}") from None
+    if not os.path.getsize(copy):
+        raise BadFile(f"{pipe} cannot be read: it is a pipe, and nothing was written to it")
+    return copy
+
+
+FILE = _Input(path_type=Path)
 """A file or folder that is named on the command line."""
 
 
@@ -38,7 +67,7 @@ OUTPUT = _Output(path_type=Path)
 """A file to write, and never a folder."""
 
 
-class FileOrPreset(FileName):
+class FileOrPreset(_Input):
     """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these."""
 
     def __init__(self, kind: str, path_type: type = Path) -> None:
