@@ -222,7 +222,7 @@ class RecordingReader(QObject):
     def _open_file(self, path: Path) -> Recording:
         self._close_recording()
         recording = self._open_files.enter_context(Recording(path))
-        floor = Floor.loads(recording.about["floor"], str(path))
+        floor = recording.floor
         self._recording, self._floor = recording, floor
         self._columns = dict.fromkeys(envelopes.SOURCES, len(floor.tiles)) | {"force": len(floor.tiles) + 1}
         self._find_base()

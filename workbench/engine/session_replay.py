@@ -85,8 +85,7 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
     """Return the loop of the recorded session, as it was before its first frame."""
     about = recording.about
     _run_nodes(recording, about["patch"])
-    floor = Floor.loads(about["floor"], str(recording.path))
-    parts = (rows for _, rows in recording.blocks("force"))
+    floor, parts = recording.floor, (rows for _, rows in recording.blocks("force"))
     source = RecordedForce(parts, floor, float(about["force_rate"]))
     with _readable(recording.path, "channels"):
         channels = msgspec.json.decode(about.get("channels", "null"), type=tuple[int, ...] | None)

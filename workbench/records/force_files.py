@@ -59,7 +59,7 @@ def floor_of(path: str | Path) -> Floor:
     path = Path(path)
     if is_recording(path):
         with Recording(path) as recording:
-            return Floor.loads(recording.about["floor"], str(path))
+            return recording.floor
     if path.suffix.lower() == ".c3d":
         from underfoot.records.c3d_plates import floor_of_plates
 
@@ -69,7 +69,7 @@ def floor_of(path: str | Path) -> Floor:
 
 def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceSeries, Floor]:
     with Recording(path) as recording:
-        floor = Floor.loads(recording.about["floor"], str(path))
+        floor = recording.floor
         rate, force_rate = recording.rate_hz, float(recording.about["force_rate"])
         first, end = recording.span
         begin, until = (first + rate * time_s for time_s in stretch_s) if stretch_s else (-np.inf, np.inf)

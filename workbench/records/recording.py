@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from underfoot.arguments import choice, integer, is_text
 from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import head_of, no_file, path_of
+from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import InUse
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
 from underfoot.sqlite_files import is_gone, opened, require_whole
@@ -204,6 +205,11 @@ class Recording:
     def rate_hz(self) -> float:
         """Session frames per second."""
         return float(self.about["rate"])
+
+    @property
+    def floor(self) -> Floor:
+        """The floor that was recorded; raises `BadFile` if it is damaged."""
+        return Floor.loads(self.about["floor"], str(self.path))
 
     @property
     def span(self) -> tuple[int, int]:

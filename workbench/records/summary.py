@@ -32,7 +32,7 @@ class Summary:
 def summary_of(path: Path) -> Summary:
     """Return the summary of a recording; `BadFile` if it cannot be read. Only a small part of a long file is read."""
     with Recording(path) as recording:
-        floor = Floor.loads(recording.about["floor"], str(path))
+        floor = recording.floor
         first, end = recording.span
         found = load_cached_survey(recording)
         return Summary(

@@ -19,7 +19,6 @@ from underfoot.errors import BadFile
 from underfoot.files import cache_folder, make_folder, write_file
 from underfoot.floor.contacts import Contact
 from underfoot.floor.footsteps import Step, is_step
-from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
@@ -86,7 +85,7 @@ class RecordedForces:
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self.floor = Floor.loads(recording.about["floor"], str(recording.path))
+        self.floor = recording.floor
         self.rate = recording.rate_hz
         self.rate_hz = float(recording.about["force_rate"])
         self.first, self.end = recording.span
