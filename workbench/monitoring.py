@@ -159,7 +159,7 @@ class SessionStream:
             if len(frames):
                 now = float(frames[-1]) / self._rate
             else:  # nothing more may arrive
-                now = max(now, session.health.frame / self._rate - _SILENT_S)
+                now = max(now, session.played_s - _SILENT_S)
                 time.sleep(_WAIT_S)
             if len(frames) or messages:
                 kept = frames / self._rate < self._seconds

@@ -133,7 +133,7 @@ class Bridge(QObject):
         if self.engine_failure:  # the feet of its last samples would stand there for good
             self._show_silence(True)
             return
-        now_s = session.health.frame / self._rate_hz  # the samples until then are there already
+        now_s = session.played_s  # before the samples, which are there until then
         frames, force_n = session.force.read()
         self._heard_s = float(frames[-1]) / self._rate_hz if len(frames) else min(self._heard_s, now_s)
         self._show_silence(now_s - self._heard_s > SILENT_S)

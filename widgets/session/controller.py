@@ -240,7 +240,7 @@ class SessionController(QObject):
     @property
     def played_s(self) -> float:
         """Elapsed time of the session in seconds."""
-        return self.session.health.frame / self.session.target.rate if self.session is not None else 0.0
+        return self.session.played_s if self.session is not None else 0.0
 
     def _with_profiles(self, target: Target) -> Target:
         """Return a target with the profiles of its floor, if there are any."""

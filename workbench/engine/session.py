@@ -183,6 +183,11 @@ class Session:
         return self.memory.status.health()
 
     @property
+    def played_s(self) -> float:
+        """Elapsed time of the session in seconds; the samples until then are in the rings already."""
+        return self.health.frame / self.target.rate
+
+    @property
     def pids(self) -> dict[str, int]:
         """The numbers of the processes that run, by name: engine, standby, compiler, recorder."""
         return {**self._engine.pids, **self._compiler.pids, **self._recorder.pids}
@@ -285,10 +290,8 @@ class Session:
         """
         self._require_open()
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
-        ticket = self._compiler.new_ticket()
-        self._compiler.request(
-            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, self.target.rate, folder)
-        )
+        ticket, rate = self._compiler.new_ticket(), self.target.rate
+        self._compiler.request(OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, folder))
         return ticket
 
     def measure_errors(self, patch: Patch, node: str) -> int:

@@ -52,8 +52,7 @@ class Stage:
         done: list[Moment] = []
         if self._before is None:
             return done
-        now_s = self.session.health.frame / self.session.target.rate  # the samples until then are there already
-        samples = self._forces.read()
+        now_s, samples = self.session.played_s, self._forces.read()  # in this order: the samples until then are there
         for moment in chain(self._moments.feed(*samples), self._moments.pass_time(now_s)):
             done.append(moment)
             for cue in self.scene.step(moment):
@@ -84,8 +83,7 @@ class Stage:
         session = self.session
         match cue:
             case Strike():
-                now_s = session.health.frame / session.target.rate
-                strike = cue.command(self.scene.floor, delay_of(cue, now_s - HOLD_S))
+                strike = cue.command(self.scene.floor, delay_of(cue, session.played_s - HOLD_S))
                 session.send(strike)
                 self._sent.append((strike, cue.at_s if math.isfinite(cue.at_s) else moment.began_s))
             case Set(node, name, value):

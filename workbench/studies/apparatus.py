@@ -31,14 +31,9 @@ class Apparatus:
     watch: FloorWatch
     pack: Callable[[Sequence[Excerpt]], object]
 
-    @property
-    def played_s(self) -> float:
-        """Elapsed time of the session in seconds."""
-        return self.session.health.frame / self.session.target.rate
-
     def mark(self, what: str, page: Page, time_s: float | None = None) -> None:
         """Send a marker for an event on this page, of now or of the session's `time_s`."""
-        ago_s = 0.0 if time_s is None else self.played_s - time_s
+        ago_s = 0.0 if time_s is None else self.session.played_s - time_s
         self.equipment.mark(what, place_of(page), time_s, ago_s)
 
 

@@ -162,7 +162,7 @@ class Runner:
         self.presenter.take(several)
         self.presenter.read(PRESENTED_S if self.phase is Phase.PRESENTING else WAITED_S)
         force_n = self.watch.read()
-        self._equipment.forces(self.watch.now_s, self._apparatus.played_s - self.watch.now_s, force_n)
+        self._equipment.forces(self.watch.now_s, self.session.played_s - self.watch.now_s, force_n)
         for report in several:
             if isinstance(report, ProcessDied) and report.process == "engine":
                 self._lost(f"the engine was lost: {report.reason}")

@@ -152,7 +152,7 @@ class TrialRun:
     # --- during a presentation ---
 
     def _begin_by_key(self) -> None:
-        self._begin(self._apparatus.played_s)
+        self._begin(self._apparatus.session.played_s)
         self._stood = self._apparatus.watch.is_on
         self._stimulus.begin(self._patch)
 

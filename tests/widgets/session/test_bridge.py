@@ -110,7 +110,7 @@ def test_a_floor_is_silent_while_nothing_comes_from_it_and_the_engine_runs(qtbot
     def second(read, end_s, plays=True):
         session.force.read = lambda: (read[0] + 48_000.0 * (end_s - 0.016), read[1])
         for k in range(62):
-            session.health = SimpleNamespace(frame=48_000 * (end_s - plays * (1.0 - k / 61)))
+            session.health, session.played_s = None, end_s - plays * (1.0 - k / 61)
             made.tick()
 
     second(quiet, 1.0, plays=False)
