@@ -89,7 +89,7 @@ def test_a_step_on_an_untared_tile_is_followed_within_a_millimetre(rate_hz):
     np.testing.assert_allclose(tracker.baseline_n[0], np.median(force_n[-int(0.4 * rate_hz) :, 0], axis=0), atol=0.15)
 
 
-@pytest.mark.parametrize(("noise_n", "on_n"), [(0.5, 20.0), (4.0, 40.0)])
+@pytest.mark.parametrize(("noise_n", "on_n"), [(0.5, 20.0), (2.05, 20.0), (4.0, 40.0)])
 def test_the_threshold_rises_with_the_noise(noise_n, on_n):
     time_s, force_n = loads((0.0, 3.0), (0.8 * on_n, 0.1), (0.0, 1.2), (1.2 * on_n, 0.1), (0.0, 1.0))
     noisy = force_n + (force_n == 0.0) * np.random.default_rng(3).normal(0.0, noise_n, force_n.shape)

@@ -80,7 +80,7 @@ class StepFinder:
         if self._cut:
             found.append(f"{counted(self._cut, 'contact')} cut by gaps in the samples; they give no step")
         begins_n = ON_SIGMAS * self._tracker.noise_n
-        noisy = [tile.id for tile, on_n in zip(self._floor.tiles, begins_n, strict=True) if on_n > ON_N]
+        noisy = [tile.id for tile, on_n in zip(self._floor.tiles, begins_n, strict=True) if round(on_n) > ON_N]
         if noisy:
             most = f"up to {begins_n.max():.0f} N instead of {ON_N:g} N"
             found.append(f"noisy, so that contacts begin late, at {most}, and end early: {', '.join(noisy)}")
