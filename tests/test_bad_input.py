@@ -383,7 +383,7 @@ def test_a_sound_file_that_fills_the_memory_is_not_read(refused, folder):
     with (folder / "a.wav").open("wb") as file:
         file.write(b"RIFF" + struct.pack("<I", size + 36) + b"WAVE" + form)
         file.truncate(44 + size)
-    assert "a.wav cannot be played: it has 268435458 samples; allowed: 268435456" in refused(
+    assert "a.wav cannot be played: it is 268435458 samples in memory; allowed: 268435456" in refused(
         "render", "a.json", "-o", "out.wav"
     )
 

@@ -90,9 +90,12 @@ def test_a_sound_whose_header_makes_hours_of_it_is_refused_before_it_is_resample
     path = tmp_path / "a.wav"
     soundfile.write(path, np.zeros(4800), 22_050)
     data = bytearray(path.read_bytes())
-    data[24:28] = (3).to_bytes(4, "little")  # samples a second
-    path.write_bytes(data)
-    assert "its header says 3 Hz; allowed: 100 Hz and more" in read_error(KINDS["sound file"], path)
+    for rate_hz in (3, 2_147_483_647):
+        data[24:28] = rate_hz.to_bytes(4, "little")  # samples a second
+        path.write_bytes(data)
+        assert f"its header says {rate_hz} Hz; allowed: 100 to 1000000 Hz" in read_error(KINDS["sound file"], path)
+    soundfile.write(path, np.zeros(600_000), 100, "PCM_U8")
+    assert "it is 288000000 samples in memory; allowed: 268435456" in read_error(KINDS["sound file"], path)
 
 
 def test_strangers_datagrams_are_left_out_and_floods_take_no_memory():

@@ -15,8 +15,10 @@ from underfoot.patch.node import Input, Output, node, prepared
 
 LOOP = 0
 """Index of "loop" in the options of a player's `mode`."""
-_LEAST_RATE_HZ = 100
-"""Lowest sample rate of a file: below it there is nothing to feel, and a damaged header could mean hours of sound."""
+_LEAST_RATE_HZ, _MOST_RATE_HZ = 100, 1_000_000
+"""Sample rates of a file: below them there is nothing to feel, and a damaged header could mean hours of sound, or of
+the second of silence that resampling adds.
+"""
 
 
 @node("noise", "Sources", "Noise")
@@ -134,8 +136,8 @@ class WavPlayer:
 
 
 _MOST_SAMPLES = 1 << 28
-"""Samples of all channels of a sound file, read at once: 2 GiB. A compressed file of a megabyte can have a thousand
-times as many.
+"""Samples of all channels of a sound file as it is read, and of one at the session's rate: 2 GiB. A compressed file of
+a megabyte can have a thousand times as many, and one that is resampled from 100 Hz 480 times.
 """
 
 
@@ -152,18 +154,20 @@ def _samples(path: str, rate: float, is_loop: bool) -> Floats:
         raise BadFile(f"{Path(path)} cannot be played: there is no such file")
     try:
         with soundfile.SoundFile(path) as file:
-            if file.frames * file.channels > _MOST_SAMPLES:
-                says = f"it has {file.frames * file.channels} samples; allowed: {_MOST_SAMPLES}, 90 minutes at 48 kHz"
+            own_rate = file.samplerate
+            if not _LEAST_RATE_HZ <= own_rate <= _MOST_RATE_HZ:
+                says = f"its header says {own_rate} Hz; allowed: {_LEAST_RATE_HZ} to {_MOST_RATE_HZ} Hz"
                 raise BadFile(f"{Path(path)} cannot be played: {says}")
-            sound, own_rate = file.read(dtype="float64", always_2d=True), file.samplerate
+            samples = round(file.frames * max(file.channels, rate / own_rate))
+            if samples > _MOST_SAMPLES:
+                says = f"it is {samples} samples in memory; allowed: {_MOST_SAMPLES}, 90 minutes at 48 kHz"
+                raise BadFile(f"{Path(path)} cannot be played: {says}")
+            sound = file.read(dtype="float64", always_2d=True)
     except (soundfile.LibsndfileError, OSError, TypeError) as error:
         raise BadFile(f"{Path(path)} cannot be played: {str(error).rstrip('.')}") from None
     sound = sound[:, 0]
     if not np.isfinite(sound).all():
         raise BadFile(f"{Path(path)} cannot be played: it has samples that are not finite")
-    if own_rate < _LEAST_RATE_HZ:
-        says = f"its header says {own_rate} Hz; allowed: {_LEAST_RATE_HZ} Hz and more"
-        raise BadFile(f"{Path(path)} cannot be played: {says}")
     if own_rate != rate and sound.size:
         frames = sound.size * rate / own_rate
         if not is_loop:  # a second of silence or more, up to where a sample and a frame are at the same time:
