@@ -250,3 +250,17 @@ def test_an_index_that_cannot_be_read_is_begun_anew(kernels, tmp_path, monkeypat
     assert sum(again.compiled.stats.cache_hits.values()) == 0
     third = kernels()
     assert (third(1.0), sum(third.compiled.stats.cache_hits.values())) == (3.0, 1)
+
+
+def test_machine_code_that_is_damaged_is_not_run(kernels, tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "kept"))
+    factor, damaged = np.float64(1.2345).tobytes(), np.float64(6.789).tobytes()
+    called = CALLED.replace("2.0", "1.2345")
+    assert kernels(called)(2.0) == 3.469
+    (code,) = cache_folder().glob("kernels/caller.one_more-*.nbc")
+    whole = code.read_bytes()
+    assert factor in whole
+    code.write_bytes(whole.replace(factor, damaged))
+    assert kernels(called)(2.0) == 3.469
+    third = kernels(called)
+    assert (third(2.0), sum(third.compiled.stats.cache_hits.values())) == (3.469, 1)

@@ -8,6 +8,7 @@ A kernel is loaded without the data that only the compiler needs, which would ta
 """
 
 import hashlib
+import pickle
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -17,10 +18,11 @@ from importlib import import_module
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
+from zlib import crc32
 
 import llvmlite.binding as llvm
 from numba.core.base import BaseContext
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, NullCache, _CacheLocator
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import CompileResult
 from numba.core.environment import Environment, lookup_environment
@@ -74,7 +76,7 @@ class KernelCache:
     def _load(self, signature: Signature, context: BaseContext) -> CompileResult | None:
         try:
             return self._files.load_overload(signature, context)
-        except Exception:  # truncated, or with another checkout's types: unpickling can raise anything
+        except Exception:  # damaged, or with another checkout's types: unpickling can raise anything
             with suppress(OSError):
                 self._files.flush()
             return None
@@ -288,6 +290,24 @@ class _Results(CompileResultCacheImpl):
         return *data, own
 
 
+class _CheckedFile(IndexDataCacheFile):
+    """Numba's pair of files, with a checksum at their ends, where unpickling ignores it.
+
+    After a power cut, zeros in machine code would end every process that loads it, and another bit would give other
+    numbers.
+    """
+
+    def _dump(self, content: object) -> bytes:
+        data: bytes = super()._dump(content)
+        return data + crc32(data).to_bytes(4)
+
+    def _load_data(self, name: str) -> object:
+        data = Path(self._data_path(name)).read_bytes()
+        if crc32(data[:-4]).to_bytes(4) != data[-4:]:
+            raise ValueError(f"{name} is damaged")
+        return pickle.loads(data)
+
+
 class _Files(FunctionCache):
     """Numba's files of one kernel, under its digest."""
 
@@ -307,6 +327,7 @@ class _Files(FunctionCache):
         self._impl_class = Located
         self._lock: Any = None
         super().__init__(function)
+        self._cache_file = _CheckedFile(self.cache_path, self._impl.filename_base, mark)
 
     def load_overload(self, signature: Signature, context: BaseContext) -> CompileResult | None:
         """Return a compiled version, or None. Unlike Numba's, it does not fill the context with types and functions for
