@@ -134,6 +134,7 @@ class WorkspaceStack(QStackedWidget):
     def _build(self, name: str) -> None:
         declared = next(declared for declared in self.declarations if declared.name == name)
         self._unattached[name] = declared.make(self._context, self)
+        self._unattached[name].hide()  # or a window that is hidden now would show it, half made, with all its children
 
     def _create(self, name: str) -> None:
         if name in self._by_name:

@@ -137,7 +137,10 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
             stack.create_next()
         raise AssertionError("no workspace is built before it is attached")
 
+    window.hide()  # then it would show again what was built meanwhile, over the workspace that is chosen
     shown = built()
+    window.show()
+    assert not shown.isVisible()
     timers = stack.findChildren(QTimer, options=Qt.FindChildOption.FindDirectChildrenOnly)
     assert [timer.isActive() for timer in timers] == [True], "each request continues by itself"
     assert not hasattr(shown, "inspector")
