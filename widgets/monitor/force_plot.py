@@ -22,7 +22,6 @@ BELOW_ZERO = 0.1
 """Extent of the axis below zero, as a share of its top: forces of real corners can be negative."""
 _WITHOUT_TIMES = Margins(bottom=8.0)
 
-"""Names of the corners' colours, in the order of the sensors."""
 _CURVES = (*CORNERS, "force")
 _STEPS_PX = 2.0
 """Width in pixels for which a curve has two points."""
