@@ -77,6 +77,8 @@ def test_the_last_tick_of_a_compact_plot_has_room_for_its_unit():
         ends = [(word.x - measure(word.text, 11) / 2.0, word.x + measure(word.text, 11) / 2.0) for word in words]
         assert words[-1].text.endswith(" dB")
         assert all(after[0] - before[1] >= 8.0 for before, after in pairwise(ends)), width
+        at = [float(word.text.removesuffix(" dB").replace("−", "-")) for word in words]
+        assert len({after - before for before, after in pairwise(at)}) <= 1, f"{width}: {at} are not evenly spaced"
 
 
 def test_an_axis_without_room_has_no_texts_and_a_left_one_is_always_as_wide():

@@ -264,11 +264,16 @@ def _tick_texts(
         half = measure(with_unit, SMALL_PX) / 2.0 + 1.0
         middle = min(max(float(x.place(last)), half), width - half)
         end = middle - half - _PAD
+        placed = []
         for at, text in others:
             wide = measure(text, SMALL_PX) + 2.0
             left = max(float(x.place(at)) - wide / 2.0, 0.0)
-            if left + wide <= end:  # the last is longer than they are, and moved to the left if it has no room
-                yield Text(text, left + wide / 2.0, area.bottom + 15.0, "muted", "middle")
+            placed.append((text, left + wide / 2.0, left + wide <= end))
+        # The last is longer than they are, and moved to the left if it has no room: then every second has a text.
+        step = 2 if not x.log and placed and not placed[-1][2] else 1
+        for text, at, fits in placed[-step::-step][::-1]:
+            if fits:
+                yield Text(text, at, area.bottom + 15.0, "muted", "middle")
         yield Text(with_unit, middle, area.bottom + 15.0, "muted", "middle")
     if margins is None or margins.left >= _ROOM_PX:
         for at, text in _with_unit(y, drawing.y if margins else ""):
