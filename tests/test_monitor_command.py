@@ -6,6 +6,7 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 from functools import partial
 from types import SimpleNamespace
 from typing import ClassVar
@@ -47,11 +48,13 @@ def test_monitor_prints_and_writes_the_footsteps_of_a_file(underfoot, folder, wa
     assert max(float(row.split(",")[4]) for row in rows) == pytest.approx(800.0, abs=1.0)
 
 
-def test_forces_through_a_pipe_are_those_of_the_file(underfoot, folder, walk):
+def test_forces_through_a_pipe_are_those_of_the_file(underfoot, folder, walk, monkeypatch):
     """As from `<(zcat walk.csv.gz)`. One that nobody writes to is not waited for, and in the window none is read."""
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
     with subprocess.Popen(["cat", walk], stdout=subprocess.PIPE) as writer:
         piped = underfoot("monitor", f"/dev/fd/{writer.stdout.fileno()}", "--floor", "walk.floor.json")
     assert piped == underfoot("monitor", walk)
+    assert {path.name for path in folder.iterdir()} == {"walk.csv", "walk.floor.json"}
     os.mkfifo("pipe")
     assert "pipe cannot be read: it is a pipe, and nothing was written to it" in underfoot("monitor", "pipe").error
     assert "pipe cannot be read: it is a device, and no file" in underfoot("--recording", "pipe").error
