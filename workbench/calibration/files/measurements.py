@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.files import read_file
+from underfoot.files import read_table
 from underfoot.quantities import counted
 
 LARGEST_READING = 65535.0
@@ -159,10 +159,7 @@ def _read(
 
     Groups of columns that are `optional` follow each other; each is read if its first column is there.
     """
-    try:
-        text = read_file(path, np.inf).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise BadFile(f"{path} is not a text file; a table is UTF-8 CSV") from None
+    text = read_table(path, "a table of measurements")
     lines = [
         (number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"
     ]
