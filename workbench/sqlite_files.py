@@ -43,8 +43,8 @@ def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - 
     return _connected(f"{where}?{how}", ("pragma locking_mode = exclusive",), options)
 
 
-def identity_of(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file from another one that takes its place later; None where there is none, or no number."""
+def numbers_of(path: Path) -> tuple[int, int] | None:
+    """Return device and inode of a file, which another one in its place has not; None where there are none."""
     with suppress(OSError):
         found = os.stat(path)
         return (found.st_dev, found.st_ino) if found.st_ino else None
@@ -52,7 +52,7 @@ def identity_of(path: Path) -> tuple[int, int] | None:
 
 
 def is_gone(path: Path, was: tuple[int, int] | None = None) -> bool:
-    """Return whether a file was moved or removed, or, if its identity is given, another one is in its place.
+    """Return whether a file was moved or removed, or, if its numbers are given, another one is in its place.
 
     SQLite goes on without a word, in a file that nobody finds. Programs that keep folders alike replace files so.
     """
@@ -60,7 +60,7 @@ def is_gone(path: Path, was: tuple[int, int] | None = None) -> bool:
         os.stat(path)
     except OSError as error:  # others may pass, as those of a network
         return isinstance(error, FileNotFoundError)
-    now = identity_of(path)
+    now = numbers_of(path)
     return None not in (was, now) and now != was
 
 

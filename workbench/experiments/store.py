@@ -34,7 +34,7 @@ from underfoot.files import make_folder, no_file, read_file, replaced, write_fil
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import identity_of, is_gone, opened, require_whole, uri_of
+from underfoot.sqlite_files import is_gone, numbers_of, opened, require_whole, uri_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class SessionFile:
     """
 
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
-        self.path, self._base, self._was = path, base, identity_of(path)
+        self.path, self._base, self._was = path, base, numbers_of(path)
         self._packer = ThreadPoolExecutor(1, "packing")
         self._begun: list[tuple[Excerpt, Future[Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[Packed]]] = []

@@ -13,7 +13,7 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 from underfoot.records import envelopes
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, TYPES, VERSION, Rows
-from underfoot.sqlite_files import identity_of, is_gone
+from underfoot.sqlite_files import is_gone, numbers_of
 
 _LOCKED_S = 60.0
 """How long a writer waits for another program that has the file locked, as the last to close it does while it merges
@@ -46,7 +46,7 @@ class Writer:
             self._repeated = Counter[tuple[int, str]](self._base.execute("select frame, text from mark").fetchall())
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
-        self.path, self._was = path, identity_of(path)
+        self.path, self._was = path, numbers_of(path)
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: Rows) -> None:
