@@ -39,7 +39,10 @@ class StatusLine(QWidget):
         self._message.set_full_text(text)
         announce(self._message, text)
         self._share_room()
-        self._timer.start(min(max(LETTER_MS * len(text), LEAST_MS), MOST_MS))
+        if text:
+            self._timer.start(min(max(LETTER_MS * len(text), LEAST_MS), MOST_MS))
+        else:
+            self._timer.stop()
 
     def withdraw(self, text: str) -> None:
         """Remove this message if it is still shown."""

@@ -7,7 +7,7 @@ import pytest
 from design_samples import REGISTRY
 from msgspec.structs import replace
 from on_screen import show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 from windows import quiet_window
@@ -213,6 +213,9 @@ def test_a_long_reason_is_whole_where_there_is_room_and_in_the_tooltip_where_the
     assert reason in label.toolTip()
     line.show_message("The recording was saved")
     qtbot.waitUntil(lambda: line.findChildren(QLabel)[0].text() == "The recording was saved")
+    assert line.findChild(QTimer).isActive()
+    line.withdraw("The recording was saved")
+    assert not line.findChild(QTimer).isActive()  # the empty line would remove itself for good, every five seconds
 
 
 def test_without_a_node_there_are_no_distributions_to_be_shown(shown):
