@@ -98,6 +98,7 @@ class MainBar(QWidget):
         button.clicked.connect(lambda _=False: self.workspace_chosen.emit(name))
         self.tabs[name] = button
         self._tab_group.addButton(button)
+        button.setAutoExclusive(True)  # a screen reader's radio button, no check box
         self._tab_line.addWidget(button)
         self._make_room()
 

@@ -73,6 +73,7 @@ class ChoicePanel(QWidget):
             card = KindCard(name)
             card.clicked.connect(lambda _=False, key=key: self.kind_chosen.emit(key))
             self._group.addButton(card)
+            card.setAutoExclusive(True)  # a screen reader's radio button, no check box
             self.cards[key] = card
             layout.addWidget(card)
         layout.addWidget(self.flags)

@@ -306,6 +306,7 @@ class ProtocolEditor(QWidget):
             tab.setCheckable(True)
             tab.setProperty("role", "tab")
             self.tabs.addButton(tab, at)
+            tab.setAutoExclusive(True)  # a screen reader's radio button, no check box
             tabs.addWidget(tab)
         tabs.addStretch(1)
         self.facts = theme.paragraph("", "muted")
