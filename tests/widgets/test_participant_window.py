@@ -52,6 +52,7 @@ def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_it
     person = bench.person
     bench.wait(lambda: person.scrolled.verticalScrollBar().maximum() == 0)
     assert person.hint.text().startswith("Numbers choose and go on to the next question")
+    assert person.accessibleName() == f"Afterwards {person.hint.text()}"
     controls = [*person.form.buttons, *person.form.fields.values()]
     heard = {control.accessibleDescription() or control.accessibleName() for control in controls}
     assert heard == {"How tired are you?", "Which one?", "What else?"}  # a screen reader said 3 alone, and Words
@@ -63,6 +64,9 @@ def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_it
     bench.qtbot.keyClicks(person.focusWidget(), "7")
     assert person.hint.text().startswith("Numbers choose")  # what is answered was still asked for
     bench.qtbot.keyClicks(person.focusWidget(), "3 times")
+    bench.qtbot.keyClick(person.focusWidget(), Qt.Key.Key_Tab)
+    assert person.focusWidget() is person.go  # who has no mouse found no button
+    bench.qtbot.keyClick(person.go, Qt.Key.Key_Backtab)
     bench.qtbot.keyClick(person.focusWidget(), Qt.Key.Key_Return)
     bench.wait(bench.entries)
     assert bench.entries()[0].answers == {"tired": 3, "which": "seldom", "again": 7, "words": "3 times"}

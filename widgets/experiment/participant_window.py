@@ -11,6 +11,7 @@ from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
 from underfoot.widgets import theme
+from underfoot.widgets.controls.announcing import announce
 from underfoot.widgets.controls.full_screen import FullScreenWindow
 from underfoot.widgets.controls.scrolled import Scrolled
 from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
@@ -57,7 +58,7 @@ class ParticipantWindow(FullScreenWindow):
         self.go.setFont(theme.font(TEXT_PX))
         least_px = self.go.fontMetrics().height() + 2  # or the theme's, in which the words are cut
         self.go.setStyleSheet(f"padding: 12px 32px; min-height: {least_px}px")
-        self.go.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # the page handles keys
+        self.go.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click, keys answer on the page
         self.go.clicked.connect(self._go_on)
         held = QWidget()
         self.scrolled = Scrolled(held)
@@ -97,6 +98,7 @@ class ParticipantWindow(FullScreenWindow):
             asks = questions_of(runner) if asking else ()
             self.text.setVisible(bool(self.text.text() or not asks) and not self._on_floor)  # questions have its room
             self.form.show_questions(asks)
+            QWidget.setTabOrder(self.previousInFocusChain() or self, self.go)  # questions, made anew, come before it
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             (self.form.first or self).setFocus()
             self.scrolled.verticalScrollBar().setValue(0)
@@ -105,6 +107,7 @@ class ParticipantWindow(FullScreenWindow):
             text = _continue_text(runner, self.form)
             self.go.setText(text)
             self.go.setVisible(bool(text))
+            self._say_page()
         self._plays_again = phase is Phase.ANSWERING and runner.may_play
         self.foot.show_answers(runner.foot)
         if runner.hint or may_step(runner):
@@ -113,6 +116,13 @@ class ParticipantWindow(FullScreenWindow):
         left = round(runner.seconds_left)
         self.clock.setText(f"{left // 60}:{left % 60:02d}" if counts else "")
         self.clock.setVisible(counts)
+
+    def _say_page(self) -> None:
+        """Have a screen reader say the new page; it says questions where the focus is."""
+        shown = (label.text() for label in (self.title, self.text, self.hint) if not label.isHidden())
+        said = " ".join(words for words in shown if words)
+        self.setAccessibleName(said)
+        announce(self, said)
 
     @property
     def px_per_m(self) -> float:
