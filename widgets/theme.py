@@ -149,7 +149,7 @@ def _family() -> str:
 
 
 def label(text: str = "", role: str = "") -> QLabel:
-    """Return a label with a role of the stylesheet: title, heading, muted, small, value, alarm, good."""
+    """Return a label with a role of the stylesheet: title, heading, muted, small, value, alarm, good, code."""
     made = QLabel(text)
     made.setTextFormat(Qt.TextFormat.PlainText)  # names may have signs that would be markup
     if role:

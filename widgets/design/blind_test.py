@@ -108,9 +108,8 @@ class BlindTest(QWidget):
         return _page("", [self.progress, playing, self.now, answering, hint], [_button("Stop", self.stop)])
 
     def _last_page(self) -> QWidget:
-        self.result, self.kept = theme.label("", "title"), theme.label("", "muted")
+        self.result, self.kept = theme.label("", "title"), theme.paragraph("", "muted")
         self.kept.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.kept.setWordWrap(True)
         self.close_button = _button("Close", self.close, "primary")
         return _page("", [self.result, self.kept], [self.close_button])
 

@@ -20,9 +20,8 @@ class DistributionView(QStackedWidget):
 
     def __init__(self, most: int = DISTRIBUTIONS_PAGE) -> None:
         super().__init__()
-        self.text = theme.label("", "muted")
+        self.text = theme.paragraph("", "muted")
         self.text.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.text.setWordWrap(True)
         self.plots = [Plot(f"Distribution {k + 1}") for k in range(most)]
         page = QWidget(self)
         row = QHBoxLayout(page)

@@ -34,9 +34,8 @@ class AboutDialog(QDialog):
         layout.addWidget(theme.label("MIT licence: use it, change it, pass it on; it comes without warranty.", "muted"))
         layout.addWidget(_documentation())
         for line in (*_system(), *_folders(folder)):
-            shown = theme.label(line, "small")
+            shown = theme.paragraph(line, "small")
             shown.setTextInteractionFlags(shown.textInteractionFlags().TextSelectableByMouse)
-            shown.setWordWrap(True)
             layout.addWidget(shown)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         copy = buttons.addButton("Copy for a report", QDialogButtonBox.ButtonRole.ActionRole)
@@ -63,10 +62,9 @@ def _documentation() -> QLabel:
     link = "the pages in docs, beside the sources"
     if found is not None:
         link = f'<a href="{found.as_uri()}">{html.escape(str(found))}</a>'
-    shown = theme.label(f"Documentation: {link}", "muted")
+    shown = theme.paragraph(f"Documentation: {link}", "muted")
     shown.setTextFormat(Qt.TextFormat.RichText)
     shown.setOpenExternalLinks(True)
-    shown.setWordWrap(True)
     return shown
 
 

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.file_places import FilePlace
 from underfoot.widgets import theme
@@ -20,11 +20,10 @@ class FileErrorDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("A file was not read")
         self.setFixedWidth(WIDTH_PX)
-        self.file = theme.label(place.file, "muted")
-        self.error_text = theme.label(f"Line {place.line}: {place.says}" if place.line else place.says)
-        self.lines = QLabel("\n".join(_numbered_lines(place)))
+        self.file = theme.paragraph(place.file, "muted")
+        self.error_text = theme.paragraph(f"Line {place.line}: {place.says}" if place.line else place.says)
+        self.lines = theme.label("\n".join(_numbered_lines(place)), "code")
         self.lines.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        self.lines.setProperty("role", "code")
         self.lines.setVisible(bool(self.lines.text()))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
@@ -33,8 +32,6 @@ class FileErrorDialog(QDialog):
         layout.setSpacing(theme.GRID)
         layout.addWidget(theme.label("This file cannot be read", "title"))
         for label in (self.file, self.error_text, self.lines):
-            label.setWordWrap(label is not self.lines)
-            label.setTextFormat(Qt.TextFormat.PlainText)
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             layout.addWidget(label)
         layout.addWidget(buttons)

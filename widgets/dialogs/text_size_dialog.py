@@ -19,13 +19,11 @@ class TextSizeDialog(QDialog):
         self.setWindowTitle("Text size")
         self.title = theme.label("", "title")
         self.sample = theme.label(SAMPLE)
-        self.sample.setTextFormat(Qt.TextFormat.PlainText)
-        explained = theme.label(
+        explained = theme.paragraph(
             "Text, rows and nodes have this size when Underfoot has started again. What is open comes back, saved or"
             " not, and can still be undone; only the sound pauses. Ctrl++ and Ctrl+- choose on.",
             "muted",
         )
-        explained.setWordWrap(True)
         buttons = QDialogButtonBox()
         self.now = buttons.addButton("Restart now", QDialogButtonBox.ButtonRole.AcceptRole)
         self.later = buttons.addButton("At the next start", QDialogButtonBox.ButtonRole.RejectRole)

@@ -233,9 +233,8 @@ class AnswerForm(QWidget):
         box = QWidget()
         column = QVBoxLayout(box)
         column.setContentsMargins(0, 0, 0, 0)
-        words = theme.label(_asked(question))
+        words = theme.paragraph(_asked(question))
         words.setFont(theme.font(self._text_px))
-        words.setWordWrap(True)
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.addWidget(words)
         column.addWidget(self._make_control(question))
@@ -303,9 +302,8 @@ class AnswerForm(QWidget):
         slider, value = Slider(), QLabel()
         below = QHBoxLayout()
         for end, side in zip(question.ends if isinstance(question, Scale) else (), _SIDES, strict=False):
-            words = theme.label(end, "muted")
+            words = theme.paragraph(end, "muted")
             words.setFont(theme.font(self._text_px))
-            words.setWordWrap(True)
             words.setAlignment(side)
             below.addWidget(words, 1)
         slider.is_scale = True

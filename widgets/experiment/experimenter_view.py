@@ -55,10 +55,8 @@ class ExperimenterView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.title, self.state = theme.label("", "title"), theme.label("", "muted")
-        self.page, self.live, self.news = theme.label(), theme.label("", "force"), theme.label("", "alarm")
-        for label in (self.title, self.state, self.page, self.news):
-            label.setWordWrap(True)
+        self.title, self.state = theme.paragraph("", "title"), theme.paragraph("", "muted")
+        self.page, self.live, self.news = theme.paragraph(), theme.label("", "force"), theme.paragraph("", "alarm")
         self.progress = QProgressBar()
         self.progress.setRange(0, 1000)
         self.progress.setTextVisible(False)

@@ -24,10 +24,8 @@ class StudyOverview(QWidget):
 
     def __init__(self, start: SessionStart, findings: StudyFindings) -> None:
         super().__init__()
-        self.title, self.about, self.facts = theme.label("", "title"), theme.label("", "muted"), theme.label()
-        self.state = theme.label("", "muted")
-        for label in (self.title, self.about, self.facts, self.state):
-            label.setWordWrap(True)  # a long line would make the page wider than the window
+        self.title, self.facts = theme.paragraph("", "title"), theme.paragraph()
+        self.about, self.state = theme.paragraph("", "muted"), theme.paragraph("", "muted")
         self._findings = findings
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.MARGINS)

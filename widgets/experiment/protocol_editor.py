@@ -71,9 +71,7 @@ class ProtocolEditor(QWidget):
         self.save_button.setProperty("role", "primary")
         self.save_button.setToolTip("Save the protocol, and go on with it (Ctrl+S)")
         self.close_button.setToolTip("Back to the studies; what was saved is chosen there (Esc)")
-        self.problem, self.note = theme.label("", "alarm"), theme.label("", "muted")
-        for label in (self.problem, self.note):
-            label.setWordWrap(True)
+        self.problem, self.note = theme.paragraph("", "alarm"), theme.paragraph("", "muted")
         self.history = DraftHistory(self)
         self.copy = DraftCopy(own, self._unsaved, self.notified.emit, self)
         self.undo_actions = UndoActions(self.history.stack, self)

@@ -47,7 +47,7 @@ class ExportDialog(QDialog):
             begin, end = (time_text(time_s, 0.001) for time_s in selection)
             self.stretch.addItem(f"Selected stretch, {begin} to {end}", selection)
             self.stretch.setCurrentIndex(1)
-        no_selection = theme.label("To export a part, select it first: drag on the ruler.", "muted")
+        no_selection = theme.paragraph("To export a part, select it first: drag on the ruler.", "muted")
         no_selection.setVisible(selection is None)
         for suffix, one in formats().items():
             self.format.addItem(one.title.partition(":")[0], suffix)
@@ -55,9 +55,8 @@ class ExportDialog(QDialog):
         for source in VIBRATION:
             self.vibration.addItem(_WORDS[source], source)
         self.vibration.setCurrentIndex(VIBRATION.index("measured"))
-        self.about, self.omissions = theme.label(), theme.label("", "muted")
+        self.about, self.omissions = theme.paragraph(), theme.paragraph("", "muted")
         for label in (no_selection, self.about, self.omissions):
-            label.setWordWrap(True)
             label.setFixedWidth(52 * theme.GRID)
         self._vibration_label = theme.label("Vibration")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)

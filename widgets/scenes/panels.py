@@ -83,10 +83,8 @@ class ScenePanel(QWidget):
         super().__init__()
         theme.fill(self, "panel")
         self.setFixedWidth(SIDE_PX)
-        self.title, self.about = theme.label("", "title"), theme.label("", "muted")
-        self.state, self.speed = theme.label(), theme.label("", "small")
-        for label in (self.about, self.state, self.speed):
-            label.setWordWrap(True)
+        self.title, self.about = theme.label("", "title"), theme.paragraph("", "muted")
+        self.state, self.speed = theme.paragraph(), theme.paragraph("", "small")
         self.start = QPushButton("Start")
         self.start.setProperty("role", "primary")
         self.screen_choice = QComboBox()
