@@ -244,15 +244,19 @@ def test_two_people_have_sides_of_their_own():
 
 def test_a_single_step_has_no_side_and_comes_when_no_other_has_come():
     tracker, counter = ContactTracker(FLOOR, 500.0), WalkTracker(FLOOR)
-    time_s = np.arange(2000) / 500.0
+    time_s = np.arange(2100) / 500.0
     force_n = read(corner_forces(FLOOR, walk(1), time_s), 500.0)
     came = [
         (time_s[i], counter.feed(tracker.feed(time_s[i : i + 1], force_n[i : i + 1]).finished, time_s[i]))
-        for i in range(2000)
+        for i in range(2100)
     ]
     ((when_s, (step,)),) = [(now_s, steps) for now_s, steps in came if steps]
     assert step.side == "unknown"
-    assert when_s == pytest.approx(0.6 + 0.65 + 2.2, abs=0.02)
+    assert when_s == pytest.approx(0.6 + 0.65 + 2.8, abs=0.02)
+
+
+def test_the_first_step_of_who_makes_40_a_minute_has_a_side():
+    assert [step.side for step in steps_of(walk(2, step_s=1.5, duration_s=1.0), 5.0)] == ["left", "right"]
 
 
 def test_steps_far_apart_are_not_one_walk():

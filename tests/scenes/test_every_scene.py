@@ -171,14 +171,14 @@ def test_on_a_floor_that_falls_silent_nobody_stands_any_more():
 
 def test_no_moment_goes_back_where_samples_come_after_their_silence():
     """As over TCP, which sends what waited: a scene saw half a second twice."""
-    frames, force_n = np.arange(3000) * 48.0, np.zeros((3000, len(SMALL.tiles), 4))
-    force_n[200:850, 0] = force_n[800:1800, 1] = 150.0
+    frames, force_n = np.arange(4000) * 48.0, np.zeros((4000, len(SMALL.tiles), 4))
+    force_n[200:850, 0] = force_n[800:2800, 1] = 150.0
     made = Moments(SMALL, 48_000.0, 1000.0)
-    found = [*made.feed(frames[:1505], force_n[:1505]), *made.pass_time(2.3), *made.feed(frames[1505:], force_n[1505:])]
+    found = [*made.feed(frames[:2505], force_n[:2505]), *made.pass_time(3.3), *made.feed(frames[2505:], force_n[2505:])]
     numbers = [round(100.0 * moment.time_s) for moment in found]
-    assert numbers == [*range(1, 152), 200, *range(201, 300)]
-    assert [round(moment.time_s, 2) for moment in found if moment.up] == [0.86, 2.0]
-    assert [round(moment.time_s, 2) for moment in found if moment.steps] == [2.01]
+    assert numbers == [*range(1, 252), 300, *range(301, 400)]
+    assert [round(moment.time_s, 2) for moment in found if moment.up] == [0.86, 3.0]
+    assert [round(moment.time_s, 2) for moment in found if moment.steps] == [3.01]
 
 
 def test_a_foot_keeps_its_id_over_an_edge_and_the_next_one_has_another():

@@ -72,8 +72,8 @@ it."""
 SIDE_VOTE_DECAY = 0.85
 """Weight of older votes for the side, at each step."""
 
-SIDE_DECIDED_S, LATE_S = 1.2, 1.0
-"""Time after its end within which the steps end that give a step its side (of who makes 50 a minute, the next one);
+SIDE_DECIDED_S, LATE_S = 1.8, 1.0
+"""Time after its end within which the steps end that give a step its side (of who makes 40 a minute, the next one);
 longest delay with which contacts arrive."""
 
 SIMULTANEOUS_SHARE, SIMULTANEOUS_S, MOST_SIMULTANEOUS = 0.75, 0.4, 5
@@ -91,7 +91,7 @@ class WalkTracker:
     A person's steps alternate between left and right. The side follows from the lateral offset of each step from the
     last, across the direction in which both feet rolled or, without one, that from the step before the last. Among
     several people a step is assigned 0.4 s after its end, with the others that ended meanwhile. It is returned when its
-    side is known, at the latest 2.2 s after its end, 2.6 s among several people. The result does not depend on how
+    side is known, at the latest 2.8 s after its end, 3.2 s among several people. The result does not depend on how
     contacts are split into calls.
     """
 
