@@ -127,8 +127,10 @@ class Detector(Observer):
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         level = trial.facts.get("level_db")
-        middle = self._middle_of(str(trial.facts["comparison"]))
-        felt = 0.0 if level is None else _normal((float(level) - middle) / self._spread_db)
+        felt = 0.0
+        if level is not None:  # a catch trial has no level, and compares nothing
+            middle = self._middle_of(str(trial.facts["comparison"]))
+            felt = _normal((float(level) - middle) / self._spread_db)
         guesses = self.truth["guesses"]
         yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
         if len(trial.intervals) < 2:
