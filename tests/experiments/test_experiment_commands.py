@@ -15,13 +15,15 @@ import pytest
 from click.testing import CliRunner
 from command_line import COMPILING
 from made_studies import TD, made_protocol, preset_protocol, protocol_text
+from msgspec import structs
 from wired import ends
 
 from underfoot.__main__ import cli
 from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.replay import Replay
 from underfoot.experiments.observers import SimulatedParticipant
-from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.protocol import Protocol, Stage
+from underfoot.experiments.questions import Question
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
@@ -142,6 +144,44 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     columns = table[0].split("\t")
     assert {"level_m_s2", "felt", "trial"} <= set(columns) <= set(sidecar)
     assert all(len(line.split("\t")) == len(columns) for line in table)
+
+
+def test_a_session_that_is_left_out_with_a_reason_counts_nowhere_and_is_named_everywhere(tmp_path):
+    """Whoever misunderstood the task was left out by moving the file away, and nobody knew of it or why."""
+    asked = Stage(
+        id="after", kind="questions", questions=(Question("ease", "Was it easy?", "choice", options=("a", "b")),)
+    )
+    made = made_protocol("rating", {"blocks": 1, "rated": ["TD"]})
+    protocol = structs.replace(made, stages=(*made.stages, asked))
+    (tmp_path / "p.json").write_bytes(protocol.dumps())
+    paths = [made_session(tmp_path / f"P{k}.session", id=f"P{k}", protocol=protocol) for k in (1, 2, 3)]
+    before = run("analyse", *paths[:2], "--bids", tmp_path / "b0").stdout
+    assert run("experiment", paths[2], "--leave-out", "wore\n ski  boots").stdout == "P3 is left out: wore ski boots\n"
+    table, page = tmp_path / "t.csv", tmp_path / "r"
+    done = run("analyse", *paths, "--csv", table, "--bids", tmp_path / "b", "--report", page, "--json")
+    assert done.exit_code == 0, done.exception
+    rating, questions, noted = json.loads(done.stdout)
+    assert rating["remarks"][-1] == "Left out by the experimenter: P3 (wore ski boots)."
+    assert not any("spoiled" in remark for remark in rating["remarks"])
+    assert sum(row[1] for row in questions["tables"][0]["rows"]) == 2
+    assert noted["tables"][0]["rows"][0][3] == "left out of the analysis: wore ski boots"
+    lines = list(csv.DictReader(table.read_text().splitlines()))
+    assert [line["spoiled"] for line in lines] == ["", "", "left out: wore ski boots"]
+    people = [line.split("\t") for line in (tmp_path / "b" / "participants.tsv").read_text().splitlines()]
+    assert [line[-1] for line in people] == ["left_out", "n/a", "n/a", "wore ski boots"]
+    assert "left_out" in json.loads((tmp_path / "b" / "participants.json").read_text())
+    assert "left_out" not in (tmp_path / "b0" / "participants.tsv").read_text()
+    text = (page / "analysis.html").read_text()
+    assert "P1, P2<" in text
+    assert "P3 (wore ski boots)<" in text
+    again = run("analyse", table, "--protocol", tmp_path / "p.json").stdout
+    assert "Left out by the experimenter: P3 (wore ski boots)." in again
+    nobody = "nobody else has answered a trial than who is left out: P3 (wore ski boots)"
+    assert said("analyse", paths[2]) == nobody
+    assert run("experiment", paths[2], "--leave-out", "").stdout == "P3 counts\n"
+    assert "Left out" not in run("analyse", *paths).stdout
+    assert run("analyse", *paths[:2]).stdout == before
+    assert "is no session file; only such" in said("experiment", tmp_path / "p.json", "--leave-out", "x")
 
 
 def test_a_table_is_analysed_with_the_parameters_of_its_protocol(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("protocol")
+@click.option(
+    "--leave-out", metavar="WHY", help='Leave a session file out of the analysis for a reason; "" takes it in again.'
+)
 @click.option("--conditions", type=FILE, help="CSV with one stimulus per line, which replace the protocol's.")
 @click.option("--pilot", is_flag=True, help="Try it on yourself: two trials of each stage, short pauses, kept apart.")
 @click.option("--participant", help="Run the study in the terminal, on a person with this id.")
@@ -68,10 +72,15 @@ def experiment(options: ExperimentOptions) -> None:
 
     if is_recording(Path(options.protocol)):
         _require_alone(options)
+        if options.leave_out is not None:
+            _leave_out(options.protocol, options.leave_out)
+            return
         from underfoot.commands.participant import go_on_as_begun
 
         go_on_as_begun(options)
         return
+    if options.leave_out is not None:
+        raise BadValue(f"{options.protocol} is no session file; only such can be left out of the analysis")
     chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels,
               options.plan is not None]  # fmt: skip
     if options.csv is not None and options.simulate is None and options.plan is None:
@@ -92,6 +101,15 @@ def experiment(options: ExperimentOptions) -> None:
         from underfoot.commands.participant import run_on_person, run_pilot
 
         (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
+
+
+def _leave_out(path: str, why: str) -> None:
+    """Leave a session out of the analysis, or take it in again."""
+    from underfoot.experiments.store import SessionFile
+
+    with closing(SessionFile.open(path)) as file:
+        file.leave_out(why)
+        print(f"{file.participant} is left out: {file.left_out}" if file.left_out else f"{file.participant} counts")
 
 
 def _require_alone(options: ExperimentOptions) -> None:

@@ -9,6 +9,7 @@ class ExperimentOptions:
     """Options of the command; None if not given."""
 
     protocol: str
+    leave_out: str | None
     conditions: Path | None
     pilot: bool
     participant: str | None

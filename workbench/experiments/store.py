@@ -187,6 +187,11 @@ class SessionFile:
         return self.about["participant"]
 
     @property
+    def left_out(self) -> str:
+        """Why the experimenter has left the session out of the analysis; "" if it counts."""
+        return self.about.get("left_out", "")
+
+    @property
     def folder(self) -> Path:
         """The folder of the protocol's files when the session was begun; where that is gone, the session's own."""
         begun = Path(os.path.realpath(self.path.parent / self.about.get("folder", "")))
@@ -409,12 +414,19 @@ class SessionFile:
             row = (msgspec.json.encode(entry).decode(),)
             self._base.execute("update entry set body = ? where number = (select max(number) from entry)", row)
 
-    def add_note(self, text: str) -> None:
-        """Store a note of the experimenter."""
+    def leave_out(self, why: str) -> None:
+        """Leave the session out of the analysis for a reason, or take it in again for none; a note keeps when."""
+        why = " ".join(why.split())
+        text = f"left out of the analysis: {why}" if why else "taken into the analysis again"
+        self.add_note(text, {"left_out": why})
+
+    def add_note(self, text: str, about: Mapping[str, str] | None = None) -> None:
+        """Store a note of the experimenter, and with it what it changes of `about`."""
         self._await_felt()
         with self._transaction():
             row = (time_of_day(), self._last, text)
             self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
+            self._base.executemany("insert or replace into about values (?, ?)", (about or {}).items())
 
     def close(self) -> None:
         """Write the log (WAL) back to the file, and close it."""

@@ -17,6 +17,8 @@ Row = Mapping[str, Any]
 LEVEL = "level_m_s2"
 OF_PERSON = "participant."
 """Prefix of the columns with participants' answers about themselves."""
+_LEFT_OUT = "left out: "
+"""Why no trial of a session counts that is left out: scripts that pass over spoiled trials pass over it, too."""
 
 
 def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> list[dict[str, Any]]:
@@ -45,6 +47,25 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
         except (KeyError, TypeError, ValueError) as error:
             raise BadValue(f"entry {number} of {participant} does not fit its protocol ({error})") from None
     return [{**row, **person} for row in found]
+
+
+def as_left_out(rows: Iterable[Row], why: str) -> list[Row]:
+    """Return the rows of a session that the experimenter has left out: none of its trials counts, for this reason.
+
+    >>> as_left_out([{"participant": "P3", "trial": 1}], "loose shoe")
+    [{'participant': 'P3', 'trial': 1, 'spoiled': 'left out: loose shoe'}]
+    """
+    return [{**row, "spoiled": f"{_LEFT_OUT}{why}"} for row in rows]
+
+
+def why_left_out(row: Row) -> str:
+    """Return why the session of a row is left out; "" if it is not.
+
+    >>> why_left_out({"spoiled": "left out: loose shoe"}), why_left_out({"spoiled": "telephone"})
+    ('loose shoe', '')
+    """
+    spoiled = str(row.get("spoiled", ""))
+    return spoiled.removeprefix(_LEFT_OUT) if spoiled.startswith(_LEFT_OUT) else ""
 
 
 def with_levels(rows: Sequence[Row], protocol: Protocol) -> list[Row]:

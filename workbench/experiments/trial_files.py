@@ -16,14 +16,15 @@ from underfoot.errors import BadFile
 from underfoot.experiments.columns import DESCRIPTIONS, FIRST_COLUMNS, RESPONSE_S
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
-from underfoot.experiments.table import OF_PERSON, Row, columns_of
+from underfoot.experiments.table import OF_PERSON, Row, columns_of, why_left_out
 from underfoot.files import make_folder, read_table, write_file
 from underfoot.version import __version__
 
 _BIDS_RESPONSE_S = "response_time"
-_BIDS_OWN = (_BIDS_RESPONSE_S, "participant_id", "onset", "duration", "stim_file", "HED", "TaskName")
+_LEFT_OUT = "left_out"
+_BIDS_OWN = (_BIDS_RESPONSE_S, "participant_id", "onset", "duration", "stim_file", "HED", "TaskName", _LEFT_OUT)
 """Columns that mean something else in BIDS than a study's of that name: a file in its folder of stimuli, its tags, what
-the file is of."""
+the file is of, why somebody does not count."""
 _OF_STUDY = "study."
 """Prefix of such columns in a behavioural file."""
 _README = """A study of vibration under feet. sub-*/beh/ has a row for each trial of a participant (_beh.tsv), whose
@@ -152,22 +153,29 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
         sidecar = {column: _described(column, protocol) for column in columns}
         written += [stem.with_suffix(".tsv"), _json(stem.with_suffix(".json"), {"TaskName": task, **sidecar})]
     asked = [column for column in in_table if column.startswith(OF_PERSON)]
-    write_file(folder / "participants.tsv", _participants(rows, labels, asked).encode())
+    excluded = {str(row["participant"]): why for row in rows if (why := why_left_out(row))}
+    write_file(folder / "participants.tsv", _participants(rows, labels, asked, excluded).encode())
     sidecar = {_of_participant(column): _described(column, protocol) for column in asked}
+    if excluded:
+        sidecar[_LEFT_OUT] = {"Description": "Why the participant is left out of the analysis; n/a for who counts."}
     return [*written, folder / "participants.tsv", _json(folder / "participants.json", sidecar)]
 
 
-def _participants(rows: Sequence[Row], labels: Mapping[str, str], asked: Sequence[str]) -> str:
-    """Return a line for each participant, with the answers about them and to questionnaires."""
+def _participants(
+    rows: Sequence[Row], labels: Mapping[str, str], asked: Sequence[str], excluded: Mapping[str, str]
+) -> str:
+    """Return a line for each participant, with the answers about them and to questionnaires, and who is left out."""
     first = {str(row["participant"]): row for row in reversed(rows)}
     lines = [
         {
             "participant_id": f"sub-{label}",
             **{_of_participant(column): first[person].get(column, "") for column in asked},
+            _LEFT_OUT: excluded.get(person, ""),
         }
         for person, label in labels.items()
     ]
-    return _table(lines, ["participant_id", *map(_of_participant, asked)], "\t", "n/a")
+    columns = ["participant_id", *map(_of_participant, asked), *([_LEFT_OUT] if excluded else [])]
+    return _table(lines, columns, "\t", "n/a")
 
 
 def _of_participant(column: str) -> str:

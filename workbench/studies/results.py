@@ -13,7 +13,7 @@ from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Entry, Study, is_over
-from underfoot.experiments.table import Row, alike_ids, rows_of, with_levels
+from underfoot.experiments.table import Row, alike_ids, as_left_out, rows_of, why_left_out, with_levels
 from underfoot.experiments.trial_files import columns_of_study, read_csv, write_bids, write_csv
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
@@ -30,7 +30,8 @@ class Results:
 
     `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, which
     count; `unfinished` those that lack answers, and count as far as they go; `notes` those of the experimenter:
-    participant, time, number of the entry before, text.
+    participant, time, number of the entry before, text. `excluded` are the participants whom the experimenter has left
+    out, with why; their rows are spoiled.
     """
 
     title: str
@@ -41,6 +42,12 @@ class Results:
     reworded: tuple[Path, ...] = ()
     unfinished: tuple[Path, ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
+    excluded: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def _excluded_text(self) -> str:
+        """Who is left out, and why, in a line."""
+        return ", ".join(f"{person} ({why})" for person, why in self.excluded)
 
     @property
     def remarks(self) -> list[str]:
@@ -53,6 +60,8 @@ class Results:
         ):
             if paths:
                 found.append(f"{how}: {', '.join(path.stem for path in paths)}.")
+        if self.excluded:
+            found.append(f"Left out by the experimenter: {self._excluded_text}.")
         for ids in alike_ids(self.rows):
             found.append(f"{' and '.join(ids)} differ in letter case only, and are counted as {len(ids)} participants.")
         return found
@@ -61,7 +70,10 @@ class Results:
         """Analyse the trials; what the experimenter noted comes last. Raises `BadMeasurement` if none is left."""
         if self.left_out and not self.rows:
             raise BadMeasurement(f"{self.remarks[0]} Analyse these files without the protocol: they hold theirs.")
-        found = analysed(self.rows, self.protocol, settings)
+        rows = [row for row in self.rows if not why_left_out(row)]
+        if self.excluded and not rows:
+            raise BadMeasurement(f"nobody else has answered a trial than who is left out: {self._excluded_text}")
+        found = analysed(rows, self.protocol, settings)
         found[0].remarks += self.remarks
         if self.notes:
             told = (
@@ -88,8 +100,9 @@ class Results:
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
         """Write a page with these findings, `analysis.html`."""
-        people = ", ".join(dict.fromkeys(str(row["participant"]) for row in self.rows))
-        write_page(folder / "analysis.html", self.title, findings, [("participants", people)])
+        people = ", ".join(dict.fromkeys(str(row["participant"]) for row in self.rows if not why_left_out(row)))
+        left_out = [("left out", self._excluded_text)] if self.excluded else []
+        write_page(folder / "analysis.html", self.title, findings, [("participants", people), *left_out])
 
 
 def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
@@ -100,11 +113,12 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     """
     rows: list[Row] = []
     sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
-    notes = list[tuple[str, str, int, str]]()
+    notes, excluded = list[tuple[str, str, int, str]](), dict[tuple[str, str], None]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
             table = read_csv(path)
+            excluded |= dict.fromkeys((str(row["participant"]), why) for row in table if (why := why_left_out(row)))
             rows += _required_new(path, table if protocol is None else with_levels(table, protocol), rows)
             continue
         file = SessionFile.open(path)
@@ -122,15 +136,17 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
                 shared, text = file.stored_protocol(), known
             entries = file.entries()
             found = rows_of(shared, file.participant, entries)
-            rows += _required_new(path, found, rows)
-            if found and not _has_all_answers(shared, file.participant, entries):
+            rows += _required_new(path, as_left_out(found, file.left_out) if file.left_out else found, rows)
+            if file.left_out:
+                excluded[file.participant, file.left_out] = None
+            elif found and not _has_all_answers(shared, file.participant, entries):
                 unfinished.append(path)
             notes += [(file.participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
             sessions.append(path)
         finally:
             file.close()
     title = shared.title if shared is not None else paths[0].stem
-    several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes)
+    several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes), tuple(excluded)
     return Results(title, tuple(rows), shared, *several)
 
 
