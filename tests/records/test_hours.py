@@ -46,7 +46,7 @@ def test_c3d_of_a_clock_that_jumped_ahead_is_written_in_little_memory(tmp_path):
         writer.put("force", first, samples)
     writer.close()
     with Recording(path) as recording:
-        write_export(ExportSource(recording, stretch_s=(0.0, 0.5)), tmp_path / "first.c3d")  # imports what it takes
+        write_export(ExportSource(recording, stretch_s=(0.0, jump / 1000.0 + 0.005)), tmp_path / "first.c3d")
         tracemalloc.start()
         try:
             write_export(ExportSource(recording), tmp_path / "whole.c3d")
@@ -54,6 +54,7 @@ def test_c3d_of_a_clock_that_jumped_ahead_is_written_in_little_memory(tmp_path):
         finally:
             tracemalloc.stop()
     assert peak < 4e6
+    assert len(read_force_file(tmp_path / "first.c3d")[0].force_n) == jump  # the last five fill no frame
     forces, _ = read_force_file(tmp_path / "whole.c3d")
     assert len(forces.force_n) == jump + 1000
     assert np.flatnonzero(forces.force_n[:, 0, 0]).tolist() == [*range(1000), *range(jump, jump + 1000)]

@@ -126,7 +126,7 @@ def _samples(
         part = corners[:left]
         values = np.zeros((len(part), len(order), len(CHANNELS)), np.float32)
         values[:, :, 4:] -= np.take_along_axis(part, order[None], axis=2)
-        rows = values.reshape(len(part), -1)
+        rows = values.reshape(len(part), shape[2])
         yield rows
         left, last = left - len(part), rows[-1:] if len(rows) else last
     yield last.repeat(left, axis=0)
