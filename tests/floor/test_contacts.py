@@ -140,6 +140,15 @@ def test_a_tile_in_use_from_the_first_sample_on_is_loaded_however_small_the_load
     assert contact.force_n[0] == pytest.approx(40.0)
 
 
+def test_a_load_of_the_first_sample_begins_at_its_time_and_not_at_0():
+    """Times before 0 are those of a recording before an exported stretch; two feet were divided there."""
+    time_s = np.arange(400) / 1000.0 - 0.9
+    time_s[188:] += 0.9
+    force_n = np.abs(np.random.default_rng(0).normal(100.0, 40.0, (400, 2, 4)))
+    _, contacts, _ = follow(touching_floor(1, 2), time_s, force_n, 1000.0)
+    assert contacts[0].start_s == -0.9
+
+
 def test_a_tare_that_a_loaded_start_has_hidden_ends_with_half_a_second_of_rest():
     time_s, force_n = loads((648.0, 1.0), (48.0, 1.5), (448.0, 0.5), (48.0, 1.0))
     _, (first, second), tracker = follow(ONE_TILE, time_s, force_n, 1000.0)

@@ -221,7 +221,8 @@ def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: f
     tile.low_n = tile.high_n = tile.load_n
     tile.token = stream.tokens
     stream.tokens += 1
-    return _log(memory, k, BEGAN, stream.time_s, math.nan if cut else before_n, cut, happened)
+    began_s = stream.time_s if stream.count > 0 else now_s  # which can be before 0
+    return _log(memory, k, BEGAN, began_s, math.nan if cut else before_n, cut, happened)
 
 
 @part
