@@ -295,6 +295,7 @@ def test_what_one_scene_did_is_not_said_of_another(scenes, qtbot):
     scenes.list.list.setCurrentRow(list(scenes.kinds).index("frozen-pond"))
     panel = scenes.panel
     assert (panel.state.text(), panel.speed.text(), panel.log.toPlainText()) == ("", "", "")
+    assert panel.log.placeholderText()  # an empty box said nothing of what it is for
     assert panel.start.isEnabled()
 
 

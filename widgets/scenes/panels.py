@@ -103,6 +103,7 @@ class ScenePanel(QWidget):
         self.log.setReadOnly(True)
         self.log.setMaximumBlockCount(MAX_LOG_LINES)
         self.log.setAccessibleName("What happened")
+        self.log.setPlaceholderText("What happens in the scene is listed here while it runs.")
         self.log.setMinimumHeight(5 * theme.GRID)
         for part in (self.parameters, self.log):  # they scroll; without this a low window would scroll the picture, too
             part.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
