@@ -20,7 +20,7 @@ from underfoot.patch.custom_nodes import (
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
 from underfoot.patch.patch import Patch
-from underfoot.quantities import first_of
+from underfoot.quantities import first_of, number
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.session.settings import Settings
 
@@ -166,7 +166,7 @@ class OwnNodes(QObject):
         return "".join(f"; {line}" for line in wrong)
 
     def _question(self, name: str, files: list[NodeFile]) -> QMessageBox:
-        named = [f"{file.path}  ({len(file.source):,} bytes)" for file in files]
+        named = [f"{file.path}  ({number(len(file.source), 9)} bytes)" for file in files]
         some = "\n".join(first_of(named, MOST_FILES_NAMED))
         what = "lies a node in a file of its own" if len(files) == 1 else "lie nodes in files of their own"
         text = f"Beside “{name}” {what}:\n\n{some}"
