@@ -88,10 +88,14 @@ class WorkspaceStack(QStackedWidget):
         if missing and not self._is_closing:
             name = missing[0].name
             if not missing[0].load():
-                if name not in self._unattached:
+                workspace = self._unattached.pop(name, None)  # one that has a part which fails is made anew
+                if workspace is None:
                     self._build(name)
-                elif next(self._unattached[name].unmade, "no part is missing"):
-                    self._create(name)
+                else:
+                    is_whole = next(workspace.unmade, "no part is missing")
+                    self._unattached[name] = workspace
+                    if is_whole:
+                        self._create(name)
             self._next_step.start()
 
     def shortcuts(self) -> list[tuple[str, Keys]]:
@@ -141,8 +145,9 @@ class WorkspaceStack(QStackedWidget):
             return
         if name not in self._unattached:
             self._build(name)
-        workspace = self._by_name[name] = self._unattached.pop(name)
+        workspace = self._unattached.pop(name)
         workspace.complete()
+        self._by_name[name] = workspace
         self.addWidget(workspace)
         restore_splitters(workspace, self._context.settings)
         workspace.loaded.connect(self.loaded)

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QLabel
 from windows import dialog_of, quiet_window
 
 from underfoot.engine.target import Target
+from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.widgets import workspace_stack
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
@@ -97,6 +98,38 @@ def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypat
     assert texts[at + 1 : at + 3] == ["Do the whole", "W"]
     window.leave()
     assert whole.events == [False, True, False, True, "silent", "closed"]
+
+
+class Failing(Workspace):
+    """A workspace of which a part cannot be made while `fails`."""
+
+    fails = True
+
+    def __init__(self, context, parent):
+        super().__init__(parent)
+        self.make(self.parts())
+
+    def parts(self):
+        yield
+        if self.fails:
+            raise BadFile("the disk is full")
+        self.is_whole = True
+
+
+@pytest.mark.parametrize("is_opened", [True, False])
+def test_a_workspace_of_which_a_part_fails_is_made_anew_when_it_is_opened_again(
+    qtbot, tmp_path, monkeypatch, is_opened
+):
+    declared = WorkspaceDeclaration("Failing", "Ctrl+9", Failing)
+    monkeypatch.setattr(workspace_stack, "discover", lambda: (declared, *discover()))
+    Settings(workspace="Design").save(tmp_path)
+    stack = quiet_window(qtbot, tmp_path).workspaces
+    with pytest.raises(BadFile):
+        stack.choose("Failing") if is_opened else [stack.create_next() for _ in range(9)]
+    assert stack.chosen == "Design"
+    monkeypatch.setattr(Failing, "fails", False)
+    stack.choose("Failing")
+    assert stack["Failing"].is_whole  # the half of it was shown
 
 
 def test_keys_that_no_keyboard_has_are_not_listed(qapp):
