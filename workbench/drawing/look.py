@@ -31,8 +31,8 @@ _CURVES = {
 COLOURS = tuple(_CURVES)
 """Names of the colours of curves, by meaning."""
 CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
-"""Colours of a tile's sensors, wherever they are drawn: neighbours of the amber of force that differ in lightness, for
-who sees no red or no green."""
+"""Colours of a tile's sensors, wherever they are drawn: neighbours of the amber of force that who sees no red or no
+green tells apart. In grey, as printed, three of the light palette are one."""
 
 _HEAT_STOPS = (
     ("#12151a", "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d"),
