@@ -1,6 +1,7 @@
 """The trials of sessions and tables: import for the analysis, and export to other programs."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,11 +93,8 @@ class Results:
         """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions."""
         write_bids(folder, self.rows, self.title, self.protocol)
         for path in self.sessions:
-            file = SessionFile.open(path)
-            try:
+            with closing(SessionFile.open(path)) as file:
                 write_physio(folder, file, self.title)
-            finally:
-                file.close()
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
         """Write a page with these findings, `analysis.html`."""
@@ -121,8 +119,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             excluded |= dict.fromkeys((str(row["participant"]), why) for row in table if (why := why_left_out(row)))
             rows += _required_new(path, table if protocol is None else with_levels(table, protocol), rows)
             continue
-        file = SessionFile.open(path)
-        try:
+        with closing(SessionFile.open(path)) as file:
             known = file.about["protocol"]
             if shared is not None and known != text and _differs_in_words(file, shared):
                 reworded.append(path)
@@ -143,8 +140,6 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
                 unfinished.append(path)
             notes += [(file.participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
             sessions.append(path)
-        finally:
-            file.close()
     title = shared.title if shared is not None else paths[0].stem
     several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes), tuple(excluded)
     return Results(title, tuple(rows), shared, *several)
