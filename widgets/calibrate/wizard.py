@@ -344,10 +344,8 @@ class Wizard(QWidget):
     def _button_line(self) -> QWidget:
         self.leaving = _button("Cancel", "Leave; the profile stays as it is", self.cancel)
         self.closing = _button("Close", "Back to the choice of tile and calibration", self.cancel)
-        self.projecting = _button(
-            "Show on the floor…", "Fill a screen with the tile at its true size, for a projector", None
-        )
-        self.projecting.clicked.connect(self.projection_requested)
+        tip = "Fill a screen with the tile at its true size, for a projector"
+        self.projecting = _button("Show on the floor…", tip, self.projection_requested.emit)
         self.running = _button(
             "Run automatically", "Let the simulator press, page after page; or pause", self._run_automatically
         )
@@ -397,10 +395,9 @@ def continue_text(page: Page, by_hand: bool, is_waiting: bool) -> str:
     return words[0] if is_waiting else words[1]
 
 
-def _button(text: str, tip: str, do: Callable[[], None] | None) -> QPushButton:
+def _button(text: str, tip: str, do: Callable[[], None]) -> QPushButton:
     button = QPushButton(text)
     button.setToolTip(tip)
     button.setAccessibleDescription(tip)
-    if do is not None:
-        button.clicked.connect(lambda _=False: do())
+    button.clicked.connect(lambda _=False: do())
     return button

@@ -1,14 +1,17 @@
 """The blind test of A and B, which covers the whole window so that nothing identifies the patch being played."""
 
 import time
+from collections.abc import Callable, Sequence
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
+    QLayout,
     QLineEdit,
     QPushButton,
     QSpinBox,
@@ -91,11 +94,11 @@ class BlindTest(QWidget):
     def _trial_page(self) -> QWidget:
         self.progress = theme.label("", "title")
         self.plays = {
-            name: _button(f"Play {name}   ({key})", lambda name=name: self.play(name))
+            name: _button(f"Play {name}   ({key})", partial(self.play, name))
             for name, key in (("A", "1"), ("B", "2"), ("X", "3"))
         }
         self.answers = {
-            slot: _button(f"X is {slot}   ({key})", lambda slot=slot: self.answer(slot))
+            slot: _button(f"X is {slot}   ({key})", partial(self.answer, slot))
             for slot, key in zip(SLOTS, ("←", "→"), strict=True)
         }
         self.now = theme.label("", "muted")
@@ -234,13 +237,13 @@ class BlindTest(QWidget):
             self.setGeometry(self._parent_widget.rect())
         return False
 
-    def closeEvent(self, event: QEvent) -> None:
+    def closeEvent(self, event: QCloseEvent) -> None:
         self._parent_widget.removeEventFilter(self)
         self._listening.end_blind()
-        super().closeEvent(event)  # type: ignore[arg-type]
+        super().closeEvent(event)
 
 
-def _page(title: str, parts: list[object], buttons: list[QPushButton]) -> QWidget:
+def _page(title: str, parts: Sequence[QWidget | QLayout], buttons: Sequence[QPushButton]) -> QWidget:
     """Return a centred page: a title, parts below one another, and buttons."""
     page = QWidget()
     column = QVBoxLayout(page)
@@ -252,7 +255,7 @@ def _page(title: str, parts: list[object], buttons: list[QPushButton]) -> QWidge
         if isinstance(part, QWidget):
             column.addWidget(part)
         else:
-            column.addLayout(part)  # type: ignore[arg-type]
+            column.addLayout(part)
     row = QHBoxLayout()
     for button in buttons:
         row.addWidget(button)
@@ -262,10 +265,10 @@ def _page(title: str, parts: list[object], buttons: list[QPushButton]) -> QWidge
     return page
 
 
-def _button(text: str, do: object, role: str = "") -> QPushButton:
+def _button(text: str, do: Callable[[], object], role: str = "") -> QPushButton:
     button = QPushButton(text)
     if role:
         button.setProperty("role", role)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    button.clicked.connect(lambda _=False: do())  # type: ignore[operator]
+    button.clicked.connect(lambda _=False: do())
     return button
