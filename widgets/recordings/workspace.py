@@ -1,6 +1,5 @@
 """The Recordings workspace: the list, the open recording on its time axis, its steps, and the floor."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -441,8 +440,8 @@ class RecordingsWorkspace(Workspace):
         self.title, self.facts = ElidedLabel("title"), ElidedLabel("muted")
         self.progress, self.export_state = ElidedLabel("small"), theme.label("", "small")
         zoom = [
-            self._button("", "−", "Show more (−)", partial(self._zoom, 1.0 / ZOOM)),
-            self._button("", "+", "Show less, and finer (+)", partial(self._zoom, ZOOM)),
+            self._button("", "−", "Show more (−)", partial(self.axis.zoom, 1.0 / ZOOM)),
+            self._button("", "+", "Show less, and finer (+)", partial(self.axis.zoom, ZOOM)),
             self._button("", "All", "Show the whole recording (0)", self.axis.show_all),
         ]
         marking = self._button(
@@ -476,7 +475,3 @@ class RecordingsWorkspace(Workspace):
         button = tool_button(icon, text, tip)
         button.clicked.connect(lambda _=False: do())
         return button
-
-    def _zoom(self, factor: float) -> None:
-        if math.isfinite(factor):
-            self.axis.zoom(factor)
