@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import file_dialog, save_dialog
 
 
 class FileChooser:
@@ -49,11 +49,12 @@ class FileChooser:
                 else:
                     self._notify(str(error))
 
-        dialog = file_dialog(over or self._window, title, self._folder(), filter)
-        dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
+        parent = over or self._window
         if save_as:
-            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-            dialog.setDefaultSuffix(suffix.removeprefix("."))
+            dialog = save_dialog(parent, title, self._folder(), filter, suffix)
             dialog.selectFile(re.sub(r'[/\\:*?"<>|]', "-", save_as))
+        else:
+            dialog = file_dialog(parent, title, self._folder(), filter)
+            dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(chosen)
         dialog.open()
