@@ -349,6 +349,19 @@ def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     assert block == 500  # its first sample, at 5 s by the device's clock, closes the twentieth window of a quarter
 
 
+def test_samples_keep_to_the_clock_of_a_card_that_is_slower_than_the_computers(monkeypatch):
+    """Otherwise they were late by more and more: an hour of 100 ppm is a third of a second."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    source, stamps = DeviceFloor(Given(), default_floor(1, 1), RATE), []
+    for block in range(900):
+        sent = samples_of([[0, i, 1000 * i, 1000, 1000, 1000, 1000] for i in range(10 * block, 10 * block + 10)])
+        now[0] = 1000.0 + 0.01 * (block + 1)
+        source.receive(sent, now[0])
+        stamps += source.stamps[: source.pull(round(480 * (block + 1) / 1.001))].tolist()
+    assert np.diff(stamps[-4000:]).mean() == pytest.approx(48.0 / 1.001, abs=0.002)
+
+
 @pytest.mark.parametrize("block", [64, 480, 1024])
 def test_latency_is_measured_from_when_a_sample_could_arrive_to_the_frame_that_it_changes(monkeypatch, block):
     """Even links and blocks: what a sample waits for is the next block, at most, and so long are all held."""
