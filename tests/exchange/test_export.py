@@ -104,8 +104,10 @@ def test_ahap_has_a_transient_for_each_tap_where_it_is_and_as_strong(tmp_path):
     bursts = FORMATS["ahap"].read(path).patch.node("breakpoints1").parameters["points"]
     for time in times:
         near = envelope[np.abs(envelope[:, 0] - time - 0.006) < 0.006]
-        burst = max(row[1] for row in bursts if abs(row[0] - time) < 0.004)
-        assert burst == pytest.approx(near[:, 1].max(), rel=0.05)
+        strongest = max(near, key=lambda row: row[1])
+        _, burst, frequency_hz = max((row for row in bursts if abs(row[0] - time) < 0.004), key=lambda row: row[1])
+        assert burst == pytest.approx(strongest[1], rel=0.05)
+        assert frequency_hz == pytest.approx(strongest[2], abs=5.0)
 
 
 def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
