@@ -1,10 +1,11 @@
 """Where in a file something is wrong: the line that a text editor shows."""
 
 import json
+import os
 
 import pytest
 
-from underfoot.file_places import file_place, readable
+from underfoot.file_places import file_place, place_in, readable
 
 DOCUMENT = {"format": "x", "tiles": [{"id": "a, b: {", "size": [1, 2]}, {"id": 'é"\\', "size": []}], "end": None}
 """Written over several lines; keys and texts have in them what else parts values."""
@@ -44,6 +45,14 @@ def test_what_is_no_json_has_its_line_too(file):
 def test_a_file_that_is_no_json_any_more_has_no_line_and_raises_nothing(file, text):
     file.write_text(text)
     assert file_place(f"{file}: $.a.b is 3").in_words.endswith("a, b is 3")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only POSIX has pipes of this kind")
+def test_a_pipe_in_place_of_a_file_is_not_waited_for(tmp_path):
+    pipe = tmp_path / "pipe.json"
+    os.mkfifo(pipe)
+    for message in ("cannot be read: it is a device, and no file", "$.a.b is 3"):
+        assert place_in(pipe, f"{pipe}: {message}").excerpt() == []
 
 
 def test_other_errors_stay_as_they_are():

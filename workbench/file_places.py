@@ -7,7 +7,8 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from underfoot.files import LARGEST
+from underfoot.errors import BadFile
+from underfoot.files import read_file
 
 _PLACED = re.compile(r"(?P<file>.+?): \$(?P<path>(?:\.[^\s.:\[\]]+|\[\d+\])+)(?P<says>.*)", re.DOTALL)
 _BROKEN = re.compile(r"(?P<file>.+?)(?P<says> is not JSON: .*line (?P<line>\d+) column \d+).*", re.DOTALL)
@@ -77,9 +78,8 @@ def readable(message: str) -> str:
 def _text(file: str) -> str:
     """Return the text of a file; "" if it cannot be read."""
     try:
-        with Path(file).open(encoding="utf-8-sig") as opened:
-            return opened.read(LARGEST)
-    except (OSError, ValueError):
+        return read_file(file).decode("utf-8-sig")
+    except (BadFile, ValueError):
         return ""
 
 
