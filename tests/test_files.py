@@ -8,6 +8,7 @@ import pytest
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
 from underfoot.errors import BadFile
 from underfoot.files import head_of, make_folder, read_file, replaced, write_file
+from underfoot.records.c3d_files import C3DFile
 
 
 def test_the_old_file_stays_until_the_new_one_is_whole(tmp_path):
@@ -92,6 +93,8 @@ def test_permissions_links_and_devices_stay_what_they_are(tmp_path):
     for device in (Path("/dev/null"), tmp_path / "pipe"):  # without the check, the second waits for a writer
         with pytest.raises(BadFile, match="cannot be read: it is a device, and no file"):
             read_file(device)
+        with pytest.raises(BadFile, match="cannot be read: it is a device, and no file"):
+            C3DFile(device)
         assert head_of(device, 1) is None
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, in_one_line
+from underfoot.files import require_readable
 
 Values = NDArray[np.float64]
 """Numbers of a parameter, in its shape: the first index runs fastest in the file."""
@@ -41,6 +42,7 @@ class C3DFile:
         self.path = Path(path)
         self.numbers: dict[str, Values] = {}
         self.texts: dict[str, list[str]] = {}
+        require_readable(path)  # a pipe would be waited for
         try:
             with self.path.open("rb") as file:
                 self._read(file)
