@@ -1,4 +1,4 @@
-"""The menu of results: analysis of other files, and export of trials."""
+"""The menu of results: the list of sessions, analysis of other files, and export of trials."""
 
 from pathlib import Path
 
@@ -18,11 +18,15 @@ class ResultsButton(QPushButton):
 
     files_chosen = Signal(list)
     place_chosen = Signal(str, Path)
+    sessions_requested = Signal()
+    """The study's sessions are to be listed."""
 
     def __init__(self) -> None:
         super().__init__("Results")
-        self.setToolTip("Analyse other files; write trials for other programs")
+        self.setToolTip("List sessions and leave some out; analyse other files; write trials for other programs")
         menu = QMenu(self)
+        self._sessions = menu.addAction("Sessions…")
+        self._sessions.triggered.connect(self.sessions_requested)
         menu.addAction("Analyse files…", self._ask_files)
         self.lapses = menu.addAction("Lapses: give psychometric curves a lapse rate")
         self.lapses.setCheckable(True)
@@ -31,8 +35,8 @@ class ResultsButton(QPushButton):
         self.setMenu(menu)
 
     def enable_writing(self, has_sessions: bool) -> None:
-        """Enable export if there are sessions."""
-        for action in self._writing:
+        """Enable the list and export if there are sessions."""
+        for action in (self._sessions, *self._writing):
             action.setEnabled(has_sessions)
 
     def _writing_action(self, menu: QMenu, form: str) -> QAction:

@@ -18,6 +18,7 @@ from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.experiment.findings import analysed_in_process, simulated_study, written_in_process
 from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPeople, people_text
 from underfoot.widgets.experiment.results_menu import ResultsButton
+from underfoot.widgets.experiment.sessions_dialog import SessionsDialog
 from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 from underfoot.widgets.session.settings import Settings as WindowSettings
@@ -101,6 +102,10 @@ class StudyFindings(QObject):
         """Ask for the number of simulated participants and their true parameters."""
         PeopleDialog(self._use_people, self._study.protocol, self.people, self.buttons.window()).open()
 
+    def ask_sessions(self) -> None:
+        """List the study's sessions, of which some can be left out of the analysis."""
+        SessionsDialog(self._sessions.files(self._study), self.stated.emit, self.buttons.window()).open()
+
     def simulate(self) -> None:
         """Run the study with simulated people, and show bias and spread of its estimates."""
         study, people = self._study, self.people
@@ -175,6 +180,7 @@ class StudyFindings(QObject):
         self.simulate_button.clicked.connect(self.simulate)
         self.people_button.clicked.connect(self.ask_people)
         self.analyse_button.clicked.connect(self.analyse)
+        self.results_button.sessions_requested.connect(self.ask_sessions)
         self.results_button.files_chosen.connect(self._analyse_files)
         self.results_button.place_chosen.connect(self._write)
         self.background.found.connect(self._show_findings)

@@ -136,7 +136,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             rows += _required_new(path, as_left_out(found, file.left_out) if file.left_out else found, rows)
             if file.left_out:
                 excluded[file.participant, file.left_out] = None
-            elif found and not _has_all_answers(shared, file.participant, entries):
+            elif found and not has_all_answers(shared, file.participant, entries):
                 unfinished.append(path)
             notes += [(file.participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
             sessions.append(path)
@@ -171,7 +171,7 @@ def written_files(
     return [Findings("Written", remarks=[text, *results.remarks])]
 
 
-def _has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> bool:
+def has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> bool:
     """Return whether a session has all answers, or it cannot be known: a package or an earlier version is needed."""
     try:
         return is_over(protocol, participant, entries) or Study(protocol, participant, entries).has_all_answers

@@ -1,0 +1,162 @@
+"""The sessions of a study: how far each is, and which the analysis leaves out, with why."""
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QDialogButtonBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from underfoot.errors import UnderfootError
+from underfoot.experiments.store import SessionFile
+from underfoot.quantities import counted
+from underfoot.studies.session_lines import SessionLine, session_line
+from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker
+
+_COLUMNS = ("Participant", "Begun", "Trials", "State", "Noted")
+_WIDEST_PX = 34 * theme.GRID
+"""A longer reason is cut off in its cell, and whole under the mouse."""
+_TRIALS_TIP = "How many count, neither practice nor spoiled; of one that is not finished, of how many or about so many"
+WHY_FIRST = "Type first why it is left out."
+
+
+class SessionsDialog(QDialog):
+    """Lists session files; a session is left out of the analysis for a reason, or taken in again.
+
+    `changed` is told of each in a line.
+    """
+
+    def __init__(self, paths: Sequence[Path], changed: Callable[[str], object], parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Sessions")
+        self._changed = changed
+        self.lines: list[SessionLine] = []
+        self.reader = BackgroundWorker(self)
+        self.table = QTableWidget(0, len(_COLUMNS))
+        self.why = QLineEdit()
+        self.why.setPlaceholderText("Why it is left out, such as: a loose shoe")
+        self.why.setAccessibleName("Why the session is left out")
+        self.leave_button = QPushButton("Leave out")
+        self.note = theme.paragraph(f"Reading {counted(len(paths), 'session')}…", "muted")
+        self.buttons = QDialogButtonBox()
+        self.close_button = self.buttons.addButton(QDialogButtonBox.StandardButton.Close)
+        self._lay_out()
+        self.table.currentCellChanged.connect(self._show_current)
+        self.leave_button.clicked.connect(self._leave_out)
+        self.buttons.rejected.connect(self.reject)
+        self.reader.found.connect(self._show_lines)
+        self._show_current()
+        self.reader.compute(lambda task: [session_line(path) for path in paths if not task.is_stopped()])
+
+    def done(self, result: int) -> None:
+        """Stop reading; Esc and the frame's button both end here."""
+        self.reader.stop()
+        self.reader.join()
+        super().done(result)
+
+    def _lay_out(self) -> None:
+        self.table.setAccessibleName("Sessions")
+        self.table.setHorizontalHeaderLabels(_COLUMNS)
+        self.table.setShowGrid(False)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.table.setTabKeyNavigation(False)
+        self.table.setWordWrap(False)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
+        heading = self.table.horizontalHeaderItem(_COLUMNS.index("Trials"))
+        if heading is not None:
+            heading.setToolTip(_TRIALS_TIP)
+        header = self.table.horizontalHeader()
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(len(_COLUMNS) - 1, QHeaderView.ResizeMode.Stretch)
+        words = "A session that is left out stays in its file and in tables of trials, as spoiled, with the reason."
+        row = QHBoxLayout()
+        row.addWidget(self.why, 1)
+        row.addWidget(self.leave_button)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(theme.MARGINS)
+        column.setSpacing(theme.GRID)
+        column.addWidget(theme.paragraph(words, "muted"))
+        column.addWidget(self.table, 1)
+        column.addLayout(row)
+        column.addWidget(self.note)
+        column.addWidget(self.buttons)
+        room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
+        self.resize(QSize(104 * theme.GRID, 60 * theme.GRID).boundedTo(room))
+
+    def _show_lines(self, lines: list[SessionLine]) -> None:
+        self.lines = lines
+        self.table.setRowCount(len(lines))
+        for row, line in enumerate(lines):
+            self._fill(row, line)
+        self.table.resizeColumnsToContents()
+        for column in range(len(_COLUMNS) - 1):
+            self.table.setColumnWidth(column, min(self.table.columnWidth(column) + theme.GRID, _WIDEST_PX))
+        self._say("")
+        if lines:
+            self.table.setCurrentCell(0, 0)
+            self.table.setFocus()
+
+    def _fill(self, row: int, line: SessionLine) -> None:
+        noted = "; ".join(reversed(line.notes))  # what is cut off is what the program noted at the beginning
+        for column, text in enumerate((line.participant, line.begun, line.progress, line.state, noted)):
+            item = QTableWidgetItem(text)
+            item.setToolTip("\n".join(line.notes) if text is noted else text)
+            self.table.setItem(row, column, item)
+
+    def _show_current(self) -> None:
+        """Offer what can be done with the chosen session."""
+        row = self.table.currentRow()
+        line = self.lines[row] if 0 <= row < len(self.lines) else None
+        is_left_out = line is not None and bool(line.left_out)
+        self.leave_button.setText("Take in again" if is_left_out else "Leave out")
+        self.leave_button.setEnabled(line is not None and not line.error)
+        # A second Return behind a reason must not take the session in again.
+        (self.close_button if is_left_out else self.leave_button).setDefault(True)
+        self.why.setText(line.left_out if line is not None else "")
+        self.why.setEnabled(line is not None and not line.error and not is_left_out)
+
+    def _leave_out(self) -> None:
+        """Leave the chosen session out, or take it in again."""
+        row = self.table.currentRow()
+        line, why = self.lines[row], " ".join(self.why.text().split())
+        if not line.left_out and not why:
+            self._say(WHY_FIRST)
+            self.why.setFocus()
+            return
+        try:
+            with closing(SessionFile.open(line.path)) as file:
+                file.leave_out("" if line.left_out else why)
+                line = replace(line, left_out=file.left_out, notes=tuple(note.text for note in file.notes()))
+        except UnderfootError as error:
+            self._say(str(error))
+            return
+        self.lines[row] = line
+        self._fill(row, line)
+        self.table.setFocus()
+        self._show_current()
+        self._say("")
+        now = f"is left out ({line.left_out})" if line.left_out else "is taken in again"
+        self._changed(f"{line.participant} {now}. Analyse once more to see what the others say.")
+
+    def _say(self, text: str) -> None:
+        theme.set_role(self.note, "alarm" if text else "muted")
+        self.note.setText(text)
