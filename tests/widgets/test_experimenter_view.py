@@ -44,7 +44,7 @@ def tile():
 def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until, tmp_path):
     view = ExperimenterView()
     view.begin(tile.floor, "a study", presses=False)
-    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT})
+    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, title="How soft?")
     with open_session(until, tile.target) as session, taking_part(session, protocol, tmp_path / "a", until) as person:
         runner = person.runner
 
@@ -55,6 +55,7 @@ def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until,
         person.until_phase(Phase.READY)
         person.until(lambda: shown() == "Nobody stands on the floor: 0 N.", "it is said")
         assert not view.news.isHidden()
+        assert view.page.text().startswith("How soft?  ·  trial 1 of block 1")  # it was called by its id, main
         told = []
         for _ in range(6):
             view.live.clear()

@@ -117,7 +117,9 @@ class ExperimenterView(QWidget):
         attempt = f"attempt {page.attempt}" if page.attempt > 1 else ""
         practice = "practice, not counted" if page.practice else ""
         share = f"{100 * page.share:.0f} %"
-        self.page.setText(_joined(page.stage or "The end: every answer is kept.", practice, number, attempt, share))
+        self.page.setText(
+            _joined(_stage_text(runner) or "The end: every answer is kept.", practice, number, attempt, share)
+        )
         seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
         left = self._time_left_text(runner)
         is_over = phase is Phase.END
@@ -240,6 +242,15 @@ class ExperimenterView(QWidget):
                 self.next_requested.emit()
         elif not self.form.handle_key(event.key(), event.text()):
             super().keyPressEvent(event)
+
+
+def _stage_text(runner: Runner) -> str:
+    """Return the stage by its title, and by its id where it has none, or not alone; "" at the end."""
+    page, titles = runner.page, {stage.id: stage.title for stage in runner.protocol.stages}
+    title = titles.get(page.stage, page.title)  # the questions about the participant are no stage of the protocol
+    if not page.stage or not title:
+        return page.stage
+    return title if list(titles.values()).count(title) < 2 else f"{title} ({page.stage})"
 
 
 def _level_text(runner: Runner) -> str:
