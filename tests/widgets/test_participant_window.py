@@ -116,7 +116,7 @@ def test_a_level_is_seen_as_it_is_felt_and_is_an_answer_once_it_was_moved(bench)
     assert (slider.position(), slider.is_set) == (1.0, True)
     assert "click on the line" in bench.person.hint.text()  # a rating shows no handle before its first answer
     bench.key(Qt.Key.Key_Return)
-    assert bench.person.hint.text() == "Move the slider to answer: Where you only just feel it."
+    assert bench.person.hint.text() == "Move the slider to answer: At which level do you only just feel it?"
     bench.key(Qt.Key.Key_Left)
     assert bench.runner.level_set_db == pytest.approx(-0.8)
     bench.key(Qt.Key.Key_Return)

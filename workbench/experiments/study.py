@@ -251,7 +251,7 @@ class Study:
                 return replace(page, questions=tuple(question.parameter for question in stage.questions))
             case "level":
                 low, high = LEVEL_RANGE_DB
-                gain = Number(high, low, high, doc="Where you only just feel it.", unit="dB")
+                gain = Number(high, low, high, doc="At which level do you only just feel it?", unit="dB")
                 return replace(page, questions=(ask(GAIN_DB, gain),))
             case "trials" if self._pause > 0.0:
                 return replace(page, kind="pause", title="Pause", text="", seconds=self._pause)
