@@ -5,12 +5,16 @@ from contextlib import closing
 import numpy as np
 import pytest
 from made_studies import made_protocol
+from msgspec import structs
 from people import open_session, taking_part
 from wired import ends
 
 from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.replay import Replay
 from underfoot.engine.target import Target
+from underfoot.experiments.protocol import Stage
+from underfoot.experiments.store import SessionFile
+from underfoot.experiments.study import is_over
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.studies.phase import Phase
@@ -45,6 +49,7 @@ def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until,
     view = ExperimenterView()
     view.begin(tile.floor, "a study", presses=False)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, title="How soft?")
+    protocol = structs.replace(protocol, stages=(*protocol.stages, Stage(id="thanks", kind="read")))
     with open_session(until, tile.target) as session, taking_part(session, protocol, tmp_path / "a", until) as person:
         runner = person.runner
 
@@ -76,4 +81,8 @@ def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until,
         person.until_phase(Phase.ANSWERING)
         assert "Nobody" not in shown()  # to answer, one may leave the floor
         runner.answer({"rating": 50.0})
-        assert runner.study.is_done
+        shown()
+        assert view.state.text().startswith("every answer is kept")
+        runner.stop("by the participant")
+    with closing(SessionFile.open(tmp_path / "a")) as file:
+        assert is_over(protocol, "P1", file.entries())  # though nobody went on from the word of thanks

@@ -124,7 +124,7 @@ class ExperimenterView(QWidget):
         left = self._time_left_text(runner)
         is_over = phase is Phase.END
         says_itself = is_over or (phase is Phase.STOPPED and bool(runner.hint))
-        now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if says_itself else str(phase)
+        now = _page_text(runner) if phase is Phase.PAGE else "" if says_itself else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
         if self._ticks % _READOUT_TICKS == 0:
             self.live.setText(_level_text(runner))
@@ -242,6 +242,13 @@ class ExperimenterView(QWidget):
                 self.next_requested.emit()
         elif not self.form.handle_key(event.key(), event.text()):
             super().keyPressEvent(event)
+
+
+def _page_text(runner: Runner) -> str:
+    """Return what happens on a page, and once nothing is left to be answered that the session may be left."""
+    if runner.study.has_all_answers:
+        return "every answer is kept; what is left is read"
+    return _WORDS.get(runner.page.kind, "")
 
 
 def _stage_text(runner: Runner) -> str:

@@ -276,10 +276,15 @@ class Runner:
         self.close_file()
 
     def close_file(self) -> None:
-        """Close the file and all equipment; leave the session unchanged."""
+        """Close the file and all equipment; leave the session unchanged.
+
+        Who stops at a word of thanks, which may ask to tell the experimenter, has done the study: it counts as read.
+        """
         self._equipment.close()
         try:
             self.file.write_waiting()
+            while self.study.entries and self.study.has_all_answers and not self.study.is_done:
+                self.file.add(self.study.answer({}))
         finally:
             self.file.close()
 
