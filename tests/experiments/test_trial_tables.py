@@ -303,10 +303,34 @@ def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
     asked = (Question("age", "How old are you?", "number"),)
     now = structs.replace(before, title="Study", about="It is.", stages=stages, participant=asked)
     (found, *_) = results_of(paths, now).findings(Settings(bootstrap=0))
-    assert found.remarks[-1] == "Begun with other words in titles, texts or questions, and counted: P1."
+    assert (
+        found.remarks[-1]
+        == "Begun with other words in titles, texts or questions, or for the other foot, and counted: P1."
+    )
     assert found.tables
     with pytest.raises(BadMeasurement, match=r"^Begun with another version of the protocol, left out: P1\. Analyse"):
         results_of(paths, structs.replace(now, seed=2)).findings(Settings(bootstrap=0))
+
+
+def test_who_prefers_the_left_foot_counts_with_the_others(tmp_path):
+    """Their buttons lie on the other side, so that their sessions were another study's; bearings are alike for both."""
+    paths = []
+    for foot in ("right", "left"):
+        given = {"repeats": 1, "widths_m": [0.1], "distances_m": [0.3], "preferred_foot": foot}
+        protocol = made_protocol("target-selection", given)
+        paths.append(tmp_path / f"{foot}.session")
+        with closing(SessionFile.create(paths[-1], protocol, foot)) as file:
+            study = file.study(protocol)
+            while not study.is_done:
+                file.add(study.answer({"selected": "yes", "time_s": 0.8}))
+    found = results_of(paths)
+    assert found.reworded == (paths[1],)
+    places = [
+        sorted((row["bearing_rad"], row["x_m"]) for row in found.rows if row["participant"] == foot)
+        for foot in ("right", "left")
+    ]
+    assert places[1] == [(bearing, -x) for bearing, x in places[0]]
+    assert found.findings(Settings(bootstrap=0))[0].tables
 
 
 @pytest.mark.parametrize("damaged", [b"", b"not a database"])

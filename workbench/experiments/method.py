@@ -63,6 +63,8 @@ class Method(ABC):
     """What is asked and what comes of it, in two or three sentences."""
     uses_stimuli: ClassVar[bool] = True
     """Whether it needs stimuli of the protocol."""
+    side: ClassVar[str] = ""
+    """The parameter that says for which foot it is, where the rows of trials are alike for either: else ""."""
     parameters: ClassVar[dict[str, Parameter]]
 
     def __init_subclass__(cls) -> None:

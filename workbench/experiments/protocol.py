@@ -59,6 +59,11 @@ class MethodUse(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return all of the method's parameters, as `Method.checked` does."""
         return self.rule.checked(self.parameters, stimuli)
 
+    def of_either_foot(self) -> "MethodUse":
+        """Return the method without the foot that it is for, as far as the rows of its trials are alike for either."""
+        side = self.rule.side if self.kind in METHODS else ""
+        return MethodUse(self.kind, {name: value for name, value in self.parameters.items() if name != side})
+
 
 class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One stage. `kind`: "consent", "questions", "read" (an instruction), "learn" (stimuli to try by number, for
@@ -202,13 +207,21 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return msgspec.structs.replace(self, title=title, participant=(), stages=stages)
 
     def without_words(self) -> "Protocol":
-        """Return this protocol without what is only read and changes no trial: titles, texts, words of questions."""
+        """Return this protocol without what changes no row of a trial: titles, texts, words of questions, and the foot
+        from which the places of its buttons are counted.
+        """
 
         def unread(questions: tuple[Question, ...]) -> tuple[Question, ...]:
             return tuple(msgspec.structs.replace(one, text="") for one in questions)
 
         stages = tuple(
-            msgspec.structs.replace(stage, title="", text="", questions=unread(stage.questions))
+            msgspec.structs.replace(
+                stage,
+                title="",
+                text="",
+                questions=unread(stage.questions),
+                method=stage.method and stage.method.of_either_foot(),
+            )
             for stage in self.stages
         )
         return msgspec.structs.replace(self, title="", about="", participant=unread(self.participant), stages=stages)

@@ -29,10 +29,10 @@ SUFFIX = ".session"
 class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
-    `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, which
-    count; `unfinished` those that lack answers, and count as far as they go; `notes` those of the experimenter:
-    participant, time, number of the entry before, text. `excluded` are the participants whom the experimenter has left
-    out, with why; their rows are spoiled.
+    `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, or in
+    the preferred foot, which count; `unfinished` those that lack answers, and count as far as they go; `notes` those of
+    the experimenter: participant, time, number of the entry before, text. `excluded` are the participants whom the
+    experimenter has left out, with why; their rows are spoiled.
     """
 
     title: str
@@ -56,7 +56,7 @@ class Results:
         found = []
         for how, paths in (
             ("Begun with another version of the protocol, left out", self.left_out),
-            ("Begun with other words in titles, texts or questions, and counted", self.reworded),
+            ("Begun with other words in titles, texts or questions, or for the other foot, and counted", self.reworded),
             ("Not finished, and counted as far as they go", self.unfinished),
         ):
             if paths:
@@ -180,7 +180,7 @@ def has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entr
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
-    """Return whether the session was begun with this protocol, except for what is only read."""
+    """Return whether the session was begun with this protocol, except for what changes no row of a trial."""
     try:
         return file.stored_protocol().without_words().dumps() == protocol.without_words().dumps()
     except BadFile:  # of a version that had other fields

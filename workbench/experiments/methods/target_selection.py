@@ -17,6 +17,7 @@ class TargetSelection(ListedMethod):
     kind, name = "target-selection", "Target selection"
     about = "Round buttons appear on the floor and are pressed with a foot; rates and times of selection come of it."
     uses_stimuli = False
+    side = "preferred_foot"
     widths_m = Numbers((0.045, 0.075, 0.105, 0.135, 0.165), 0.005, 1.0, doc="Diameters of the buttons.", unit="m")
     distances_m = Numbers((0.15, 0.25, 0.35, 0.45), 0.0, 5.0, doc="From between the feet to the middle.", unit="m")
     bearings_deg = Numbers((0.0, 45.0), -180.0, 180.0, doc="From straight ahead, away from the preferred foot.")
