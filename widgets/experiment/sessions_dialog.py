@@ -155,7 +155,7 @@ class SessionsDialog(QDialog):
         self._show_current()
         self._say("")
         now = f"is left out ({line.left_out})" if line.left_out else "is taken in again"
-        self._changed(f"{line.participant} {now}. Analyse once more to see what the others say.")
+        self._changed(f"{line.participant} {now}. What is shown was found before: analyse once more.")
 
     def _say(self, text: str) -> None:
         theme.set_role(self.note, "alarm" if text else "muted")
