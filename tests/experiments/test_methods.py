@@ -5,11 +5,15 @@ from collections import Counter
 from itertools import pairwise
 
 import pytest
-from made_studies import TD, made_protocol, preset_protocol, trials, walked
+from made_studies import TD, first_answers, made_protocol, preset_protocol, trials, walked
+from msgspec import structs
 
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.study import Study
 from underfoot.experiments.trials import NOTHING, Presentation
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.studies.target import require_on_floor
 
 
 def trials_of(name, participant="P1", answers=None):
@@ -57,6 +61,29 @@ def test_a_target_lies_at_its_distance_on_the_side_away_from_the_preferred_foot(
     given = {"distances_m": [0.4], "bearings_deg": [30.0], "repeats": 1, "preferred_foot": foot}
     (trial, *_) = trials(walked(Study(made_protocol("target-selection", given), "P1")))
     assert (trial.facts["x_m"], trial.facts["y_m"]) == pytest.approx((away * 0.2, 0.4 * math.cos(math.pi / 6.0)))
+
+
+def test_the_foot_that_somebody_prefers_has_the_buttons_on_its_other_side():
+    """The study asked for the foot, and the buttons lay for the right one all the same."""
+    protocol = preset_protocol("target-selection")
+
+    def first_buttons(foot):
+        study = Study(protocol, "P1")
+        walked(study, lambda page: {"age": 30, "foot": foot} if page.stage == "participant" else first_answers(page), 3)
+        again = Study(protocol, "P1", study.entries)
+        assert again.page == study.page  # as where the session goes on
+        return [page.trial.facts for page in walked(again, most=9) if page.trial is not None]
+
+    right, left = first_buttons("right"), first_buttons("left")
+    assert [{**facts, "x_m": -facts["x_m"]} for facts in left] == right
+    assert any(facts["x_m"] < -0.05 for facts in right)
+    with pytest.raises(BadValue, match=r"has a button at x 1\.\d\d, .* which is not on the floor"):
+        require_on_floor(protocol, default_floor(6, 3))  # all of the right foot's buttons are on it
+    unasked = structs.replace(protocol, participant=())
+    with pytest.raises(
+        BadValue, match="preferred_foot is 'asked'; allowed: right or left, or asked with a question foot"
+    ):
+        unasked.check(REGISTRY)
 
 
 def ideal(threshold_db, nothing_db=-1001.0):

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
 
 DRAWN, COUNTERBALANCED = "drawn", "counterbalanced"
+FOOT, RIGHT, LEFT, ASKED = "foot", "right", "left", "asked"
+"""The question which foot somebody prefers, its answers, and the choice of the foot that was answered."""
 BLOCK_ROW = "block_row"
 """The fact of a trial that is the row of its block in a Latin square, from 1."""
 

@@ -16,7 +16,7 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.latin_square import number_of_row, row_of
-from underfoot.experiments.method import COUNTERBALANCED, Method
+from underfoot.experiments.method import ASKED, COUNTERBALANCED, FOOT, LEFT, RIGHT, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Level, Stimulus, patch_path
@@ -285,6 +285,8 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             given = stage.method.given(self.stimuli)
         except BadValue as error:
             raise BadValue(f"{place}.method.parameters.{error}") from None
+        if given.get(rule.side) == ASKED:
+            self._require_foot_asked(f"{place}.method.parameters.{rule.side}")
         right = rule.right_answers(given)
         for name, gain_db in rule.peak_gains_db(given).items():
             correct = self.stimuli[name].correct
@@ -301,6 +303,12 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}: {lower}")
         if stage.foot is not None:
             stage.foot.check(f"{place}.foot", rule.questions_for(given))
+
+    def _require_foot_asked(self, place: str) -> None:
+        """Raise `BadValue` where the participant is not asked which foot is preferred."""
+        options = next((set(one.options) for one in self.participant if one.name == FOOT), set())
+        allowed = f"{RIGHT} or {LEFT}, or {ASKED} with a question {FOOT} about the participant whose options these are"
+        require(options == {RIGHT, LEFT}, place, ASKED, allowed)
 
     def _require_meaning(self) -> None:
         """Raise `BadValue` where answers would say nothing, or the table of trials could not hold them.

@@ -16,7 +16,7 @@ from underfoot.arguments import choice
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.duration import usual_s
 from underfoot.experiments.latin_square import Turn
-from underfoot.experiments.method import BLOCK_ROW, COUNTERBALANCED, Method
+from underfoot.experiments.method import ASKED, BLOCK_ROW, COUNTERBALANCED, FOOT, RIGHT, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import YES, needs_answer, unanswered, yes_or_no
@@ -236,8 +236,13 @@ class Study:
             stage = self._stages[self._at]
             if stage.method is not None:
                 begun = self._rows_begun.get(stage.id, 0)
-                self._method = method_of(self.protocol, stage, self.participant, begun)
+                self._method = method_of(self.protocol, stage, self.participant, begun, self._asked)
         self._page = self._made()
+
+    @property
+    def _asked(self) -> Answers:
+        """The answers about the participant."""
+        return next((entry.answers for entry in self.entries if entry.stage == PARTICIPANT), {})
 
     def _made(self) -> Page:
         if self._at >= len(self._stages):
@@ -334,10 +339,13 @@ def _rows_begun(entries: Iterable[Entry]) -> dict[str, int]:
     return found
 
 
-def method_of(protocol: Protocol, stage: Stage, participant: str, begun_row: int = 0) -> Method:
+def method_of(
+    protocol: Protocol, stage: Stage, participant: str, begun_row: int = 0, asked: Answers | None = None
+) -> Method:
     """Return a stage's method at its first trial, with this participant's random order.
 
-    Where an earlier version began the stage, `begun_row` is the row of a Latin square that it began with.
+    Where an earlier version began the stage, `begun_row` is the row of a Latin square that it began with. `asked` are
+    the answers about the participant; where nothing was answered, the right foot is preferred.
     """
     use = stage.method
     if use is None:
@@ -345,7 +353,10 @@ def method_of(protocol: Protocol, stage: Stage, participant: str, begun_row: int
     choice(f"method of stage {stage.id!r}", use.kind, sorted(METHODS))
     draws = SeededRandom(protocol.seed, participant, stage.id)
     turn = turn_of(protocol, stage, participant)._replace(begun=begun_row)
-    return use.rule(use.given(protocol.stimuli), protocol.stimuli, draws, turn)
+    given = use.given(protocol.stimuli)
+    if given.get(use.rule.side) == ASKED:
+        given[use.rule.side] = (asked or {}).get(FOOT, RIGHT)
+    return use.rule(given, protocol.stimuli, draws, turn)
 
 
 def turn_of(protocol: Protocol, stage: Stage, participant: str) -> Turn:

@@ -3,9 +3,11 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from underfoot.errors import BadValue
+from underfoot.experiments.method import ASKED
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES
@@ -98,8 +100,10 @@ def require_on_floor(protocol: Protocol, floor: Floor) -> None:
         if not isinstance(method, TargetSelection):
             continue
         x_m, y_m = method.given["origin_m"]
-        for trial in method.trials:
-            place = (x_m + float(trial.facts["x_m"]), y_m + float(trial.facts["y_m"]))
+        asks = stage.method.given(protocol.stimuli)["preferred_foot"] == ASKED
+        sides = (1.0, -1.0) if asks else (1.0,)  # who prefers the left foot has them on the other side
+        for trial, side in product(method.trials, sides):
+            place = (x_m + side * float(trial.facts["x_m"]), y_m + float(trial.facts["y_m"]))
             if floor.tile_at(place) is None:
                 raise BadValue(
                     f"stage {stage.id!r} has a button at x {place[0]:.2f}, y {place[1]:.2f} m, which is not on the "

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from underfoot.experiments.method import ListedMethod
+from underfoot.experiments.method import ASKED, LEFT, RIGHT, ListedMethod
 from underfoot.experiments.questions import yes_or_no
 from underfoot.experiments.trials import Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, ask
@@ -27,12 +27,14 @@ class TargetSelection(ListedMethod):
     visible_s = Number(2.0, 0.1, 60.0, doc="How long a button can be pressed.", unit="s")
     pause_s = Number(3.0, 0.0, 60.0, doc="From its end to the next one.", unit="s")
     origin_m = Numbers((0.0, 0.0), -100.0, 100.0, doc="Between the feet, in the floor's frame.", least=2, most=2)
-    preferred_foot = Choice("right", options=("right", "left"), doc="Bearings count away from it.")
+    preferred_foot = Choice(
+        RIGHT, options=(RIGHT, LEFT, ASKED), doc="Bearings count away from it; asked: by the question foot."
+    )
 
     def listed(self) -> Sequence[Trial]:
         buttons = list(product(self.given["widths_m"], self.given["distances_m"], self.given["bearings_deg"]))
         drawn = self.draws.shuffled(buttons * self.given["repeats"])
-        away = -1.0 if self.given["preferred_foot"] == "right" else 1.0
+        away = 1.0 if self.given["preferred_foot"] == LEFT else -1.0
         found = []
         for k, (width, distance, bearing) in enumerate(drawn):
             angle = math.radians(bearing)

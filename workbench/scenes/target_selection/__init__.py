@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from underfoot.experiments.method import LEFT, RIGHT
 from underfoot.experiments.methods.target_selection import TargetSelection as Method
 from underfoot.experiments.questions import YES
 from underfoot.experiments.trials import Trial
@@ -37,7 +38,7 @@ class TargetSelection(Scene):
     widths_m = replace(Method.widths_m, label="Widths, m")
     distances_m = replace(Method.distances_m, label="Distances, m")
     bearings_deg = replace(Method.bearings_deg, label="Bearings, °")
-    preferred_foot = Method.preferred_foot
+    preferred_foot = replace(Method.preferred_foot, options=(RIGHT, LEFT), doc="Bearings count away from it.")
     force_n = replace(Method.force_n, label="Force")
     visible_s = replace(Method.visible_s, label="Visible for")
     pause_s = Number(1.0, 0.0, 60.0, unit="s", label="Pause", doc="from a button's end to the next one")
