@@ -323,11 +323,6 @@ def test_what_to_do_is_read_before_a_trial_and_what_was_right_after_the_last_of_
     assert told[-1][1].endswith("\n\nThank you.")
     bench.click(bench.workspace.experimenter.leave)  # who is thanked has come to the end
     assert bench.workspace.overview.state.text() == "P1 has come to the end of the study. The answers are kept."
-    bench.begin()
-    bench.until(Phase.PAGE)
-    bench.key(Qt.Key.Key_Return)
-    bench.until(Phase.END)
-    bench.click(bench.workspace.experimenter.next)
     bench.type_id("P1")
     assert bench.workspace.overview.state.text().endswith(", and has come to the end. Somebody else needs another id.")
 

@@ -1,7 +1,9 @@
 """Options of commands that name files, and the check that outputs can be written."""
 
 import os
+import stat
 from collections.abc import Sequence
+from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,9 +32,16 @@ class _Input(FileName):
     """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
-        if ctx is not None and ctx.parent is not None and not ctx.resilient_parsing and Path(value).is_fifo():
+        if ctx is not None and ctx.parent is not None and not ctx.resilient_parsing and _is_pipe(value):
             value = _kept(value, ctx.find_root())
         return super().convert(value, param, ctx)
+
+
+def _is_pipe(name: str) -> bool:
+    """Return whether this is the name of a pipe; one that no file can have is refused where the file is read."""
+    with suppress(OSError, ValueError):
+        return stat.S_ISFIFO(os.stat(name).st_mode)
+    return False
 
 
 def _kept(pipe: str, ctx: click.Context) -> str:
