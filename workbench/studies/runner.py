@@ -298,6 +298,8 @@ class Runner:
             self._hint = f"Preparing: {len(self._unprepared)} left"
             self.presenter.request(self._unprepared.pop())
             return
+        if not self.presenter.has_settled():
+            return  # the patch that was open fades out
         self.presenter.begin()
         if self._equipment.masking is not None:
             self._equipment.masking.start()
