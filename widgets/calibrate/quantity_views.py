@@ -20,6 +20,7 @@ from underfoot.calibration.results.labels import label_of
 from underfoot.floor.profile import Part
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.tables import make_read_only
 
 Quantities = Sequence[tuple[str, float, str]]
 
@@ -89,7 +90,7 @@ class QuantityTable(QTableWidget):
     def __init__(self, name: str) -> None:
         super().__init__(0, 3)
         self.setAccessibleName(name)
-        self.verticalHeader().hide()
+        make_read_only(self)
         self.verticalHeader().setMinimumSectionSize(ROW_PX)
         self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)  # long names take two lines
         head = self.horizontalHeader()
@@ -97,11 +98,7 @@ class QuantityTable(QTableWidget):
         head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         for column in (1, 2):
             head.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
-        head.setHighlightSections(False)
-        self.setShowGrid(False)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
-        self.setTabKeyNavigation(False)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 

@@ -1,7 +1,7 @@
 """The table of footsteps, filled as they occur."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -20,7 +20,6 @@ from PySide6.QtGui import (
     QContextMenuEvent,
     QGuiApplication,
     QKeyEvent,
-    QKeySequence,
     QPainter,
     QPaintEvent,
     QPixmap,
@@ -38,6 +37,7 @@ from underfoot.quantities import fixed
 from underfoot.records.tables import step_table
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import Menu
+from underfoot.widgets.controls.tables import make_read_only, takes_table_key
 from underfoot.widgets.pictures import blank_picture
 
 
@@ -166,20 +166,6 @@ class StepModel(QAbstractTableModel):
         return None
 
 
-def takes_table_key(event: QKeyEvent, copy: Callable[[], object]) -> bool:
-    """Take a key that means the same in each table: one copies; Space is left to the window, where it plays or stops.
-
-    Return whether it was one of these.
-    """
-    if event.matches(QKeySequence.StandardKey.Copy):
-        copy()
-    elif event.key() == Qt.Key.Key_Space:
-        event.ignore()
-    else:
-        return False
-    return True
-
-
 class StepTable(QTableView):
     """The table of the latest `max_steps` steps. It stays scrolled to its end, unless the user has scrolled up.
 
@@ -199,15 +185,11 @@ class StepTable(QTableView):
         if sortable:
             self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
             self.setSortingEnabled(True)
-        self.setShowGrid(False)
+        make_read_only(self)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setTabKeyNavigation(False)
         self.setWordWrap(False)
-        self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         header = self.horizontalHeader()
-        header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
         for number, column in enumerate(COLUMNS):  # once: fitting to visible rows takes as long as painting
             widest = "right" if column.name in TEXT_COLUMNS else _cell_text(_WIDEST_NUMBER, column)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
@@ -20,12 +19,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.errors import UnderfootError
 from underfoot.experiments.store import SessionFile
 from underfoot.quantities import counted
 from underfoot.studies.session_lines import SessionLine, session_line
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.controls.tables import make_read_only
 
 _COLUMNS = ("Participant", "Begun", "Trials", "State", "Noted")
 _WIDEST_PX = 34 * theme.GRID
@@ -46,7 +45,7 @@ class SessionsDialog(QDialog):
         self.setWindowTitle("Sessions")
         self._changed = changed
         self.lines: list[SessionLine] = []
-        self.reader = BackgroundWorker(self)
+        self.reader, self.writer = BackgroundWorker(self), BackgroundWorker(self)
         self.table = QTableWidget(0, len(_COLUMNS))
         self.why = QLineEdit()
         self.why.setPlaceholderText("Why it is left out, such as: a loose shoe")
@@ -60,32 +59,31 @@ class SessionsDialog(QDialog):
         self.leave_button.clicked.connect(self._leave_out)
         self.buttons.rejected.connect(self.reject)
         self.reader.found.connect(self._show_lines)
+        self.writer.found.connect(self._show_written)
+        self.writer.failed.connect(self._say)
         self._show_current()
         self.reader.compute(lambda task: [session_line(path) for path in paths if not task.is_stopped()])
 
     def done(self, result: int) -> None:
-        """Stop reading; Esc and the frame's button both end here."""
+        """Stop reading, and wait for what is written; Esc and the frame's button both end here."""
         self.reader.stop()
-        self.reader.join()
+        for worker in (self.reader, self.writer):
+            worker.join()
         super().done(result)
 
     def _lay_out(self) -> None:
         self.table.setAccessibleName("Sessions")
         self.table.setHorizontalHeaderLabels(_COLUMNS)
-        self.table.setShowGrid(False)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        make_read_only(self.table)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setTabKeyNavigation(False)
         self.table.setWordWrap(False)
-        self.table.verticalHeader().hide()
         self.table.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
         heading = self.table.horizontalHeaderItem(_COLUMNS.index("Trials"))
         if heading is not None:
             heading.setToolTip(_TRIALS_TIP)
         header = self.table.horizontalHeader()
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
-        header.setHighlightSections(False)
         header.setSectionResizeMode(len(_COLUMNS) - 1, QHeaderView.ResizeMode.Stretch)
         words = "A session that is left out stays in its file and in tables of trials, as spoiled, with the reason."
         row = QHBoxLayout()
@@ -142,13 +140,11 @@ class SessionsDialog(QDialog):
             self._say(WHY_FIRST)
             self.why.setFocus()
             return
-        try:
-            with closing(SessionFile.open(line.path)) as file:
-                file.leave_out("" if line.left_out else why)
-                line = replace(line, left_out=file.left_out, notes=tuple(note.text for note in file.notes()))
-        except UnderfootError as error:
-            self._say(str(error))
-            return
+        self.writer.compute(lambda _: [_written(line.path, "" if line.left_out else why)])
+
+    def _show_written(self, lines: list[SessionLine]) -> None:
+        (line,) = lines
+        row = [known.path for known in self.lines].index(line.path)
         self.lines[row] = line
         self._fill(row, line)
         self.table.setFocus()
@@ -160,3 +156,10 @@ class SessionsDialog(QDialog):
     def _say(self, text: str) -> None:
         theme.set_role(self.note, "alarm" if text else "muted")
         self.note.setText(text)
+
+
+def _written(path: Path, why: str) -> SessionLine:
+    """Leave a session out for a reason, or take it in again for none; return what the list says of it now."""
+    with closing(SessionFile.open(path)) as file:
+        file.leave_out(why)
+    return session_line(path)

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QAbstractItemView, QTableWidget, QTableWidgetItem
 from underfoot.quantities import counted, fixed
 from underfoot.records.comparison import GAIT_MEASURES, STEP_MEASURES, Figures, Group, comparison_csv
 from underfoot.widgets import theme
-from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column, takes_table_key
+from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column
+from underfoot.widgets.controls.tables import make_read_only, takes_table_key
 
 ROWS = (
     *(column for column in COLUMNS if column.name in STEP_MEASURES),
@@ -38,15 +39,11 @@ class ComparisonTable(QTableWidget):
     def __init__(self) -> None:
         super().__init__(0, 1)
         self.setAccessibleName("Measures side by side")
-        self.setShowGrid(False)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        make_read_only(self)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setTabKeyNavigation(False)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
-        self.horizontalHeader().setHighlightSections(False)
         self.horizontalHeader().setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names often differ at their ends
         self.groups: list[Group] = []
 

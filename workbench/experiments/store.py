@@ -23,11 +23,9 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from underfoot.documents import parse, placed
 from underfoot.errors import BadFile, in_one_line
 from underfoot.experiments.excerpts import Excerpt, Packed, packed, unpacked
-from underfoot.experiments.protocol import FORMAT, Protocol
-from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import parameters_of, patch_path, path_beside, settings_kept
 from underfoot.experiments.study import Entry, Study, method_of, require_id
 from underfoot.files import make_folder, no_file, read_file, replaced, write_file
@@ -205,11 +203,7 @@ class SessionFile:
 
     def stored_protocol(self) -> Protocol:
         """Return the protocol at the start of the session, for the analysis; its patches are not checked."""
-        raw = parse(self.about["protocol"], f"{self.path}, protocol", FORMAT, PROTOCOL_VERSION)
-        try:
-            return msgspec.convert(raw, Protocol)
-        except msgspec.ValidationError as error:
-            raise BadFile(f"{self.path}, protocol: {placed(error, raw)}") from None
+        return Protocol.unchecked(self.about["protocol"], f"{self.path}, protocol")
 
     def entries(self) -> list[Entry]:
         """Return all answered pages, in order."""
