@@ -334,11 +334,19 @@ def test_who_prefers_the_left_foot_counts_with_the_others(tmp_path):
 
 
 @pytest.mark.parametrize("damaged", [b"", b"not a database"])
-def test_a_damaged_session_is_not_told_as_a_bad_table(damaged, tmp_path):
-    path = tmp_path / "P1.session"
+def test_a_damaged_session_is_not_told_as_a_bad_table_and_the_others_count(damaged, tmp_path):
+    """One damaged file of twenty stopped the analysis of the study, and there was no way to leave it out."""
+    path, good = tmp_path / "P1.session", tmp_path / "P2.session"
     path.write_bytes(damaged)
     with pytest.raises(BadFile, match=f"^{re.escape(str(path))} is not a session of a study"):
         results_of([path])
+    protocol = made_protocol("rating", {"blocks": 1, "rated": ["TD"]})
+    with closing(SessionFile.create(good, protocol, "P2")) as file:
+        file.add(file.study(protocol).answer({"rating": 40.0}))
+    found = results_of([path, good], protocol)
+    assert [row["participant"] for row in found.rows] == ["P2"]
+    said = found.findings(Settings(bootstrap=0))[0].remarks[-1]
+    assert said.startswith(f"Cannot be read, and does not count: {path} is not a session of a study")
 
 
 def test_bids_of_a_long_title_is_written_and_an_id_of_signs_only_is_refused(tmp_path):

@@ -32,7 +32,7 @@ class Results:
     `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, or in
     the preferred foot, which count; `unfinished` those that lack answers, and count as far as they go; `notes` those of
     the experimenter: participant, time, number of the entry before, text. `excluded` are the participants whom the
-    experimenter has left out, with why; their rows are spoiled.
+    experimenter has left out, with why; their rows are spoiled. `unread` says of damaged sessions what is wrong.
     """
 
     title: str
@@ -44,6 +44,7 @@ class Results:
     unfinished: tuple[Path, ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
     excluded: tuple[tuple[str, str], ...] = ()
+    unread: tuple[str, ...] = ()
 
     @property
     def _excluded_text(self) -> str:
@@ -53,7 +54,7 @@ class Results:
     @property
     def remarks(self) -> list[str]:
         """What the user should know about these trials, a line each."""
-        found = []
+        found = [f"Cannot be read, and does not count: {why}." for why in self.unread]
         for how, paths in (
             ("Begun with another version of the protocol, left out", self.left_out),
             ("Begun with other words in titles, texts or questions, or for the other foot, and counted", self.reworded),
@@ -70,7 +71,8 @@ class Results:
     def findings(self, settings: Settings) -> list[Findings]:
         """Analyse the trials; what the experimenter noted comes last. Raises `BadMeasurement` if none is left."""
         if self.left_out and not self.rows:
-            raise BadMeasurement(f"{self.remarks[0]} Analyse these files without the protocol: they hold theirs.")
+            remarks = " ".join(self.remarks)
+            raise BadMeasurement(f"{remarks} Analyse these files without the protocol: they hold theirs.")
         rows = [row for row in self.rows if not why_left_out(row)]
         if self.excluded and not rows:
             raise BadMeasurement(f"nobody else has answered a trial than who is left out: {self._excluded_text}")
@@ -107,11 +109,12 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     """Return the trials of one or more files: sessions, and CSVs of trials.
 
     With a `protocol`, sessions of another version are left out. Without, raises `BadValue` if sessions differ in
-    protocol, in more than its words. Raises `BadValue` also if two files contain the same trial.
+    protocol, in more than its words. Raises `BadValue` also if two files contain the same trial. A damaged session is
+    named, and the others count; raises its error if there are none.
     """
     rows: list[Row] = []
     sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
-    notes, excluded = list[tuple[str, str, int, str]](), dict[tuple[str, str], None]()
+    notes, excluded, unread = list[tuple[str, str, int, str]](), dict[tuple[str, str], None](), list[UnderfootError]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
@@ -119,30 +122,32 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             excluded |= dict.fromkeys((str(row["participant"]), why) for row in table if (why := why_left_out(row)))
             rows += _required_new(path, table if protocol is None else with_levels(table, protocol), rows)
             continue
-        with closing(SessionFile.open(path)) as file:
-            known = file.about["protocol"]
-            if shared is not None and known != text and _differs_in_words(file, shared):
-                reworded.append(path)
-            elif shared is not None and known != text:
-                if protocol is None:
-                    other = f"{path} is of another protocol than {sessions[0]}"
-                    raise BadValue(f"{other}; analyse them one by one, or write a CSV of each, and analyse these")
-                left_out.append(path)
-                continue
-            if shared is None:
-                shared, text = file.stored_protocol(), known
-            entries = file.entries()
-            found = rows_of(shared, file.participant, entries)
-            rows += _required_new(path, as_left_out(found, file.left_out) if file.left_out else found, rows)
-            if file.left_out:
-                excluded[file.participant, file.left_out] = None
-            elif found and not has_all_answers(shared, file.participant, entries):
-                unfinished.append(path)
-            notes += [(file.participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
-            sessions.append(path)
+        try:
+            one = _session(path, shared, text)
+        except UnderfootError as error:
+            unread.append(error)
+            continue
+        if not one.is_of_study:
+            if protocol is None:
+                other = f"{path} is of another protocol than {sessions[0]}"
+                raise BadValue(f"{other}; analyse them one by one, or write a CSV of each, and analyse these")
+            left_out.append(path)
+            continue
+        shared, text = one.protocol, text or one.text
+        rows += _required_new(path, as_left_out(one.rows, one.left_out) if one.left_out else one.rows, rows)
+        if one.text != text:
+            reworded.append(path)
+        if one.left_out:
+            excluded[one.participant, one.left_out] = None
+        elif one.is_unfinished:
+            unfinished.append(path)
+        notes += one.notes
+        sessions.append(path)
+    if unread and not (rows or sessions or left_out):
+        raise unread[0]
     title = shared.title if shared is not None else paths[0].stem
     several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes), tuple(excluded)
-    return Results(title, tuple(rows), shared, *several)
+    return Results(title, tuple(rows), shared, *several, tuple(map(str, unread)))
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -177,6 +182,33 @@ def has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entr
         return is_over(protocol, participant, entries) or Study(protocol, participant, entries).has_all_answers
     except UnderfootError:
         return True
+
+
+@dataclass(frozen=True)
+class _Session:
+    """What the analysis needs of a session, read as a whole: a damaged one is not to count in part."""
+
+    protocol: Protocol
+    text: str
+    """The protocol as the file has it."""
+    is_of_study: bool
+    participant: str
+    left_out: str
+    rows: Sequence[Row]
+    is_unfinished: bool
+    notes: Sequence[tuple[str, str, int, str]]
+
+
+def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
+    """Return what a file has of the study of `shared`, whose `text` is given; without one, of its own."""
+    with closing(SessionFile.open(path)) as file:
+        known, participant, entries = file.about["protocol"], file.participant, file.entries()
+        of = file.stored_protocol() if shared is None else shared
+        is_of_study = shared is None or known == text or _differs_in_words(file, shared)
+        rows = rows_of(of, participant, entries) if is_of_study else []
+        is_unfinished = bool(rows) and not has_all_answers(of, participant, entries)
+        notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
+        return _Session(of, known, is_of_study, participant, file.left_out, rows, is_unfinished, notes)
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
