@@ -45,6 +45,28 @@ def test_the_number_that_is_read_on_a_button_answers_it(bench, question, keys, a
     assert list(bench.entries()[0].answers.values()) == [answer]
 
 
+def test_a_key_that_is_held_down_answers_and_begins_nothing(bench):
+    """Held from before the question on, it answered as soon as that was asked, and so one trial after another."""
+    form = ask(bench, tired())
+
+    def hold(widget, key, text):
+        event = QKeyEvent(QEvent.Type.KeyPress, key.value, Qt.KeyboardModifier.NoModifier, text, True)
+        QApplication.sendEvent(widget, event)
+
+    hold(bench.person, Qt.Key.Key_5, "5")
+    assert not bench.entries()
+    bench.key(Qt.Key.Key_5)
+    bench.until(Phase.READY)
+    for view in (bench.person, bench.workspace.experimenter):
+        hold(view, Qt.Key.Key_Space, " ")
+    assert bench.runner.phase is Phase.READY
+    bench.key(Qt.Key.Key_Space)
+    bench.until(Phase.ANSWERING)
+    for _ in range(3):
+        hold(bench.person, Qt.Key.Key_Right, "")
+    assert next(iter(form.sliders.values())).position() > 0.55  # arrows move as long as they are held
+
+
 def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_its_last(bench):
     """The focus was in the text below, out of sight: numbers went there, and buttons had Tab alone."""
     words = {"name": "words", "text": "What else?", "kind": "text"}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFont, QResizeEvent, QTextLayout, QTextOption
+from PySide6.QtGui import QFont, QKeyEvent, QResizeEvent, QTextLayout, QTextOption
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -51,6 +51,14 @@ def questions_of(runner: Runner) -> tuple[Parameter, ...]:
     if runner.page.kind == "learn":
         return (ask("number", Count(1, 1, len(runner.study.learnable), doc="Which one do you want to feel?")),)
     return runner.page.questions
+
+
+def is_held(event: QKeyEvent) -> bool:
+    """Return whether a key is repeated that answers or goes on: held down, it would do so for one page after another.
+
+    Arrows and page keys, which type nothing, move and scroll as long as they are held.
+    """
+    return event.isAutoRepeat() and bool(event.text())
 
 
 class AnswerForm(QWidget):

@@ -14,7 +14,7 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, is_held, questions_of
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
@@ -230,6 +230,8 @@ class ExperimenterView(QWidget):
         signal.emit(text)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
+        if is_held(event):
+            return
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space):
             if self.focusWidget() is self.note_field:  # Return kept the note, and must not begin a trial, too
                 if not self.note_field.text():

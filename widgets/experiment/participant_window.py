@@ -14,7 +14,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.announcing import announce
 from underfoot.widgets.controls.full_screen import FullScreenWindow
 from underfoot.widgets.controls.scrolled import Scrolled
-from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, is_held, questions_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
@@ -130,6 +130,8 @@ class ParticipantWindow(FullScreenWindow):
         return min(self.screen_px_per_m, self.height() / (self._stand.reach_m + FOOT_M[1] + 2.0 * _MARGIN_M))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
+        if is_held(event):
+            return
         match event.key():
             case Qt.Key.Key_Escape:
                 self.stop_requested.emit()
