@@ -12,6 +12,7 @@ Asked errors of the nodes are multiplied by the patch's error factor: the result
 from functools import cache
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.parameters import Choice, Number, Parameter
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
@@ -75,9 +76,9 @@ def _with_scaled_errors(patch: Patch, registry: Registry) -> Patch:
         error = registry[node.type].parameters.get("error")
         if error is not None:
             value = scaled_error(error, node.parameters.get("error", error.default), patch.error_scale)
-            node = msgspec.structs.replace(node, parameters={**node.parameters, "error": value})
+            node = replace(node, parameters={**node.parameters, "error": value})
         nodes.append(node)
-    return msgspec.structs.replace(patch, nodes=tuple(nodes), error_scale=1.0)
+    return replace(patch, nodes=tuple(nodes), error_scale=1.0)
 
 
 def can_be_bypassed(type: NodeType) -> bool:
@@ -149,7 +150,7 @@ def _silenced(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> Pa
         if isinstance(parameter, Number):
             values.setdefault(id, {})[name] = min(max(0.0, parameter.low), parameter.high)
     nodes = tuple(
-        msgspec.structs.replace(
+        replace(
             node,
             parameters={**node.parameters, **values.get(node.id, {})},
             muted=msgspec.UNSET,
@@ -158,7 +159,7 @@ def _silenced(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> Pa
         )
         for node in patch.nodes
     )
-    return msgspec.structs.replace(patch, nodes=nodes, wires=tuple(wires))
+    return replace(patch, nodes=nodes, wires=tuple(wires))
 
 
 def _fits(source: str, target: str, types: dict[str, NodeType]) -> bool:

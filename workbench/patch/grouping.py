@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable
 
-import msgspec
+from msgspec.structs import replace
 
 from underfoot.patch.groups import Group, chain, check_members, without
 from underfoot.patch.patch import Patch
@@ -20,7 +20,7 @@ def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str =
     group = Group(patch.free_id("group"), chosen, title, colour)
     groups = (*patch.groups[:at], group, *patch.groups[at:])
     check_members(groups, ids)
-    return msgspec.structs.replace(patch, groups=groups)
+    return replace(patch, groups=groups)
 
 
 def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
@@ -38,12 +38,12 @@ def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
     around, groups, whole = set(chain(patch.groups, id)), list[Group](), list[Group]()
     for group in patch.groups:
         if group.id in around:
-            groups.append(msgspec.structs.replace(group, members=tuple(dict.fromkeys((*group.members, *members)))))
+            groups.append(replace(group, members=tuple(dict.fromkeys((*group.members, *members)))))
         elif set(group.members) <= set(members):
             whole.append(group)
         else:
             groups += without([group], members)
-    return msgspec.structs.replace(patch, groups=(*groups, *whole))
+    return replace(patch, groups=(*groups, *whole))
 
 
 def taken_out(patch: Patch, members: Collection[str], id: str) -> Patch:
@@ -57,16 +57,16 @@ def taken_out(patch: Patch, members: Collection[str], id: str) -> Patch:
     [('mix',)]
     """
     groups = [one for group in patch.groups for one in (without([group], members) if group.id == id else [group])]
-    return msgspec.structs.replace(patch, groups=tuple(groups))
+    return replace(patch, groups=tuple(groups))
 
 
 def ungrouped(patch: Patch, ids: Collection[str]) -> Patch:
     """Return the patch without these groups; their members stay."""
-    return msgspec.structs.replace(patch, groups=tuple(group for group in patch.groups if group.id not in ids))
+    return replace(patch, groups=tuple(group for group in patch.groups if group.id not in ids))
 
 
 def published(patch: Patch, id: str, end: str, on: bool) -> Patch:
     """Return the patch with a parameter, "node.parameter", shown or hidden on this group, which contains its node."""
     group = patch.group(id)
     shown = (*(one for one in group.published if one != end), *([end] if on else ()))
-    return patch.with_item(msgspec.structs.replace(group, published=shown))
+    return patch.with_item(replace(group, published=shown))

@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from numbers import Real
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.arguments import choice, is_text
 from underfoot.errors import BadValue, require
@@ -97,14 +98,14 @@ def without(groups: Iterable[Group], gone: Collection[str]) -> tuple[Group, ...]
         members = tuple(member for member in group.members if member not in gone)
         published = tuple(end for end in group.published if node_id(end) not in gone)
         if members:
-            kept.append(msgspec.structs.replace(group, members=members, published=published))
+            kept.append(replace(group, members=members, published=published))
     return tuple(kept)
 
 
 def renamed(groups: Iterable[Group], names: Mapping[str, str]) -> tuple[Group, ...]:
     """Return the groups with some members renamed."""
     return tuple(
-        msgspec.structs.replace(
+        replace(
             group,
             members=tuple(names.get(member, member) for member in group.members),
             published=tuple(renamed_end(end, names) for end in group.published),

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.arguments import choice, plain
 from underfoot.documents import as_declared, parse, refusals
@@ -154,12 +155,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Add a node of `type`; its id is the type's name with the first free number."""
         values = {name: _as_in_file(value) for name, value in parameters.items()}
         made = PlacedNode(self.free_id(type), type, at, values)
-        return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
+        return replace(self, nodes=(*self.nodes, made)).check(registry)
 
     def remove(self, ids: Iterable[str]) -> "Patch":
         """Remove these nodes and notes, and the wires at them; of a group, only the frame; `BadValue` for other ids."""
         gone = _ids_of(self, ids)
-        return msgspec.structs.replace(
+        return replace(
             self,
             nodes=tuple(node for node in self.nodes if node.id not in gone),
             wires=tuple(w for w in self.wires if not gone & {node_id(end) for end in w}),
@@ -172,7 +173,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for name, end in (("source", source), ("target", target)):
             require(isinstance(end, str), name, end, _END)
         wires = tuple(wire for wire in self.wires if wire[1] != target)
-        return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
+        return replace(self, wires=(*wires, (source, target))).check(registry)
 
     def disconnect(self, wires: Iterable[Wire]) -> "Patch":
         """Remove these wires; `BadValue` for one that is not here."""
@@ -181,12 +182,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         require(not any(isinstance(wire, str) for wire in gone), "wires", wires, allowed)
         for wire in sorted(gone.difference(self.wires), key=str):
             raise BadValue(f"there is no wire {wire}; allowed: {', '.join(map(str, self.wires)) or 'none'}")
-        return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
+        return replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
         """Change one parameter of one node. Only this node is checked: a slider that is moved calls it all the time."""
         node = self.node(id)
-        changed = msgspec.structs.replace(node, parameters={**node.parameters, name: _as_in_file(value)})
+        changed = replace(node, parameters={**node.parameters, name: _as_in_file(value)})
         # Whoever sets it knows its id, not its place in a file.
         _check_type(changed, id, _given_or_all(registry))
         return self.with_item(changed)
@@ -201,13 +202,13 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         choice("mark", name, MARKS)
         marked = _ids_of(self, ids)
         value = {name: True if on else msgspec.UNSET}
-        nodes = tuple(msgspec.structs.replace(n, **value) if n.id in marked else n for n in self.nodes)
-        return msgspec.structs.replace(self, nodes=nodes)
+        nodes = tuple(replace(n, **value) if n.id in marked else n for n in self.nodes)
+        return replace(self, nodes=nodes)
 
     def name(self, id: str, label: str) -> "Patch":
         """Change a node's label on the canvas; its id stays."""
         check_label(f"the name of {id}", label)
-        return self.with_item(msgspec.structs.replace(self.node(id), label=label))
+        return self.with_item(replace(self.node(id), label=label))
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
         """Move nodes, notes and collapsed groups. Members of a group move with it; `BadValue` for an unknown id."""
@@ -220,7 +221,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for i, group in enumerate(groups):
             if group.id in to:
                 by = (to[group.id][0] - group.at[0], to[group.id][1] - group.at[1])
-                groups[i] = msgspec.structs.replace(group, at=to[group.id])
+                groups[i] = replace(group, at=to[group.id])
                 inside = set(group.members)
                 stands = {one.id: one.at for one in self.canvas_items() if one.id in inside}
                 stands |= {g.id: g.at for g in groups[i + 1 :] if inside.issuperset(g.members)}
@@ -233,9 +234,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             for i, id in enumerate(ids):
                 if id in to:
                     check_place(f"{kind}[{i}]", to[id])
-        nodes = tuple(msgspec.structs.replace(n, at=to[n.id]) if n.id in to else n for n in self.nodes)
-        notes = tuple(msgspec.structs.replace(n, at=to[n.id]) if n.id in to else n for n in self.notes)
-        return msgspec.structs.replace(self, nodes=nodes, notes=notes, groups=tuple(groups))
+        nodes = tuple(replace(n, at=to[n.id]) if n.id in to else n for n in self.nodes)
+        notes = tuple(replace(n, at=to[n.id]) if n.id in to else n for n in self.notes)
+        return replace(self, nodes=nodes, notes=notes, groups=tuple(groups))
 
     def paste(
         self, other: "Patch", registry: Registry | None = None, by: tuple[float, float] = (32.0, 32.0)
@@ -253,10 +254,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             taken.add(names[id])
 
         def moved(one: CanvasItem) -> CanvasItem:
-            return msgspec.structs.replace(one, id=names[one.id], at=(one.at[0] + by[0], one.at[1] + by[1]))
+            return replace(one, id=names[one.id], at=(one.at[0] + by[0], one.at[1] + by[1]))
 
         wires = tuple((renamed_end(a, names), renamed_end(b, names)) for a, b in other.wires)
-        return msgspec.structs.replace(
+        return replace(
             self,
             nodes=(*self.nodes, *map(moved, other.nodes)),
             wires=self.wires + wires,
@@ -276,7 +277,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the patch with this node, note or group in place of the one with its id. It is not checked."""
         field = {PlacedNode: "nodes", Note: "notes", Group: "groups"}[type(changed)]
         items = tuple(changed if one.id == changed.id else one for one in getattr(self, field))
-        return msgspec.structs.replace(self, **{field: items})
+        return replace(self, **{field: items})
 
     # --- checks ---
 
