@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.arguments import choice
@@ -173,7 +174,7 @@ def _candidate(
 ) -> Candidate:
     plate = spec.plate(*map(float, made_of))
     try:
-        dip_hz = TileProperties(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(is_peak=False)
+        dip_hz = TileProperties(tile, replace(parameters, plate=plate)).bend_hz(is_peak=False)
     except BadValue:
         dip_hz = math.nan
     mass, deflection, first = map(float, does)

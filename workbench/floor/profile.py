@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import array, choice, numbers
@@ -371,7 +372,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         if old == part:
             return self
         kept = self.earlier if old is None else (*self.earlier, Earlier(replaced=day, **{kind: old}))  # type: ignore[arg-type]
-        return msgspec.structs.replace(
+        return replace(
             self, **{kind: part}, earlier=kept, made=part.made, reference=part.reference, software=__version__
         )
 
@@ -384,7 +385,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         back = self.earlier[place]
         part = getattr(back, back.kind)
         others = self.earlier[:place] + self.earlier[place + 1 :]
-        return msgspec.structs.replace(self, earlier=others).with_part(part, today)
+        return replace(self, earlier=others).with_part(part, today)
 
     def dumps(self) -> bytes:
         """Return the profile as JSON with keys in a fixed order."""
@@ -447,7 +448,7 @@ def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
         raise BadFile(f"{path} is the profile of tile {found.tile}; allowed: {tile}")
     if serial and found.serial and serial != found.serial:
         raise BadFile(f"{path} is of serial {found.serial}; allowed: {serial}")
-    return msgspec.structs.replace(found, serial=serial or found.serial)
+    return replace(found, serial=serial or found.serial)
 
 
 def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.arguments import choice, integer
@@ -71,7 +72,7 @@ def drawn_people(count: int, path: str, seed: int = 1) -> tuple[Person, ...]:
     count = integer("people", count, 1, MOST_PEOPLE, f"1 to {MOST_PEOPLE}")
     key = stream_key(seed, "people")
     usual = gait.Walker()
-    people = [Person(msgspec.structs.replace(usual, foot_breadth_m=BREADTH * usual.foot_length_m), path)]
+    people = [Person(replace(usual, foot_breadth_m=BREADTH * usual.foot_length_m), path)]
     for one in range(1, count):
         # A low-discrepancy draw: two people are never alike.
         size = (0.5 + one * 0.6180339887 + 0.08 * uniform(key, 2 * one)) % 1.0
@@ -144,7 +145,7 @@ def walk_round(
         turns = [middle + half * turn for turn in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
         path_m = [(float(x), float(y)) for x, y in turns]
         short = min(walker.step_length_m, float(half.sum()))
-        walker = msgspec.structs.replace(walker, step_length_m=short)
+        walker = replace(walker, step_length_m=short)
     return gait.footfalls(walker, path_m, seconds, seed)
 
 
@@ -189,7 +190,7 @@ class _Walk(Struct):
         self.place_m = self.place_m + stride
         # Feet that turn on the spot are set further apart, or one would come down on the other.
         wide = self.walker.step_width_m + 0.8 * self.walker.foot_length_m * abs(math.sin(turn)) * (not stride.any())
-        walker = msgspec.structs.replace(self.walker, step_width_m=min(wide, 0.5))
+        walker = replace(self.walker, step_width_m=min(wide, 0.5))
         place = (float(self.place_m[0]), float(self.place_m[1]), self.heading_rad)
         (vary,) = gait.variations(walker, self.key, len(self.steps), 1)
         self.steps.append(gait.footfall_at(walker, place, len(self.steps), vary, now_s))

@@ -197,7 +197,7 @@ def _body(
     """Return the coefficients of a tile's systems, [load, value], from the cache if present; others are `note`d."""
     said = b"".join(
         (
-            msgspec.json.encode(msgspec.structs.replace(tile, id="any", centre_m=(0.0, 0.0), output=None)),
+            msgspec.json.encode(replace(tile, id="any", centre_m=(0.0, 0.0), output=None)),
             drawn.dumps(),
             repr((rate_hz, measured_at, STEPS, poles.COEFFICIENTS)).encode(),
         )

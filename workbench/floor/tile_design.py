@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor, Tile
@@ -153,7 +153,7 @@ class TileProperties:
 
     def plate_with(self, stiffness: str) -> Plate:
         """Return the plate with another model of its stiffness."""
-        return msgspec.structs.replace(self.plate, stiffness=stiffness)
+        return replace(self.plate, stiffness=stiffness)
 
     def sandwich(self, stiffness: str, quantity: str) -> float:
         """Return `rigidity_nm` or `frequency_hz` by one of the models of a sandwich; NaN for a solid plate."""
@@ -306,7 +306,7 @@ _QUANTITIES: tuple[tuple[str, str, str, float | None, Callable[[TileProperties],
     ),
     (
         "plywood_f1_hz", "plywood of 3.75 cm: f1", "Hz", 400.0,
-        lambda t: msgspec.structs.replace(PLYWOOD, thickness_m=0.0375).frequency_hz(t.tile.size_m),
+        lambda t: replace(PLYWOOD, thickness_m=0.0375).frequency_hz(t.tile.size_m),
         "With 8 GPa and 600 kg/m3; 400 Hz belong to about a third of that thickness.",
     ),
     ("mass_kg", "mass that the mounts carry", "kg", 2.7, lambda t: t.suspension.mass_kg, ""),

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.arguments import choice
 from underfoot.documents import read_document, write_document
@@ -128,7 +129,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         bolted = len(self.shakers_m) * self.shaker_kg
         frame = self.suspension.mass_kg - self.plate.mass_kg(self.reference_m) - bolted
         frame *= sum(tile.size_m) / sum(self.reference_m)
-        return msgspec.structs.replace(self.suspension, mass_kg=self.plate.mass_kg(tile.size_m) + bolted + frame)
+        return replace(self.suspension, mass_kg=self.plate.mass_kg(tile.size_m) + bolted + frame)
 
     def accelerometer_m(self, tile: Tile) -> Point:
         """Return the accelerometer's place in the tile's frame."""
@@ -154,7 +155,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return parameters of one such tile, drawn within `tolerance`; sensors are drawn one by one."""
         key = stream_key("tile", *names)
         near = [1.0 + self.tolerance * (2.0 * uniform(key, draw) - 1.0) for draw in range(5)]
-        return msgspec.structs.replace(
+        return replace(
             self,
             plate=varied(self.plate, PLATE_RANGES, modulus_pa=near[0]),
             suspension=varied(self.suspension, SUSPENSION_RANGES, modulus_pa=near[1]),
@@ -177,7 +178,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if found.recording and not is_within(Path(path).parent / found.recording, Path(path).parent):
             raise BadFile(f"{path}: $.recording is {found.recording!r}; allowed: a file beside this one or below")
         beside = str(Path(path).parent / found.recording) if found.recording else ""
-        return msgspec.structs.replace(found, recording=beside)
+        return replace(found, recording=beside)
 
     def save(self, path: str | Path) -> None:
         """Write the parameters beside `path` and move them into place."""

@@ -9,8 +9,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, series
@@ -119,24 +119,24 @@ def _trade_off_drawing(here: TileProperties) -> tuple[str, Drawing]:
 def _suspensions(here: TileProperties) -> tuple[NDArray[np.float64], list[Suspension]]:
     """Return Young's moduli in MPa, and the tile's suspension with each."""
     modulus = np.geomspace(0.3, 20.0, 200)
-    return modulus, [msgspec.structs.replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
+    return modulus, [replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
 
 
 def _plate_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """Draw the first bending mode over thickness, by material."""
     thickness = np.linspace(0.004, 0.05, 100)
-    sandwich = msgspec.structs.replace(here.plate, stiffness="textbook")
+    sandwich = replace(here.plate, stiffness="textbook")
     if here.plate.stiffness == "solid":
         sandwich = Plate()
     kinds = [
         ("sandwich, textbook's", sandwich, "vibration", "line"),
-        ("sandwich, thesis's", msgspec.structs.replace(sandwich, stiffness="thesis"), "vibration", "dashed"),
+        ("sandwich, thesis's", replace(sandwich, stiffness="thesis"), "vibration", "dashed"),
         ("aluminium, solid", ALUMINIUM, "muted", "line"),
         ("plywood, solid", PLYWOOD, "force", "line"),
     ]
     lines = []
     for name, plate, colour, style in kinds:
-        own = [msgspec.structs.replace(plate, thickness_m=float(h)).frequency_hz(here.tile.size_m) for h in thickness]
+        own = [replace(plate, thickness_m=float(h)).frequency_hz(here.tile.size_m) for h in thickness]
         lines.append(series(name, 100.0 * thickness, own, style, colour))
     f1 = here.plate.frequency_hz(here.tile.size_m)
     lines.append(series("this plate", [100.0 * here.plate.thickness_m], [f1], "dots", "events"))

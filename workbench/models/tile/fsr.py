@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import require_within
@@ -82,7 +83,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             hysteresis=near[4],
             creep=near[5],
         )
-        return msgspec.structs.replace(one, spread=0.0)
+        return replace(one, spread=0.0)
 
     def resistance_ohm(self, force_n: ArrayLike) -> NDArray[np.float64]:
         """Return the resistance under a force on the part, newtons; infinite at 0.

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import TypeVar
 
 import msgspec
+from msgspec.structs import replace
 
 Part = TypeVar("Part", bound=msgspec.Struct)
 
@@ -20,4 +21,4 @@ def varied(part: Part, ranges: Mapping[str, tuple[float, float]], **factors: flo
     for name, factor in factors.items():
         low, high = ranges[name]
         values[name] = min(max(getattr(part, name) * factor, low), high)
-    return msgspec.structs.replace(part, **values)
+    return replace(part, **values)
