@@ -11,7 +11,7 @@ from underfoot.clock import LONG_AGO, RAMP
 from underfoot.memory import LINE, aligned_zeros, whole_lines
 from underfoot.models.signals.events import EVENTS
 from underfoot.models.signals.random import stream_key
-from underfoot.parameters import Number, Parameter, Tiles
+from underfoot.parameters import Choice, Number, Parameter, Tiles
 from underfoot.patch import driver, tables
 from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch
@@ -321,7 +321,7 @@ class Builder:
 
 def _number(parameter: Parameter, value: float | str) -> float:
     """Return a control as the kernel reads it: a choice is its index among the options."""
-    return float(parameter.options.index(value)) if parameter.kind == "choice" else float(value)  # type: ignore[attr-defined]
+    return float(parameter.options.index(value)) if isinstance(parameter, Choice) else float(value)
 
 
 def _first(part: Part) -> str:

@@ -11,7 +11,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.errors import BadValue
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
-from underfoot.parameters import Number
+from underfoot.parameters import FilePath, Number, Tiles
 from underfoot.patch import driver
 from underfoot.patch.building import ENGINE_SIGNALS, Builder, Part
 from underfoot.patch.controls import on_ramp
@@ -228,7 +228,7 @@ class Program:
         here, there = self.tables.nodes[k], old.tables.nodes[j]
         same = all(here[size] == there[size] for size in ("state_size", "coefficients_size"))
         new, former = self._parts[k], old._parts[j]
-        structural = [n for n, p in new.type.parameters.items() if not p.is_ramped and p.kind != "tiles"]
+        structural = [n for n, p in new.type.parameters.items() if not (p.is_ramped or isinstance(p, Tiles))]
         return same and all(new.values[n] == former.values[n] for n in structural)
 
     def _take_control(self, old: "Program", k: int, j: int, name: str, frame: int) -> None:
@@ -267,6 +267,6 @@ def _part(node: PlacedNode, registry: Registry, guards: Sequence[str], folder: P
     type = registry[node.type]
     values = type.values(node.parameters)
     for name, parameter in type.parameters.items():
-        if parameter.kind == "file" and values[name] and folder is not None:
+        if isinstance(parameter, FilePath) and values[name] and folder is not None:
             values[name] = str(folder / values[name])
     return Part(node.id, type, values, guards)
