@@ -133,8 +133,8 @@ class WalkTracker:
         while self._waiting and (self._waiting[0].is_sided or self._waiting[0].end_s + SIDE_DECIDED_S < now_s):
             footfall = self._waiting.popleft()
             self._count += 1
-            person = footfall.person or (footfall.walk.person.number if footfall.walk else 0)
-            steps.append(replace(footfall.step, step=self._count, side=footfall.side, person=person))
+            step = replace(footfall.step, step=self._count, side=footfall.side, person=footfall.person_number)
+            steps.append(step)
         return steps
 
     def _place_until(self, now_s: float) -> list[Step]:
@@ -188,7 +188,7 @@ class WalkTracker:
         if swap_score:
             # Steps that could have been returned before keep their person.
             for earlier in self._waiting:
-                earlier.person = earlier.person or (earlier.walk.person.number if earlier.walk else 0)
+                earlier.person = earlier.person_number
             walk.swap(self._walks[max(swap_score)[1]])
 
 
@@ -205,6 +205,7 @@ class _Footfall(Struct, eq=False):
     walk: "_Walk | None" = None
     number: int = 0
     person: int = 0
+    """The number of the person that it keeps whoever its walk is taken for later; 0 while that of its walk counts."""
 
     @classmethod
     def of(cls, contact: Contact, floor: Floor) -> "_Footfall":
@@ -228,6 +229,10 @@ class _Footfall(Struct, eq=False):
     @property
     def stance_s(self) -> float:
         return self.end_s - self.start_s
+
+    @property
+    def person_number(self) -> int:
+        return self.person or (self.walk.person.number if self.walk else 0)
 
     @property
     def is_sided(self) -> bool:
