@@ -100,8 +100,7 @@ def test_a_script_plays_live_and_finds_its_marks_in_the_recording(folder):
         changes = [frame for frame, kind, _ in recording.commands() if kind == "Set"]
         assert recording.rate_hz == 48_000.0
         assert recording.floor == uf.default_floor()
-        # The script waits for a second three times; the recording ends with what the engine has reported by then.
-        assert recording.span[1] >= 2.9 * 48_000
+        assert recording.span[1] >= 3 * 48_000  # the script waits for a second three times, by session frames
         assert recording.span[1] > marks[-1].frame
     assert [mark.text for mark in marks] == ["stiffness 10000", "stiffness 1e+06"]
     assert all(change <= mark.frame for change, mark in zip(changes, marks, strict=True))

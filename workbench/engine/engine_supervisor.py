@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable
 
 from underfoot.devices.outputs import outputs_of
 from underfoot.engine.card_search import CardWatch
@@ -16,7 +17,10 @@ END_S = 1.0
 """Seconds that a process may take to end when asked to."""
 STALL_S = 5.0
 """Seconds without a new frame after which the engine is considered stuck, and killed."""
+REPORTED_S = 0.5
+"""Seconds in which an engine that runs reports what took effect: it does so fifty times a second."""
 _AWAY_S = 1.0  # between two looks, after which nothing is known of the time between
+_LOOK_S = 0.001
 
 
 class EngineSupervisor:
@@ -79,6 +83,20 @@ class EngineSupervisor:
             if isinstance(report, Started | OutputChanged):
                 self._awaits_cards |= report.where == SOUND_CARD
         return reports
+
+    def reported_frame(self, take: Callable[[], None], within_s: float) -> int:
+        """Call `take` for the engine's reports; return the frame before which all commands are in them.
+
+        Waits up to `within_s` until that is the frame which plays now.
+        """
+        status, until = self._memory.status, time.monotonic() + within_s
+        present = status.get(Field.FRAME)
+        while True:
+            frame = status.get(Field.REPORTED)  # what was reported before is in the connection
+            take()
+            if frame >= present or self._engine is None or self.has_died or time.monotonic() >= until:
+                return int(frame)
+            time.sleep(_LOOK_S)
 
     def watch(self) -> None:
         """Note the present frame, look for missing cards; kill an engine that runs but plays no more frames.

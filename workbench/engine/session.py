@@ -30,7 +30,7 @@ from underfoot.engine.commands import (
 )
 from underfoot.engine.compile_progress import CompileProgress
 from underfoot.engine.compiler_supervisor import SHARED, CompilerSupervisor
-from underfoot.engine.engine_supervisor import EngineSupervisor
+from underfoot.engine.engine_supervisor import REPORTED_S, EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.recorder import RecordAbout, record_of
 from underfoot.engine.recorder_supervisor import RecorderSupervisor
@@ -333,16 +333,16 @@ class Session:
         self._recorder.begin(Path(path), about)
 
     def stop_recording(self) -> list[str]:
-        """Close the recording and wait until the file is whole; return what kept it from that, one line each."""
-        self.end_recording()
+        """End the recording at the present frame, and wait for its file; return what it lacks, one line each."""
+        self.end_recording(within_s=REPORTED_S)
         return self._recorder.wait()
 
-    def end_recording(self) -> None:
-        """Close the recording; the file is complete about 0.2 s later, without blocking."""
+    def end_recording(self, within_s: float = 0.0) -> None:
+        """End the recording at the frame that the engine has reported, the present one if it does within this time;
+        the file is complete about 0.2 s later.
+        """
         if self.recording is not None:
-            reported = int(self.memory.status.get(Field.REPORTED))
-            self._handle_engine_reports()
-            self._recorder.end(reported)
+            self._recorder.end(self._engine.reported_frame(self._handle_engine_reports, within_s))
 
     def recording_files(self) -> list[RecordingFile]:
         """Return what has become of the files of recordings since the last `poll`; for a session that was closed."""
