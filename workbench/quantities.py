@@ -34,6 +34,10 @@ _SUM = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})+")
 _TERMS = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})*")
 _AFTER_UNIT = re.compile(r"(?<=[^\d.,^*/+-])(?<![\d.,][eE])(?=[-+])")
 """Where a sum goes on after a term with a unit; in 1e-3 it does not."""
+_FACTORS_AFTER_UNIT = re.compile(
+    rf"(?<=[\d.,])(?![eE][-+]?\d)([^\d.,+*/^-][^+-]*?)(?<![*/])((?:[*/]{_NUMBER})+)(?=[-+]|$)"
+)
+"""What multiplies or divides a term after its unit, as in 1 kHz * 2; in 1e3 * 2 there is no unit."""
 _IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
 """What a unit does not begin with: by such a sign a number or a calculation goes on in a way that is not read."""
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
@@ -177,12 +181,15 @@ def _form(unit: str) -> str:
 
 def worked_out(text: str) -> str:
     """Return typed text with a sum, difference, product or quotient of numbers before the unit worked out. Terms of a
-    sum may each have the unit.
+    sum may each have the unit, with prefixes of their own, and be multiplied or divided after it: what a field shows
+    is typed on at its end.
 
     >>> worked_out("2 * 440 Hz"), worked_out("1/4 s"), worked_out("0,5+1*2"), worked_out("-6 dB"), worked_out("1/0")
     ('880.0Hz', '0.25s', '2.5', '-6 dB', '1/0')
     >>> worked_out("100 Hz + 20 Hz"), worked_out("1e-3 s - 5e-4 s"), worked_out("1 kHz + 20 Hz")
-    ('120.0Hz', '0.0005s', '1 kHz + 20 Hz')
+    ('120.0Hz', '0.0005s', '1020.0Hz')
+    >>> worked_out("1 kHz*2"), worked_out("3 m/s^2 / 2"), worked_out("2 ms*3 + 4 ms"), worked_out("1 m + 1 s")
+    ('2.0kHz', '1.5m/s^2', '10.0ms', '1 m + 1 s')
     """
     compact = _with_one_unit(_without_spaces(text))
     match = _SUM.match(compact)
@@ -203,13 +210,24 @@ def worked_out(text: str) -> str:
 
 
 def _with_one_unit(compact: str) -> str:
-    """Return a sum with its unit at the end only, if its terms have no other."""
+    """Return a calculation with its unit at the end only, and without prefixes if those of its terms differ."""
+    compact = _FACTORS_AFTER_UNIT.sub(r"\2\1", compact)
     terms = _AFTER_UNIT.split(compact)
-    units = {_TERMS.sub("", term, count=1) for term in terms} - {""}
-    if len(terms) == 1 or len(units) != 1:
+    units = {_TERMS.sub("", term, count=1) for term in terms}
+    shared = units - {""}
+    if len(shared) > 1:
+        shared = set.intersection(*({unit, unit[1:]} if unit[:1] in _PREFIXES else {unit} for unit in units)) - {""}
+    if len(terms) == 1 or len(shared) != 1:
         return compact
-    unit = units.pop()
-    return "".join(term.removesuffix(unit) for term in terms) + unit
+    unit = shared.pop()
+    return "".join(_without_unit(term, unit) for term in terms) + unit
+
+
+def _without_unit(term: str, unit: str) -> str:
+    """Return a term as a factor of `unit`, which it has, if any, with a prefix or without."""
+    plain = term.removesuffix(unit)
+    power = _PREFIXES.get(plain[-1:] if plain != term else "", 0)
+    return f"{plain[:-1]}{'*' if power > 0 else '/'}1e{abs(power)}" if power else plain
 
 
 def _without_spaces(text: str) -> str:

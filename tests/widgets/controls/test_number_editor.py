@@ -235,3 +235,17 @@ def test_arrows_move_a_number_that_has_no_slider_by_a_digit(qtbot):
     editor.set_value(editor.parameter.high)
     qtbot.keyClick(editor.field, up)
     assert editor.value() == editor.parameter.high
+
+
+def test_what_a_field_shows_is_typed_on_at_its_end(qtbot):
+    """As in other programs: the number is not typed again to double it."""
+    editor = NumberEditor(REGISTRY["low-pass"].parameters["cutoff"])
+    qtbot.addWidget(editor)
+    show(qtbot, editor)
+    editor.set_value(1500.0)
+    editor.field.setFocus()
+    for text, value in (("*2", 3000.0), ("/4 + 50 Hz", 800.0)):
+        qtbot.keyClick(editor.field, Qt.Key.Key_End)
+        qtbot.keyClicks(editor.field, text)
+        qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+        assert editor.value() == value
