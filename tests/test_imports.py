@@ -45,6 +45,7 @@ LEVELS = (
         "memory",
         "memory_lowering",
         "models",
+        "number_parsing",
         "options",
         "plugins",
         "quantities",

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from underfoot.errors import BadValue
-from underfoot.quantities import parse_quantity, quantity
+from underfoot.number_parsing import parse_quantity
+from underfoot.quantities import quantity
 
 
 @given(st.floats(-1e9, 1e9), st.sampled_from(["N", "N/m", "m", "s", "Hz", "kg", "m/s^2", "", "dB"]))
@@ -28,7 +29,9 @@ def test_what_is_no_quantity_is_refused(text):
         ("5 parsecs", "m", "the unit is 'parsecs'; allowed: a number, with or without m and a prefix"),
         ("5 s", "deg", "the unit is 's'; allowed: a number, with or without °"),
         ("1/0", "", "'1/0' is not a number; allowed: a number without a unit"),
-        ("1 kHz + 20 Hz", "Hz", "'1 kHz + 20 Hz' is not a number; allowed: a number, with or without Hz and a prefix"),
+        ("1 kHz + 20", "Hz", "'1 kHz + 20' has a number without a unit; allowed: one after each, or after the last"),
+        ("2 m * 3 m", "m", "'2 m * 3 m' is not a number; allowed: a number, with or without m and a prefix"),
+        ("2*-3", "", "'2*-3' is not a number; allowed: a number without a unit"),
         ("9" + 80 * "a", "m", f"the unit is '{55 * 'a'}...'; allowed: a number, with or without m and a prefix"),
         (80 * "a", "", f"'{55 * 'a'}...' is not a number; allowed: a number without a unit"),
     ],

@@ -14,8 +14,9 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.errors import BadValue, require
+from underfoot.number_parsing import parse_quantity
 from underfoot.parameters import Rows, Tiles
-from underfoot.quantities import number, parse_quantity, pretty_unit, worked_out
+from underfoot.quantities import number, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 
@@ -77,7 +78,7 @@ class RowsEditor(ParameterEditor):
         rows = [list(row) for row in self._value]
         name, low, high = self._columns[item.column()]
         try:
-            value = parse_quantity(worked_out(item.text()), _name_and_unit(name)[1])
+            value = parse_quantity(item.text(), _name_and_unit(name)[1])
             require(low <= value <= high, name, item.text(), f"{number(low)} to {number(high)}")
             rows[item.row()][item.column()] = value
             self.edit_began.emit()

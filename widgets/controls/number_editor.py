@@ -7,8 +7,9 @@ from PySide6.QtGui import QContextMenuEvent, QKeyEvent
 from PySide6.QtWidgets import QToolButton
 
 from underfoot.errors import BadValue
+from underfoot.number_parsing import parse_gain, parse_quantity
 from underfoot.parameters import Count, Number
-from underfoot.quantities import INVERTED, gain, parse_gain, parse_quantity, quantity, worked_out
+from underfoot.quantities import INVERTED, gain, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, allowed_gain, help_text
 from underfoot.widgets.controls.slider import Slider
@@ -196,7 +197,7 @@ class NumberEditor(ParameterEditor):
 
     def _typed(self, text: str) -> None:
         try:
-            value = self._parsed(worked_out(text))
+            value = self._parsed(text)
             self._require_allowed_gain(value)
             self.edit_began.emit()
             self._commit(round(value, 12) if self._is_integer else value)

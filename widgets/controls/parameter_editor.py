@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton
 
 from underfoot.errors import BadValue
 from underfoot.files import no_file
+from underfoot.number_parsing import parse_numbers
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
-from underfoot.quantities import parse_numbers
 from underfoot.widgets import theme
 from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text

@@ -11,8 +11,9 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QPlainT
 from underfoot.errors import BadValue
 from underfoot.experiments.declared import BooleanField, NamedChoice, TextLine, caption, shown_name
 from underfoot.experiments.method import StimulusName, StimulusNames
+from underfoot.number_parsing import parse_numbers, parse_quantity
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
-from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
+from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.controls.choice_box import ChoiceBox, name_control
 from underfoot.widgets.controls.undo_actions import DocumentLine, DocumentText

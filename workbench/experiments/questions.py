@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from underfoot.errors import BadValue, require
+from underfoot.number_parsing import parse_quantity
 from underfoot.parameters import Choice, Count, Number, Parameter, Text, ask, require_identifier
-from underfoot.quantities import parse_quantity
 
 FIRST, SECOND = "first", "second"
 YES, NO = "yes", "no"

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QToolTip
 
 from underfoot.errors import BadValue
 from underfoot.nodes import REGISTRY
+from underfoot.number_parsing import parse_gain
 from underfoot.parameters import Count, Number
-from underfoot.quantities import parse_gain
 from underfoot.widgets.controls.number_editor import NumberEditor
 
 
