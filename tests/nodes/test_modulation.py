@@ -82,6 +82,13 @@ def test_an_event_sends_an_lfo_back_to_its_beginning_without_a_step():
     assert np.allclose(heard[later], (later - 9_600) * 2.0 / RATE / 0.998, atol=1e-9)
 
 
+def test_an_edge_under_way_where_an_lfo_restarts_does_not_take_it_beyond_its_ends():
+    patch = alone("lfo", shape="square", frequency=10.0, phase=0.505).add("strike", REGISTRY)
+    patch = patch.connect("strike.out", "lfo.restart", REGISTRY)
+    heard = played(patch, "lfo.out", 4_800, strikes=[1_000.4])[0]  # from 0, in the middle of an edge down
+    assert heard.min() == 0.0
+
+
 def test_a_random_walk_is_normal_and_forgets_as_its_time_constant_says():
     heard = np.concatenate(
         [played(alone("random-walk", time=0.1), "random-walk.out", 4 * RATE, seed=seed) for seed in range(25)]

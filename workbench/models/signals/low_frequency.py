@@ -78,8 +78,8 @@ def run(
             left = was - wave(shape, _turned(phase + at), edge)
             k += 1
         out[i] = wave(shape, _turned(phase + at), edge)
-        if since < edge_frames:
-            out[i] += _made_up(left, since, edge_frames)
+        if since < edge_frames:  # an edge under way at the restart would add to its step, beyond the wave's ends
+            out[i] = min(max(out[i] + _made_up(left, since, edge_frames), -1.0), 1.0)
             since += 1.0
         phase = _turned(phase + turn)
     state.phase, state.shift, state.left, state.since = phase, at, left, since
