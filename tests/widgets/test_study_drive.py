@@ -1,9 +1,13 @@
-"""A study that does not begin while the drive of its sessions is away."""
+"""A study that does not begin while the drive of its sessions is away, or a sound card."""
 
 import os
 import signal
 
+from made_studies import TD
+
+from underfoot.engine.reports import OutputChanged
 from underfoot.studies.equipment import EquipmentChoice
+from underfoot.studies.phase import Phase
 
 
 def test_a_session_whose_drive_is_away_is_not_begun_all_the_same(bench, null_sink):
@@ -28,3 +32,19 @@ def test_a_session_whose_drive_is_away_is_not_begun_all_the_same(bench, null_sin
         os.kill(server, signal.SIGCONT)
         bench.workspace.running.opener.join()
     start.equipment = EquipmentChoice()
+
+
+def test_a_study_that_is_begun_while_a_sound_card_is_away_is_stopped_until_it_is_back(bench):
+    """A card that went away before was not known: what nobody felt was asked, and counted."""
+    changed = bench.window.bridge.output_changed
+    changed.emit(OutputChanged("a card has gone", "the simulator, without sound", "card B is not there; silent: t2"))
+    rating = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    bench.choose(stages=[rating], stimuli={"TD": TD})
+    bench.until(Phase.STOPPED, Phase.READY)
+    assert bench.runner.phase is Phase.STOPPED
+    assert bench.runner.messages == ["a card has gone", "card B is not there; silent: t2"]
+    back = OutputChanged("card B is back", "sound card")
+    changed.emit(back)
+    bench.workspace.running.take([back])
+    bench.click(bench.workspace.experimenter.pause)
+    bench.until(Phase.READY)

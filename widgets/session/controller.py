@@ -75,6 +75,8 @@ class SessionController(QObject):
         self._profiles = profiles
         self.target = self._with_profiles(target)
         self.is_playing = self.has_sound = True  # whether a card plays is known once the engine has started
+        self.output_changed: OutputChanged | None = None
+        """What became of the sound cards last since the engine has started; None where nothing did."""
         self._is_silent_start = False
         self._registry, self._settings = registry, settings
         self._patch = Patch()
@@ -381,6 +383,7 @@ class SessionController(QObject):
 
     def _use_output(self, report: Started | OutputChanged) -> None:
         self.has_sound = report.where == SOUND_CARD
+        self.output_changed = report if isinstance(report, OutputChanged) else None
 
     def _end_silent_start(self, report: Started) -> None:
         """End the silent start: without a sound card, nobody is startled by sound."""
