@@ -1,11 +1,13 @@
 """Packages of other people bring nodes, transports and scenes; one that cannot be loaded is left out."""
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from command_line import CommandResult
 from free_ports import free_port
 
 TEMPLATE = Path(__file__).resolve().parents[1] / "docs" / "plugin-template"
@@ -22,25 +24,19 @@ def install(folder, name, group, value, modules):
     (about / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n")
 
 
-@pytest.fixture
-def python(tmp_path):
-    """Runs Python where packages of a folder are installed, too."""
-    site = tmp_path / "site"
+def python_in(folder, *arguments):
+    """Run Python in a folder, where packages of its `site` are installed, too."""
+    path = os.pathsep.join([str(folder / "site"), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": path}, cwd=folder, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+def test_the_template_installs_and_its_tests_pass(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # as ours would take longer to load than its tests
+    site, copied = tmp_path / "site", tmp_path / "squeak"
     site.mkdir()
-
-    def run(*arguments):
-        path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
-        environment = {**os.environ, "PYTHONPATH": path}
-        return subprocess.run(
-            [sys.executable, *map(str, arguments)], env=environment, cwd=tmp_path, capture_output=True, text=True
-        )
-
-    run.site = site
-    return run
-
-
-def test_the_template_installs_and_its_tests_pass(python, tmp_path):
-    copied = tmp_path / "squeak"
     for path in TEMPLATE.rglob("*"):
         if path.is_file() and path.suffix in (".py", ".toml", ".md"):
             there = copied / path.relative_to(TEMPLATE)
@@ -48,7 +44,7 @@ def test_the_template_installs_and_its_tests_pass(python, tmp_path):
             there.write_bytes(path.read_bytes())
     offline = ["--no-deps", "--no-build-isolation", "--no-index", "--quiet", "--disable-pip-version-check"]
     done = subprocess.run(
-        [sys.executable, "-m", "pip", "install", *offline, "--target", str(python.site), str(copied)],
+        [sys.executable, "-m", "pip", "install", *offline, "--target", str(site), str(copied)],
         capture_output=True,
         text=True,
     )
@@ -57,110 +53,210 @@ def test_the_template_installs_and_its_tests_pass(python, tmp_path):
             f"underfoot_squeak/{path.name}": path.read_text()
             for path in (TEMPLATE / "src" / "underfoot_squeak").glob("*.py")
         }
-        install(python.site, "underfoot_squeak", "underfoot.nodes", "underfoot_squeak.nodes", sources)
-    tried = python("-m", "pytest", "-q", "-p", "no:cacheprovider", copied / "tests")
+        install(site, "underfoot_squeak", "underfoot.nodes", "underfoot_squeak.nodes", sources)
+    tried = python_in(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", copied / "tests")
     assert tried.returncode == 0, tried.stdout + tried.stderr
-    told = python("-m", "underfoot", "nodes", "squeak")
+    told = python_in(tmp_path, "-m", "underfoot", "nodes", "squeak")
     assert (told.returncode, told.stderr) == (0, "")
     assert told.stdout.startswith("squeak  (Tones: Squeak)")
 
 
-def test_what_cannot_be_loaded_is_left_out_and_takes_no_place(python):
-    install(python.site, "broken", "underfoot.nodes", "broken", {"broken.py": "1 / 0"})
-    again = (
+# --- packages that are installed beside one another ---
+
+FAULTS = {"open": ("open",), "read": ("read",), "both": ("open", "close")}
+"""What fails in a transport of a plug-in, by the end of its scheme."""
+
+
+def failing(names, error="KeyError('antenna')"):
+    return "".join(f"    def {name}(self, *_):\n        raise {error}\n" for name in names)
+
+
+def transport(scheme, body="", sender=""):
+    """The code of a transport that is UDP under another name, whose sender may have a code of its own."""
+    ends = f"class {scheme.title()}Sender(UdpSender):\n    option = '{scheme}-link'\n{sender}" if sender else ""
+    body += f"    sender = {scheme.title()}Sender\n" if sender else ""
+    return (
+        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
+        f"{ends}class {scheme.title()}(UdpTransport):\n    scheme = '{scheme}'\n    help = 'tiles by radio'\n{body}"
+    )
+
+
+def scene(name, body=""):
+    return (
+        "from underfoot.scenes.scene import Scene\n"
+        f"class {name}(Scene):\n    'Water.'\n    title, doc = '{name}', 'Water on the floor.'\n"
+        "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
+        f"{body}"
+    )
+
+
+def packages():
+    """The name, group, place and code of each package."""
+    yield "broken", "nodes", "broken", "1 / 0"
+    twice = (
         "from underfoot.patch.node import node, Output\n"
         "@node('gain', 'Mine')\nclass Gain:\n  'Mine.'\n  out = Output()\n  def run(out):\n    out[:] = 0.0\n"
     )
-    install(python.site, "twice", "underfoot.nodes", "twice", {"twice.py": again})
+    yield "twice", "nodes", "twice", twice
+    yield "hollow", "nodes", "hollow", "from math import pi\n"
     poor = "from underfoot.devices.transport import Transport\nclass Poor(Transport):\n"
     poor += "".join(f"  def {name}(*_): ...\n" for name in ("of", "suggestions", "open", "read", "close"))
-    install(python.site, "poor", "underfoot.transports", "poor:Poor", {"poor.py": poor})
-    told = python("-m", "underfoot", "nodes", "gain")
-    assert told.returncode == 0
-    assert told.stdout.startswith("gain  (Shapes: Gain)")
-    told = [line for line in told.stderr.splitlines() if "plug-in" in line]
-    assert told == [
-        "underfoot: plug-in poor is left out: Poor does not declare scheme, address_form, help, label, title, "
-        "dialog_help, sender",
-        "underfoot: plug-in broken is left out: ZeroDivisionError: division by zero",
-        "underfoot: plug-in twice is left out: there is a node gain already",
+    yield "poor", "transports", "poor:Poor", poor
+    for scheme in ("simulator", "replay"):
+        yield f"my{scheme}", "transports", f"my{scheme}:{scheme.title()}", transport(scheme)
+    for scheme in ("floor", "simulation", "recording"):
+        titled = transport(scheme, f"    title = 'Radio {scheme}'\n")
+        yield f"my{scheme}", "transports", f"my{scheme}:{scheme.title()}", titled
+    for end, names in FAULTS.items():
+        yield f"radio{end}", "transports", f"radio{end}:Radio{end}", transport(f"radio{end}", failing(names))
+    yield (
+        "far",
+        "transports",
+        "far:Far",
+        transport("far", "    of = staticmethod(int)\n", "    of = staticmethod(int)\n"),
+    )
+    for fails in ("send", "unplug", "plug", "close"):
+        yield fails, "transports", f"my{fails}:{fails.title()}", transport(fails, sender=failing([fails]))
+    yield "shares", "transports", "shares:Shares", transport("shares", "    sender = UdpSender\n")
+    yield "radio", "transports", "radio:Radio", transport("radio", sender="    pass\n")
+    for option in ("udp", "rate"):
+        code = transport(f"my{option}", sender=f"    option = '{option}'\n")
+        yield f"my{option}", "transports", f"my{option}:My{option}", code
+    yield "puddle", "scenes", "puddle", scene("Puddle")
+    for fails in ("__init__", "step", "shapes"):
+        name = f"dry{fails.strip('_')}"
+        yield name, "scenes", name, scene(name.title(), failing([fails], "KeyError('depth')"))
+    deep = "from underfoot.scenes.frozen_pond import FrozenPond\nclass Deep(FrozenPond):\n    title = 'Deep pond'\n"
+    yield "deep", "scenes", "deep", deep
+    bare = "from underfoot.scenes.scene import Scene\nclass Bare(Scene):\n    doc = 'Bare.'\n"
+    yield "bare", "scenes", "bare", bare + scene("Bare").partition("floor.'\n")[2]
+
+
+COMMANDS = """
+import json, os, sys, traceback
+
+statuses = []
+for k, words in enumerate(json.loads(sys.argv[1])):
+    for stream, end in ((1, "out"), (2, "error")):
+        os.dup2(os.open(f"{k}.{end}", os.O_CREAT | os.O_WRONLY), stream)
+    sys.argv = ["underfoot", *words]
+    try:
+        from underfoot.__main__ import main
+
+        main()
+    except SystemExit as end:
+        statuses.append(end.code)
+    except BaseException:
+        traceback.print_exc()
+        statuses.append(1)
+    sys.stdout.flush()
+with open("statuses", "w") as file:
+    json.dump(statuses, file)
+"""
+"""Runs command lines one after another: each process of its own would take half a second to begin."""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """A folder in whose `site` all packages are installed."""
+    folder = tmp_path_factory.mktemp("installed")
+    for name, group, value, code in packages():
+        path = value.partition(":")[0]
+        modules = {f"{path}.py" if group == "transports" else f"{path}/__init__.py": code}
+        install(folder / "site", name, f"underfoot.{group}", value, modules)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def told(installed):
+    """What each command line tells in a process where they are installed."""
+    lines = ["nodes gain", "monitor --help", "monitor far:away", "emulate --far-link away", "scene"]
+    lines += [f"monitor radio{end}:127.0.0.1:{free_port()} --seconds 1" for end in FAULTS]
+    unplugged = "--unplug 0.01:0.01 --seconds 0.05"
+    lines += [f"emulate --{fails}-link 9 {unplugged}" for fails in ("send", "unplug", "plug", "close")]
+    lines += [f"emulate --{option} 9 --rate 500 --seconds 0.01" for option in ("udp", "radio-link")]
+    lines += [f"scene dry{fails} --seconds 0.3 --film {fails}.gif" for fails in ("init", "step", "shapes")]
+    done = python_in(installed, "-c", COMMANDS, json.dumps([line.split() for line in lines]))
+    assert done.returncode == 0, done.stderr
+    said = zip(json.loads((installed / "statuses").read_text()), *(
+        [(installed / f"{k}.{end}").read_text() for k in range(len(lines))] for end in ("out", "error")
+    ), strict=True)  # fmt: skip
+    return {line.partition(":127")[0]: CommandResult(*result) for line, result in zip(lines, said, strict=True)}
+
+
+def test_what_cannot_be_loaded_is_left_out_and_takes_no_place(told):
+    """A misspelt place was left out in silence; a scene without a title ended the list of all with a traceback.
+
+    Transports took the targets of Underfoot, and options of its emulator: no floor was simulated.
+    """
+    assert told["nodes gain"].status == 0
+    assert told["nodes gain"].out.startswith("gain  (Shapes: Gain)")
+    lines = [line for result in told.values() for line in result.error.splitlines() if "plug-in" in line]
+    assert sorted(line.removeprefix("underfoot: plug-in ") for line in lines) == [
+        "MyrateSender is left out: emulate has an option --rate already",
+        "MyudpSender is left out: emulate has an option --udp already",
+        "bare is left out: Bare does not declare title",
+        "broken is left out: ZeroDivisionError: division by zero",
+        "hollow is left out: no complete node is in hollow",
+        "myreplay is left out: there is a target replay already",
+        "mysimulator is left out: there is a target simulator already",
+        "poor is left out: Poor does not declare scheme, address_form, help, label, title, dialog_help, sender",
+        "twice is left out: there is a node gain already",
     ]
 
 
-def test_a_plug_in_that_brings_nothing_says_so(python):
-    """A misspelt place was left out in silence."""
-    install(python.site, "hollow", "underfoot.nodes", "hollow", {"hollow/__init__.py": "from math import pi\n"})
-    told = python("-m", "underfoot", "nodes", "gain")
-    assert told.returncode == 0
-    assert told.stderr == "underfoot: plug-in hollow is left out: no complete node is in hollow\n"
+def test_a_transport_is_a_target(told):
+    assert (told["monitor --help"].status, told["monitor --help"].error) == (0, "")
+    assert "radio:" in told["monitor --help"].out
 
 
-def test_a_transport_of_a_plug_in_is_a_target(python):
-    code = (
-        "from underfoot.devices.transports.udp import UdpTransport\n"
-        "class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-m", "underfoot", "monitor", "--help")
-    assert (told.returncode, told.stderr) == (0, "")
-    assert "radio:" in told.stdout
-
-
-@pytest.mark.parametrize("scheme", ["simulator", "replay"])
-def test_a_transport_of_a_plug_in_takes_no_target_of_underfoot(python, scheme):
-    """Every command and the window listened at it instead of simulating a floor."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpTransport\n"
-        f"class Radio(UdpTransport):\n    scheme = '{scheme}'\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-m", "underfoot", "monitor", "--help")
-    assert told.stderr == f"underfoot: plug-in radio is left out: there is a target {scheme} already\n"
-
-
-@pytest.mark.parametrize("fails", [("open",), ("read",), ("open", "close")])
-def test_a_transport_of_a_plug_in_that_fails_is_named_in_a_line(python, fails):
+@pytest.mark.parametrize("end", FAULTS)
+def test_a_transport_that_fails_is_named_in_a_line(told, end):
     """Its thread ended with a traceback, and nobody was told that the floor would stay silent."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpTransport\n"
-        "class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n"
-        + "".join(f"    def {name}(self):\n        raise KeyError('antenna')\n" for name in fails)
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-m", "underfoot", "monitor", f"radio:127.0.0.1:{free_port()}", "--seconds", "1")
-    assert "Traceback" not in told.stderr
-    assert told.stderr.count(": KeyError: 'antenna'") == 1
-    assert "is back" not in told.stderr
+    said = told[f"monitor radio{end}"].error
+    assert "Traceback" not in said
+    assert said.count(": KeyError: 'antenna'") == 1
+    assert "is back" not in said
 
 
-@pytest.mark.parametrize("command", [["monitor", "radio:far"], ["emulate", "--radio", "far"]])
-def test_an_address_that_a_plug_in_cannot_read_is_named_in_a_line(python, command):
+@pytest.mark.parametrize("line", ["monitor far:away", "emulate --far-link away"])
+def test_an_address_that_a_transport_cannot_read_is_named_in_a_line(told, line):
     """Its own error was a traceback."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
-        "class RadioSender(UdpSender):\n    option = 'radio'\n    of = staticmethod(int)\n"
-        "class Radio(UdpTransport):\n    scheme = 'radio'\n    sender = RadioSender\n    of = staticmethod(int)\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-m", "underfoot", *command)
-    assert told.returncode != 0
-    assert "Traceback" not in told.stderr
-    assert "radio is 'far': ValueError: invalid literal for int()" in told.stderr
+    assert told[line].status == 1
+    assert "Traceback" not in told[line].error
+    assert " is 'away': ValueError: invalid literal for int()" in told[line].error
 
 
 @pytest.mark.parametrize("fails", ["send", "unplug", "plug", "close"])
-def test_an_emulators_end_of_a_plug_in_that_fails_ends_the_command_in_a_line(python, fails):
+def test_an_emulators_end_that_fails_ends_the_command_in_a_line(told, fails):
     """It was a traceback, and the exit status that of a success."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
-        "class RadioSender(UdpSender):\n    option = 'radio'\n"
-        f"    def {fails}(self, *_):\n        raise KeyError('antenna')\n"
-        "class Radio(UdpTransport):\n    scheme = 'radio'\n    sender = RadioSender\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-m", "underfoot", "emulate", "--radio", "9", "--unplug", "0.01:0.01", "--seconds", "0.05")
-    assert (told.returncode, "Traceback" in told.stderr) == (1, False)
-    assert told.stderr.splitlines()[-1].endswith(": KeyError: 'antenna'")
+    said = told[f"emulate --{fails}-link 9 --unplug 0.01:0.01 --seconds 0.05"]
+    assert (said.status, "Traceback" in said.error) == (1, False)
+    assert said.error.splitlines()[-1].endswith(": KeyError: 'antenna'")
+
+
+@pytest.mark.parametrize("option", ["udp", "radio-link"])
+def test_the_emulator_sends_beside_a_transport(told, option):
+    """One that shares the end of another, or whose option has a hyphen, ended every `emulate` with a traceback."""
+    said = told[f"emulate --{option} 9 --rate 500 --seconds 0.01"]
+    assert (said.status, "Traceback" in said.error) == (0, False), said.error
+
+
+def test_scenes_are_listed_and_may_be_made_of_others(told):
+    """One that is was said to bring the pond again."""
+    assert told["scene"].status == 0
+    names = [line.split()[0] for line in told["scene"].out.splitlines() if line[:1].isalpha()]
+    ours = names[names.index("touch-widgets") + 1 :]
+    assert ours == ["deep", "dryinit", "dryshapes", "drystep", "puddle"]
+
+
+@pytest.mark.parametrize("fails", ["init", "step", "shapes"])
+def test_a_scene_that_fails_ends_its_command_in_a_line(told, fails):
+    """As the window says it; it was a traceback."""
+    said = told[f"scene dry{fails} --seconds 0.3 --film {fails}.gif"]
+    assert said.status == 1
+    assert said.error.splitlines()[-1] == "underfoot: The scene was stopped: KeyError: 'depth'"
+    assert "Traceback" not in said.error
 
 
 CHOSEN = """
@@ -174,92 +270,15 @@ from underfoot.widgets.session.target_chooser import TargetChooser
 from underfoot.widgets.session.targets import choices
 
 application, controller = QApplication([]), SimpleNamespace(target=Target(default_floor()))
-window = QWidget()
-(key,) = (key for key, text in choices() if text == "Radio…")
-TargetChooser(window, controller, None, FileChooser(window, str, print), print, print).choose(key)
-print(window.findChild(TransportDialog).windowTitle())
+for scheme in ("floor", "simulation", "recording"):
+    window = QWidget()
+    (key,) = (key for key, text in choices() if text == f"Radio {scheme}…")
+    TargetChooser(window, controller, None, FileChooser(window, str, print), print, print).choose(key)
+    print(window.findChild(TransportDialog).windowTitle())
 """
 
 
-@pytest.mark.parametrize("scheme", ["floor", "simulation", "recording"])
-def test_a_transport_of_a_plug_in_is_chosen_in_the_window_whatever_its_name(python, scheme):
+def test_a_transport_is_chosen_in_the_window_whatever_its_name(installed):
     """Another entry of the target menu answered for it."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpTransport\n"
-        f"class Radio(UdpTransport):\n    scheme, title = '{scheme}', 'Radio'\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-c", CHOSEN)
-    assert told.stdout == "Radio\n", told.stderr
-
-
-@pytest.mark.parametrize(("end", "option"), [("UdpSender", "--udp"), ("RadioSender", "--radio-link")])
-def test_the_emulator_sends_beside_a_transport_of_a_plug_in(python, end, option):
-    """One that shares the end of another, or whose option has a hyphen, ended every `emulate` with a traceback."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
-        "class RadioSender(UdpSender):\n    option = 'radio-link'\n"
-        f"class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n    sender = {end}\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    for each in ("--udp", option):
-        told = python("-m", "underfoot", "emulate", each, "9", "--seconds", "0.01")
-        assert (told.returncode, "Traceback" in told.stderr) == (0, False), told.stderr
-
-
-@pytest.mark.parametrize("option", ["udp", "rate"])
-def test_the_emulators_end_of_a_plug_in_takes_no_option_that_is_there(python, option):
-    """One was left out in silence, the other took the place of the emulator's own option."""
-    code = (
-        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
-        f"class RadioSender(UdpSender):\n    option = '{option}'\n"
-        "class Radio(UdpTransport):\n    scheme = 'radio'\n    sender = RadioSender\n"
-    )
-    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
-    told = python("-m", "underfoot", "emulate", "--udp", "9", "--rate", "500", "--seconds", "0.01")
-    assert told.returncode == 0
-    assert f"underfoot: plug-in RadioSender is left out: emulate has an option --{option} already\n" in told.stderr
-
-
-def test_a_scene_of_a_plug_in_is_run_by_the_command(python):
-    code = (
-        "from underfoot.scenes.scene import Scene\n"
-        "class Puddle(Scene):\n    'Water.'\n    title, doc = 'Puddle', 'Water on the floor.'\n"
-        "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
-    )
-    install(python.site, "puddle", "underfoot.scenes", "puddle", {"puddle/__init__.py": code})
-    told = python("-m", "underfoot", "scene")
-    assert (told.returncode, told.stderr) == (0, "")
-    assert "puddle" in told.stdout
-
-
-def test_a_scene_of_a_plug_in_may_be_made_of_another_and_one_without_a_title_is_left_out(python):
-    """The first was said to bring the pond again; the second ended the list of all scenes with a traceback."""
-    deep = "from underfoot.scenes.frozen_pond import FrozenPond\nclass Deep(FrozenPond):\n    title = 'Deep pond'\n"
-    install(python.site, "deep", "underfoot.scenes", "deep", {"deep/__init__.py": deep})
-    bare = "from underfoot.scenes.scene import Scene\nclass Bare(Scene):\n    doc = 'Bare.'\n"
-    bare += "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
-    install(python.site, "bare", "underfoot.scenes", "bare", {"bare/__init__.py": bare})
-    told = python("-m", "underfoot", "scene")
-    assert told.returncode == 0
-    assert told.stderr == "underfoot: plug-in bare is left out: Bare does not declare title\n"
-    assert [line.split()[0] for line in told.stdout.splitlines() if line[:1].isalpha()][-2:] == [
-        "touch-widgets",
-        "deep",
-    ]
-
-
-@pytest.mark.parametrize("fails", ["__init__", "step", "shapes"])
-def test_a_scene_of_a_plug_in_that_fails_ends_its_command_in_a_line(python, fails):
-    """As the window says it; it was a traceback."""
-    code = (
-        "from underfoot.scenes.scene import Scene\n"
-        "class Puddle(Scene):\n    'Water.'\n    title, doc = 'Puddle', 'Water on the floor.'\n"
-        "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
-        f"    def {fails}(self, *_):\n        raise KeyError('depth')\n"
-    )
-    install(python.site, "puddle", "underfoot.scenes", "puddle", {"puddle/__init__.py": code})
-    told = python("-m", "underfoot", "scene", "puddle", "--seconds", "0.3", "--film", "a.gif")
-    assert told.returncode == 1
-    assert told.stderr.splitlines()[-1] == "underfoot: The scene was stopped: KeyError: 'depth'"
-    assert "Traceback" not in told.stderr
+    chosen = python_in(installed, "-c", CHOSEN)
+    assert chosen.stdout == "Radio floor\nRadio simulation\nRadio recording\n", chosen.stderr
