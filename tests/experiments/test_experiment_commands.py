@@ -1,13 +1,16 @@
 """`underfoot experiment` and `underfoot analyse`, as they are typed."""
 
 import csv
+import io
 import json
+import queue
 import re
 import resource
 import subprocess
 import sys
+import threading
 import time
-from contextlib import closing
+from contextlib import closing, redirect_stdout
 from functools import partial
 
 import numpy as np
@@ -48,19 +51,17 @@ def said(*arguments):
     return str(result.exception)
 
 
-def in_terminal(command, typed, folder=None, printed=None):
+def in_terminal(command, typed, printed):
     """The exit status of a command, each of whose lines is `typed` once what it waits for was printed.
 
     A line may be a function of the process that returns it. What is printed is added to `printed`.
     """
-    printed = [] if printed is None else printed
     left = iter(typed)
     with subprocess.Popen(
         [sys.executable, "-u", "-m", "underfoot", *command],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        cwd=folder,
     ) as child:
         waits, line = next(left)
         for text in child.stdout:
@@ -70,6 +71,45 @@ def in_terminal(command, typed, folder=None, printed=None):
                 child.stdin.flush()
                 waits, line = next(left, ("", ""))
     return child.returncode
+
+
+class Typist(io.StringIO):
+    """What is printed; whoever reads it types each line once what it waits for is there."""
+
+    def __init__(self, typed):
+        super().__init__()
+        self._left, self._typed = iter(typed), queue.SimpleQueue()
+        self._waits, self._line = next(self._left)
+
+    def write(self, text):
+        if self._waits and self._waits in text:
+            self._typed.put(f"{self._line}\n")
+            self._waits, self._line = next(self._left, ("", ""))
+        return super().write(text)
+
+    def close(self):
+        """Type no more."""
+        self._typed.put("")
+        for thread in threading.enumerate():
+            if thread.name == "typed lines":  # which reads them
+                thread.join()
+
+    def typed(self):
+        """The lines, as an open file gives them."""
+        return iter(self._typed.get, "")
+
+
+@pytest.fixture
+def typing(underfoot, folder, monkeypatch):
+    """Run a command that is answered by typing; without a process of its own, whose imports take a second or three."""
+
+    def run(command, typed):
+        with closing(Typist(typed)) as typist, redirect_stdout(typist):
+            monkeypatch.setattr(sys, "stdin", typist.typed())
+            assert underfoot(*command).status == 0
+            return typist.getvalue().splitlines(keepends=True)
+
+    return run
 
 
 def made_session(path, name="detection-threshold", person=0, id="", protocol=None):
@@ -274,7 +314,7 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
         ("How was it", "60"),
     )
     printed = []
-    assert in_terminal(command, typed, printed=printed) == 0
+    assert in_terminal(command, typed, printed) == 0
     assert "You can stop at any time.\n" in printed  # a page without a title
     file = SessionFile.open(tmp_path / "p7.session")
     assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {}, {"rating": 40.0}, {"rating": 60.0}]
@@ -282,7 +322,7 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     file.close()
 
 
-def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_path):
+def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(typing, tmp_path):
     protocol = tmp_path / "a.json"
     stage = {"id": "main", "kind": "trials", "start": "step", "practice": True, "text": "Step, and say what you felt"}
     stage["method"] = {"kind": "staircases", "parameters": {"followed": ["TD"], "empty_every": 2}}
@@ -290,8 +330,7 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_
     protocol.write_text(protocol_text(stages=[level, stage], present_s=0.1))
     lowered = (("just feel it", "-6"), ("It plays at -6 dB", "-9 dB"), ("It plays at -9 dB", ""))  # felt, then kept
     typed = (*lowered, ("Enter steps", ""), ("Did you feel", "yes"), ("Enter steps", ""), ("Did you feel", "no"))
-    printed = []
-    assert in_terminal(["experiment", str(protocol), "--pilot"], typed, tmp_path, printed) == 0
+    printed = typing(["experiment", protocol, "--pilot"], typed)
     assert "Step, and say what you felt. Practice. Trial 1.\n" in printed
     assert "Step, and say what you felt. Practice: Nothing comes this time. Trial 2.\n" in printed
     file = SessionFile.open(tmp_path / "a-pilot" / "1.session")
@@ -302,7 +341,7 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_
     file.close()
 
 
-def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(tmp_path):
+def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(typing, tmp_path):
     """In two trials; their answers and loads are kept."""
     floor, (sender, transport) = default_floor(1, 1), ends("udp")
     times = np.arange(1000) / 1000.0
@@ -313,16 +352,15 @@ def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(tmp_path):
     command = ["experiment", "a.json", "--participant", "P", "--session", "p.session", "--target", transport.name,
                "--floor", "floor.json"]  # fmt: skip
     typed = (("press Enter to begin", ""), ("How was it", "40"), ("press Enter to begin", ""), ("How was it", "60"))
-    printed = []
     with closing(Emulator(sender, empty)) as emulator:
         emulator.start()
-        assert in_terminal(command, typed, tmp_path, printed) == 0
+        printed = typing(command, typed)
     assert [line for line in printed if "Nobody" in line] == ["Nobody stands on the floor: 0 N.\n"]
     with closing(SessionFile.open(tmp_path / "p.session")) as file:
         assert [entry.facts["most_force_n"] for entry in file.entries()] == [0.0, 0.0]
 
 
-def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(tmp_path):
+def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(typing, tmp_path):
     """As it was begun: two trials, of which one was answered before the change."""
     protocol, session = tmp_path / "a.json", tmp_path / "p.session"
     stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
@@ -345,7 +383,7 @@ def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(tmp_pa
     for arguments in ((session,), (protocol, "--participant", "Q", "--session", new)):
         assert said("experiment", *arguments, "--trigger", tmp_path / "no port").endswith("there is no such port")
     assert not new.exists()  # it was left, empty
-    assert in_terminal(["experiment", str(session)], (("press Enter to begin", ""), ("How was it", "60"))) == 0
+    typing(["experiment", session], (("press Enter to begin", ""), ("How was it", "60")))
     file = SessionFile.open(session)
     assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
     file.close()
