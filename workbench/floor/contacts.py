@@ -25,7 +25,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.array_tables import addresses
@@ -35,6 +34,7 @@ from underfoot.floor.baselines import bring_up_noise, renew_all
 from underfoot.floor.feet import FootFinder
 from underfoot.floor.forces import LEAST_HZ, MOST_HZ
 from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.loads import Load
 from underfoot.floor.tracker_memory import BEGAN, tracker_memory
 
 GAP_S = 0.040
@@ -205,20 +205,13 @@ class ContactTracker:
 
     def ongoing(self) -> tuple[OngoingContact, ...]:
         """Return the contacts at the latest sample; their assignment to feet may be provisional."""
-        on: dict[int, list[int]] = {}
+        loads_of: dict[int, list[Load]] = {}
         foot_of: dict[int, int] = {}
-        start_s: dict[int, float] = {}
-        tokens: dict[int, list[int]] = {}
         for load, earlier in sorted(self._feet.present_loads(), key=lambda found: found[0].sample):
             foot = load.foot or (foot_of.get(earlier.token, earlier.foot) if earlier else 0) or -1 - load.tile
             foot_of[load.token] = foot
-            on.setdefault(foot, []).append(load.tile)
-            start_s.setdefault(foot, load.start_s)
-            tokens.setdefault(foot, []).append(load.token)
-        return tuple(
-            replace(self._ongoing_contact(max(foot, 0), sorted(on[foot]), start_s[foot]), loads=tuple(tokens[foot]))
-            for foot in on
-        )
+            loads_of.setdefault(foot, []).append(load)
+        return tuple(self._ongoing_contact(max(foot, 0), loads) for foot, loads in loads_of.items())
 
     @property
     def loads_n(self) -> NDArray[np.float64]:
@@ -308,12 +301,20 @@ class ContactTracker:
         columns = (getattr(joined, name) for name in joined.__struct_fields__)
         return joined.select(slice(tracking.join(rows, feet, *columns)))
 
-    def _ongoing_contact(self, id: int, tiles: Sequence[int], start_s: float) -> OngoingContact:
-        rows = self._tiles[list(tiles)]
+    def _ongoing_contact(self, id: int, loads: Sequence[Load]) -> OngoingContact:
+        """Return the contact of these present loads, in the order of their beginnings."""
+        tiles = sorted(load.tile for load in loads)
+        rows = self._tiles[tiles]
         force_n = float(rows["load_n"].sum())
         share = rows["load_n"] / force_n
         return OngoingContact(
-            id, float(share @ rows["x_m"]), float(share @ rows["y_m"]), force_n, tuple(tiles), start_s
+            id,
+            float(share @ rows["x_m"]),
+            float(share @ rows["y_m"]),
+            force_n,
+            tuple(tiles),
+            loads[0].start_s,
+            loads=tuple(load.token for load in loads),
         )
 
 

@@ -104,7 +104,7 @@ class FootFinder:
         begun = (int(event["token"]) for event in self._events if event["kind"] == BEGAN)
         return {self._foot_of[token] for token in begun if token in self._foot_of}
 
-    def present_loads(self) -> Iterator[tuple[Load, "Load | None"]]:
+    def present_loads(self) -> Iterator[tuple[Load, Load | None]]:
         """Yield the present loads; each undecided one with an earlier load that probably is the same foot's."""
         for load in self._present.values():
             yield load, None if load.foot else self._evidence.provisional_part_of(load)
