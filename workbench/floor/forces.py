@@ -1,7 +1,7 @@
 """Force CSV: `time_s`, then one column per sensor, `<tile>.<1 to 4>`, in newtons.
 
-Cells are parted by commas, semicolons or tabs; between semicolons and tabs, and in quotes, a number may have a decimal
-comma. Lines that begin with # are left alone, and so are further columns, and the line `sep=;` of Excel.
+Cells are separated by commas, semicolons or tabs; between semicolons and tabs, and in quotes, a number may have a
+decimal comma. Lines that begin with # are left alone, and so are further columns, and the line `sep=;` of Excel.
 """
 
 import csv
@@ -106,20 +106,20 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     a number (nor may it be inf or nan), a line with a cell too many or too few, and a time that is not later than the
     one before.
     """
-    part, lines, names = _headed(path, floor.ids[0])
+    delimiter, lines, names = _headed(path, floor.ids[0])
     (_, head), *rows = lines
-    if part != ",":
+    if delimiter != ",":
         rows = [(number, line.replace(",", ".")) for number, line in rows]
     order = _columns(path, names, floor, lines[0][0])
     if len(rows) < 2:
         raise BadFile(f"{path} has {counted(len(rows), 'sample')}; allowed: 2 or more")
-    even = all(line.count(part) == head.count(part) for _, line in rows)
+    even = all(line.count(delimiter) == head.count(delimiter) for _, line in rows)
     try:
-        table = np.loadtxt([line for _, line in rows], delimiter=part, comments=None, ndmin=2, usecols=order)
+        table = np.loadtxt([line for _, line in rows], delimiter=delimiter, comments=None, ndmin=2, usecols=order)
     except (ValueError, IndexError) as error:
-        raise _fault(path, names, order, part, rows) or BadFile(f"{path}: {error}") from None
+        raise _fault(path, names, order, delimiter, rows) or BadFile(f"{path}: {error}") from None
     if not even or not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0.0).any():
-        raise _fault(path, names, order, part, rows) or BadFile(f"{path} is no force CSV that can be read")
+        raise _fault(path, names, order, delimiter, rows) or BadFile(f"{path} is no force CSV that can be read")
     time_s = np.ascontiguousarray(table[:, 0])
     rate_hz = rate_of(time_s)
     if not LEAST_HZ <= rate_hz <= MOST_HZ:
@@ -140,12 +140,12 @@ def _require_force_columns(path: str | Path) -> None:
 
 
 def _headed(path: str | Path, id: str) -> tuple[str, list[tuple[int, str]], list[str]]:
-    """Return the mark between cells, the numbered lines, and the names in the first; `id` is a tile of the floor."""
+    """Return the delimiter, the numbered lines, and the names in the first; `id` is a tile of the floor."""
     lines = _lines(path, read_file(path, np.inf))
     if not lines:
         raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{id}.1,...")
-    part, lines = _parted(lines)
-    return part, lines, [name.strip() for name in lines[0][1].split(part)]
+    delimiter, lines = _delimited(lines)
+    return delimiter, lines, [name.strip() for name in lines[0][1].split(delimiter)]
 
 
 def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
@@ -166,22 +166,22 @@ def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
     ]
 
 
-def _parted(lines: list[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
-    """Return the mark between cells, and the lines without quotes and Excel's line `sep=;`."""
-    told = re.fullmatch(r'\s*"?sep=(.)"?\s*', lines[0][1], re.IGNORECASE)
-    if told and len(lines) > 1:
+def _delimited(lines: list[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
+    """Return the delimiter, and the lines without quotes and Excel's line `sep=;`."""
+    declared = re.fullmatch(r'\s*"?sep=(.)"?\s*', lines[0][1], re.IGNORECASE)
+    if declared and len(lines) > 1:
         lines = lines[1:]
     head = lines[0][1]
-    part = told[1] if told else next((one for one in (";", "\t") if one in head), ",")
+    delimiter = declared[1] if declared else next((one for one in (";", "\t") if one in head), ",")
     if not any('"' in line for _, line in lines):
-        return part, lines
-    return "\t", [(number, "\t".join(_unquoted(line, part))) for number, line in lines]
+        return delimiter, lines
+    return "\t", [(number, "\t".join(_unquoted(line, delimiter))) for number, line in lines]
 
 
-def _unquoted(line: str, part: str) -> list[str]:
+def _unquoted(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line without their quotes; a quote ends with its line."""
     try:
-        return [cell.replace("\t", " ") for cell in next(csv.reader([line], delimiter=part))]
+        return [cell.replace("\t", " ") for cell in next(csv.reader([line], delimiter=delimiter))]
     except csv.Error:  # a cell of 128 KiB
         return [line]
 
@@ -219,14 +219,14 @@ def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> lis
 
 
 def _fault(
-    path: str | Path, names: list[str], order: list[int], part: str, rows: list[tuple[int, str]]
+    path: str | Path, names: list[str], order: list[int], delimiter: str, rows: list[tuple[int, str]]
 ) -> BadFile | None:
     """Return the first fault of a file that could not be parsed, found line by line."""
     before = -np.inf
     for number, line in rows:
-        cells = line.split(part)
+        cells = line.split(delimiter)
         if len(cells) != len(names):
-            hint = _DECIMAL_COMMAS if part == "," and len(cells) > len(names) else ""
+            hint = _DECIMAL_COMMAS if delimiter == "," and len(cells) > len(names) else ""
             columns = counted(len(cells), "column")
             return BadFile(f"{path}: line {number} has {columns}; allowed: {len(names)} as in the first{hint}")
         for column in sorted(order):
