@@ -7,7 +7,6 @@ import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from math import inf
 from pathlib import Path
 
 from platformdirs import user_cache_dir
@@ -59,16 +58,23 @@ def stem_of(title: str, otherwise: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", title.lower())[:80].strip("-") or otherwise
 
 
-def read_file(path: str | Path, largest: float = LARGEST) -> bytes:
-    """Return the bytes of a file; `BadFile` with the system's message if it cannot be read, or for more than `largest`.
-
-    Only tables and sounds may be larger than documents. A pipe or a device is not opened: it may have nothing to read
-    for ever, or no end.
-    """
+def read_file(path: str | Path) -> bytes:
+    """Return the bytes of a document; `BadFile` as from `read_large_file`, and for more than `LARGEST`."""
     with _read(path):
         size = _size_of(path)
-        if size > largest:
-            raise BadFile(f"{path} has {size} bytes; allowed: at most {largest:.0f}")
+        if size > LARGEST:
+            raise BadFile(f"{path} has {size} bytes; allowed: at most {LARGEST}")
+        return path_of(path).read_bytes()
+
+
+def read_large_file(path: str | Path) -> bytes:
+    """Return the bytes of a table, a sound or a session, of any size.
+
+    `BadFile` with the system's message if it cannot be read. A pipe or a device is not opened: it may have nothing to
+    read for ever, or no end.
+    """
+    with _read(path):
+        _size_of(path)
         return path_of(path).read_bytes()
 
 
@@ -86,7 +92,7 @@ def require_readable(path: str | Path) -> None:
 
 def read_table(path: str | Path, what: str) -> str:
     """Return the text of a table of any size; `BadFile` says that it is not `what` if it is not UTF-8."""
-    data = read_file(path, inf)
+    data = read_large_file(path)
     try:
         if b"\0" in data:  # in no text; of gigabytes of them, a parser of tables makes many times as much
             raise ValueError

@@ -19,7 +19,7 @@ from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue, DeviceError
-from underfoot.files import read_file
+from underfoot.files import read_large_file
 from underfoot.plugins import refuse
 from underfoot.quantities import counted
 
@@ -237,7 +237,7 @@ def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np
     if not 0.0 < options.full_scale <= 1e5:
         raise BadValue(f"--full-scale is {options.full_scale:g}; allowed: above 0, up to 1e5 m/s^2")
     try:
-        rate_hz, m_s2 = wavfile.read(BytesIO(read_file(options.acceleration, np.inf)))
+        rate_hz, m_s2 = wavfile.read(BytesIO(read_large_file(options.acceleration)))
     except ValueError as error:
         raise BadFile(f"{options.acceleration} cannot be read: {error}") from None
     tiles = len(source.floor.tiles)

@@ -16,7 +16,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
-from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -28,7 +27,7 @@ from underfoot.experiments.excerpts import Excerpt, Packed, packed, unpacked
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import parameters_of, patch_path, path_beside, settings_kept
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import make_folder, no_file, read_file, replaced, write_file
+from underfoot.files import make_folder, no_file, read_large_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
@@ -480,7 +479,7 @@ def _copy_files_of_settings(protocol: Protocol, registry: Registry, before: Path
             if path != stimulus.settings[name] and Path(path).is_file():
                 copy = Path(os.path.normpath(after / stimulus.settings[name]))
                 make_folder(copy.parent)
-                write_file(copy, read_file(path, inf))
+                write_file(copy, read_large_file(path))
 
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:

@@ -14,7 +14,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import no_file, read_file
+from underfoot.files import no_file, read_large_file
 from underfoot.floor.layout import Floor
 from underfoot.quantities import counted
 
@@ -141,7 +141,7 @@ def _require_force_columns(path: str | Path) -> None:
 
 def _headed(path: str | Path, id: str) -> tuple[str, list[tuple[int, str]], list[str]]:
     """Return the delimiter, the numbered lines, and the names in the first; `id` is a tile of the floor."""
-    lines = _lines(path, read_file(path, np.inf))
+    lines = _lines(path, read_large_file(path))
     if not lines:
         raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{id}.1,...")
     delimiter, lines = _delimited(lines)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from underfoot.errors import BadFile, BadMeasurement, BadValue
-from underfoot.files import read_file
+from underfoot.files import read_large_file
 from underfoot.kernels import Floats
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def read_wav(path: Path) -> tuple[Floats, int]:
     import soundfile
 
     try:
-        samples, rate_hz = soundfile.read(BytesIO(read_file(path, np.inf)), dtype="float64", always_2d=True)
+        samples, rate_hz = soundfile.read(BytesIO(read_large_file(path)), dtype="float64", always_2d=True)
     except soundfile.LibsndfileError as error:
         raise BadFile(f"{path} cannot be read: {error.error_string.rstrip('.').lower()}") from None
     if not samples.size:

@@ -4,13 +4,12 @@ import os
 import tempfile
 import zipfile
 from collections.abc import Collection, Iterator
-from math import inf
 from pathlib import Path
 
 from underfoot.errors import BadFile
 from underfoot.exchange.format import Export, Format
 from underfoot.exchange.losses import KEPT
-from underfoot.files import make_folder, read_file, replaced, write_file, written
+from underfoot.files import make_folder, read_large_file, replaced, write_file, written
 from underfoot.floor.profile import profiles_of
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import files_of
@@ -66,7 +65,7 @@ def _parts(export: Export) -> Iterator[tuple[str, bytes]]:
     ]
     yield PATCH, patch.dumps()
     for file, name in names.items():
-        yield name, read_file(file, inf)
+        yield name, read_large_file(file)
     if names:
         lines.append(f"{FILES}/ has the sounds that it plays.")
     if export.floor is not None:
