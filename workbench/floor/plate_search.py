@@ -162,23 +162,28 @@ def search(tile: Tile, parameters: TileParameters, spec: PlateSearch) -> SearchR
     for column in np.unique(np.linspace(STEPS - 1, 0, SHOWN).round().astype(int))[::-1]:
         rows = np.flatnonzero(fits[:, column])
         if rows.size:
-            at = rows[0], column
-            does = masses[at], deflections[at], modes[at]
-            chosen.append(_candidate(tile, parameters, spec, (moduli[column], thicknesses[rows[0]]), does))
+            thinnest = rows[0], column
+            plate = spec.plate(float(moduli[column]), float(thicknesses[rows[0]]))
+            chosen.append(
+                Candidate(
+                    plate.modulus_pa,
+                    plate.thickness_m,
+                    float(masses[thinnest]),
+                    float(deflections[thinnest]),
+                    float(modes[thinnest]),
+                    _dip_hz(tile, parameters, plate),
+                )
+            )
     chosen.sort(key=lambda one: one.mass_kg)
     return SearchResult(spec, size, moduli, thicknesses, masses, deflections, modes, fits, tuple(chosen))
 
 
-def _candidate(
-    tile: Tile, parameters: TileParameters, spec: PlateSearch, made_of: tuple[float, float], does: tuple[float, ...]
-) -> Candidate:
-    plate = spec.plate(*map(float, made_of))
+def _dip_hz(tile: Tile, parameters: TileParameters, plate: Plate) -> float:
+    """Return the antiresonance of the tile with this plate; NaN if the plate is too heavy for the mounts."""
     try:
-        dip_hz = TileProperties(tile, replace(parameters, plate=plate)).bend_hz(is_peak=False)
+        return TileProperties(tile, replace(parameters, plate=plate)).bend_hz(is_peak=False)
     except BadValue:
-        dip_hz = math.nan
-    mass, deflection, first = map(float, does)
-    return Candidate(plate.modulus_pa, plate.thickness_m, mass, deflection, first, dip_hz)
+        return math.nan
 
 
 def table(found: SearchResult) -> str:
