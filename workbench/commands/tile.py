@@ -96,13 +96,13 @@ def _report(options: TileDesignOptions, floor: "Floor", parameters: "TileParamet
 def _search(options: TileDesignOptions, floor: "Floor", parameters: "TileParameters") -> None:
     import msgspec
 
-    from underfoot.floor.plate_search import SAID, PlateSearch, search, table, write
+    from underfoot.floor.plate_search import LABELS, PlateSearch, search, table, write
 
     spec = PlateSearch.like(parameters.plate)
     for option, field in _OF_SEARCH.items():
         value = getattr(options, option)
         if value is not None:
-            size = SAID[field][2] if field in SAID else 1.0
+            size = LABELS[field][2] if field in LABELS else 1.0
             number = _span(option, value, size) if option in ("modulus", "thickness") else value
             spec = msgspec.structs.replace(spec, **{field: number * size if isinstance(number, float) else number})
     found = [search(one, parameters, spec) for one in {tile.size_m: tile for tile in floor.tiles}.values()]

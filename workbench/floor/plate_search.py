@@ -33,7 +33,7 @@ STIFFNESSES = ("textbook", "thesis", "solid")
 """Models of how a plate resists bending."""
 SHOWN = 8
 """Plates of the table."""
-SAID = {
+LABELS = {
     "modulus_pa": ("modulus", "GPa", 1e9),
     "thickness_m": ("thickness", "mm", 1e-3),
     "most_kg": ("mass at most", "kg", 1.0),
@@ -41,10 +41,9 @@ SAID = {
     "load_n": ("load", "N", 1.0),
     "least_hz": ("first mode from", "Hz", 1.0),
 }
-"""Name of each condition for people, the unit in which they give it, and that unit in SI units."""
+"""What a person calls each field of a `PlateSearch`, the unit it is shown in, and that unit in SI units."""
 _MILLI, _GIGA = 1e3, 1e9
-_USUAL = Plate()
-_EDGE = 1.05
+_DEFAULT = Plate()
 _FITS = 90
 """How bright plates that fit are drawn."""
 
@@ -58,9 +57,9 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     modulus_pa: tuple[float, float] = (1e9, 220e9)
     thickness_m: tuple[float, float] = (0.005, 0.05)
-    stiffness: str = _USUAL.stiffness
-    density_kg_m3: float = _USUAL.density_kg_m3
-    facing_m: float = _USUAL.facing_m
+    stiffness: str = _DEFAULT.stiffness
+    density_kg_m3: float = _DEFAULT.density_kg_m3
+    facing_m: float = _DEFAULT.facing_m
     most_kg: float = 0.6
     most_deflection_m: float = 2e-4
     load_n: float = 1000.0
@@ -68,18 +67,18 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         for name in ("modulus_pa", "thickness_m"):
-            said, unit, size = SAID[name]
+            label, unit, size = LABELS[name]
             low, high = (end / size for end in getattr(self, name))
             least, most = (end / size for end in PLATE_RANGES[name])
             if not least <= low < high <= most:
                 allowed = f"from a smaller to a larger number, {least:g} to {most:g} {unit}"
-                raise BadValue(f"{said} is {low:g} to {high:g} {unit}; allowed: {allowed}")
+                raise BadValue(f"{label} is {low:g} to {high:g} {unit}; allowed: {allowed}")
         choice("stiffness", self.stiffness, STIFFNESSES)
         for name in ("most_kg", "most_deflection_m", "load_n", "least_hz"):
-            said, unit, size = SAID[name]
+            label, unit, size = LABELS[name]
             given = getattr(self, name)
             if not 0.0 < given <= 1e6:
-                raise BadValue(f"{said} is {given / size:g} {unit}; allowed: above 0, up to {1e6 / size:g} {unit}")
+                raise BadValue(f"{label} is {given / size:g} {unit}; allowed: above 0, up to {1e6 / size:g} {unit}")
 
     @staticmethod
     def like(plate: Plate) -> "PlateSearch":
@@ -245,7 +244,7 @@ def drawing(found: SearchResult) -> Drawing:
 
 def _beyond(ends: tuple[float, float]) -> tuple[float, float]:
     """Leave room for a dot at the far edge of the grid."""
-    return ends[0], ends[1] * _EDGE
+    return ends[0], 1.05 * ends[1]
 
 
 def write(found: list[SearchResult], folder: Path) -> None:
