@@ -18,7 +18,9 @@ FURTHEST_DB = 6.0
 MEAN_S = 0.5
 """Time over which levels are taken."""
 WINDOW_S = 0.1
-_JUDGED_S = 1.0  # a tile is judged by at least so much
+"""Length of the windows whose spectra are averaged."""
+_JUDGED_S = 1.0
+"""Least time above `LEAST_M_S2` by which a tile is judged."""
 
 
 @dataclass(frozen=True)
@@ -52,27 +54,26 @@ def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: fl
     require(commanded.shape == measured.shape, "measured", measured.shape, f"the shape of commanded, {commanded.shape}")
     require(len(commanded) >= 2 * size, "commanded", len(commanded), f"at least {2 * size} samples")
     commanded_spectra, measured_spectra = (_spectra(signal, size) for signal in (commanded, measured))
-    power, cross = (
-        (np.abs(commanded_spectra) ** 2).sum(axis=0),
-        (commanded_spectra.conj() * measured_spectra).sum(axis=0),
-    )
-    found = (np.abs(measured_spectra) ** 2).sum(axis=0)
+    commanded_power = (np.abs(commanded_spectra) ** 2).sum(axis=0)
+    measured_power = (np.abs(measured_spectra) ** 2).sum(axis=0)
+    cross = (commanded_spectra.conj() * measured_spectra).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        explained = np.where(power > 0.0, np.abs(cross) ** 2 / power, 0.0)
-    total = float(found.sum())
+        explained = np.where(commanded_power > 0.0, np.abs(cross) ** 2 / commanded_power, 0.0)
+    total = float(measured_power.sum())
     step_hz = rate_hz / size
     bands = np.array(sole.BAND_HZ)
     low, high = bands * 2.0 ** (-1 / 6) / step_hz, bands * 2.0 ** (1 / 6) / step_hz
     transfer = np.full(len(bands), math.nan)
     for k, (first, last) in enumerate(zip(np.floor(low).astype(int), np.ceil(high).astype(int), strict=True)):
-        asked_here, done_here = float(power[first : last + 1].sum()), float(found[first : last + 1].sum())
-        if asked_here > 1e-6 * float(power.sum()) and done_here > 0.0:
-            transfer[k] = 10.0 * math.log10(done_here / asked_here)
+        commanded_here = float(commanded_power[first : last + 1].sum())
+        measured_here = float(measured_power[first : last + 1].sum())
+        if commanded_here > 1e-6 * float(commanded_power.sum()) and measured_here > 0.0:
+            transfer[k] = 10.0 * math.log10(measured_here / commanded_here)
     levels = [sole.band_levels(signal, rate_hz) for signal in (commanded, measured)]
     windows = len(measured_spectra)
     # A response fitted to n windows explains 1 / n of noise, too.
-    left = (1.0 - float(explained.sum()) / total) * windows / (windows - 1) if total > 0.0 else 0.0
-    return TileResponse(bands, levels[0], levels[1], transfer, math.sqrt(min(max(left, 0.0), 1.0)))
+    unexplained = (1.0 - float(explained.sum()) / total) * windows / (windows - 1) if total > 0.0 else 0.0
+    return TileResponse(bands, levels[0], levels[1], transfer, math.sqrt(min(max(unexplained, 0.0), 1.0)))
 
 
 class ResponseMonitor:
