@@ -179,13 +179,12 @@ class _Walk(Struct):
         stride = np.zeros(2)
         length_m = float(np.hypot(*way))
         if length_m > NEAR_M:
-            turn = (math.atan2(way[1], way[0]) - self.heading_rad + math.pi) % (2.0 * math.pi) - math.pi
-            turned = min(max(turn, -TURN_RAD), TURN_RAD)
-            self.heading_rad += turned
-            if turned == turn:
+            wanted = (math.atan2(way[1], way[0]) - self.heading_rad + math.pi) % (2.0 * math.pi) - math.pi
+            turn = min(max(wanted, -TURN_RAD), TURN_RAD)
+            self.heading_rad += turn
+            if turn == wanted:
                 stride = way * min(1.0, self.walker.step_length_m / length_m)
-            turn = turned
-        if len(self.steps) == 0 or not self._is_free(stride, others_m):
+        if not self.steps or not self._is_free(stride, others_m):
             stride = np.zeros(2)
         self.place_m = self.place_m + stride
         # Feet that turn on the spot are set further apart, or one would come down on the other.
