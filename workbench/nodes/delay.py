@@ -10,7 +10,7 @@ from underfoot.patch.node import Input, Output, node
 LONGEST_S = 0.5
 _INAUDIBLE = 1e-12
 _DAMPED_HZ = 48_000.0
-"""Rate at which the damping is what a frame leaves of the frame before; at others, as much is left after as long."""
+"""Rate at which `damping` is the pole of the one-pole low-pass; at another rate, the pole of the same time constant."""
 _FASTEST = 0.5  # frames per frame: largest change of the delay, as on a tape
 
 
@@ -42,10 +42,9 @@ class Delay:
     def run(signal, time, feedback, damping, rate, frame, state, out):
         line, length = state.line, state.length
         damping **= _DAMPED_HZ / rate
-        frames = state.frames if state.has_begun != 0.0 else time * rate
         if state.has_begun == 0.0:
-            state.has_begun, state.feedback, state.damping = 1.0, feedback, damping
-        place, low_passed, quiet = int(state.place), state.low_passed, state.quiet
+            state.has_begun, state.frames, state.feedback, state.damping = 1.0, time * rate, feedback, damping
+        frames, place, low_passed, quiet = state.frames, int(state.place), state.low_passed, state.quiet
         for i in range(out.size):
             frames += min(max(time * rate - frames, -_FASTEST), _FASTEST)
             whole = int(frames)
