@@ -124,12 +124,8 @@ class Ground(Struct, frozen=True):
     def parameters(self) -> Memory:
         """Return the parameters in the layout that `design` takes."""
         p = PARAMETERS.zeros()
-        p.mass, p.damping, p.stiffness, p.plastic_stiffness = (
-            self.mass_kg,
-            self.damping_ns_m,
-            self.stiffness_n_m,
-            self.plastic_stiffness_n_m,
-        )
+        p.mass, p.damping = self.mass_kg, self.damping_ns_m
+        p.stiffness, p.plastic_stiffness = self.stiffness_n_m, self.plastic_stiffness_n_m
         p.threshold, p.spread = self.threshold_n, self.spread
         p.gamma, p.least, p.renewal = self.gamma, self.least_j, self.renewal_s
         return p

@@ -105,7 +105,8 @@ class Rhythm:
                 state.start = frame - (frame - state.start) * (bar / state.bar)
             state.bar = bar
         if begin == AT_ONCE and state.has_begun == 0.0:
-            state.has_begun, state.is_playing, state.start, state.strength = 1.0, 1.0, frame, 1.0
+            state.has_begun = state.is_playing = state.strength = 1.0
+            state.start = frame
         now = frame
         for k in range(len(start) + 1):
             is_restart = k < len(start)
@@ -116,12 +117,8 @@ class Rhythm:
                 for note in range(first, len(out)):
                     out.strength[note] *= state.strength
             if is_restart:
-                state.has_begun, state.is_playing, state.start, state.strength = (
-                    1.0,
-                    1.0,
-                    start.time[k],
-                    start.strength[k],
-                )
+                state.has_begun = state.is_playing = 1.0
+                state.start, state.strength = start.time[k], start.strength[k]
                 now = until
         if repeats > 0 and state.is_playing == 1.0 and end > state.start + repeats * bar:
             state.is_playing = 0.0
