@@ -46,15 +46,13 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         65.6
         """
         moving = _pair(self.resonance_hz, self.damping)
-        case, less = (
-            _pair(self.colour_hz, self.colour_damping),
-            _pair(self.colour_hz, self.colour_damping * self.colour),
-        )
+        case = _pair(self.colour_hz, self.colour_damping)
+        case_zeros = _pair(self.colour_hz, self.colour_damping * self.colour)
         # Equal poles have no residues; a millionth apart they are the same shaker.
         if abs(case[0] - moving[0]) < 1e-6 * abs(case[0]):
             case = [(1.0 + 1e-6) * pole for pole in case]
         coil = 2.0 * math.pi * self.corner_hz
-        return of_biquads([0.0, 0.0, *less], [*moving, *case, -coil], self.force_n * coil)
+        return of_biquads([0.0, 0.0, *case_zeros], [*moving, *case, -coil], self.force_n * coil)
 
     def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
         """Return force per full-scale drive, for small signals."""
