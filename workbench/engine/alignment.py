@@ -61,12 +61,11 @@ def split(
     for _ in range(3):  # iterate: the gain between the two depends on the frame, and the frame on the gain
         rest = min(at + extra, len(recorded))
         played = np.concatenate([before[:at], behind[rest:]])
-        gain = float(np.dot(played, np.append(recorded[:at], recorded[rest:]))) / max(
-            float(np.dot(played, played)), 1e-12
-        )
-        errors = [
+        energy = max(float(np.dot(played, played)), 1e-12)
+        gain = float(np.dot(played, np.append(recorded[:at], recorded[rest:]))) / energy
+        error_before, error_behind = (
             np.append(0.0, np.cumsum((recorded - gain * one).astype(np.float64) ** 2)) for one in (before, behind)
-        ]
+        )
         rests = np.minimum(np.arange(len(recorded) + 1) + extra, len(recorded))
-        at = int(np.argmin(errors[0] - errors[1][rests]))
+        at = int(np.argmin(error_before - error_behind[rests]))
     return at
