@@ -18,7 +18,8 @@ Answer = TypeVar("Answer")
 
 MOST_TRIES = 3
 """Attempts at a job whose process dies."""
-_ENDS = (signal.SIGINT, signal.SIGTERM)
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""Signals that end a worker, and its job, once it can clean up."""
 _LOOK_S = 0.2
 """Interval in seconds at which `is_stopped` is asked while no results come."""
 _LEAVE_S = 2.0
@@ -81,17 +82,17 @@ def in_parallel(
 def run(connection: Connection, work: Callable[[Job], object]) -> None:
     """Run jobs until the connection ends, which ends a job, too, or Ctrl-C, which goes to all processes; the process's
     main function."""
-    if signal.sigpending() & {*_ENDS}:
+    if signal.sigpending() & {*_STOP_SIGNALS}:
         return  # it was stopped while it began; where both have come, each would raise
     with suppress(EOFError, OSError, KeyboardInterrupt):
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOP_SIGNALS)
         raise_at_end(connection, signal.SIGTERM)
         try:
             while True:
                 connection.send(_answer(work, connection.recv()))
         finally:
-            for number in _ENDS:
+            for number in _STOP_SIGNALS:
                 signal.signal(number, signal.SIG_IGN)
 
 
@@ -108,15 +109,17 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Job]], busy: dict[Child
 def _started(work: Callable[[Job], object]) -> ChildProcess:
     """Start a process that receives what ends it only once it can clean up; this one receives it after that, too."""
     run_tracker()  # which would let Ctrl-C through the first time
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOP_SIGNALS)
     stops: list[int] = []  # a signal may also reach another thread of this process, and is then noticed here
     is_main = threading.current_thread() is threading.main_thread()
-    handlers = {end: signal.signal(end, lambda number, _: stops.append(number)) for end in _ENDS if is_main}
+    handlers = {
+        number: signal.signal(number, lambda stop, _: stops.append(stop)) for number in _STOP_SIGNALS if is_main
+    }
     try:
         child = ChildProcess("worker", __name__, work)
     finally:
-        for end, handler in handlers.items():
-            signal.signal(end, handler)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
         for number in stops:
