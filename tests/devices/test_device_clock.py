@@ -33,7 +33,7 @@ def followed(time_us, came, blocks, asked, epochs, clock, session):
         for j in range(first, i):
             arrived = device_clock.arrival_frame(clock[0], time_us[j], rate)
             frame = device_clock.sent_frame(session[0], arrived, rate) + clock[0].delay
-            out[j] = device_clock.slewed(clock[0], time_us[j], frame, rate)
+            out[j] = device_clock.slewed(clock[0], time_us[j], frame, rate, device_clock.JUMP_S * rate)
             late[j] = begin > out[j]
     return out, late
 
@@ -165,7 +165,7 @@ def test_a_mapping_moves_slowly_and_by_a_jump_at_once():
     device_clock.observe(table[0], 0, 0.0, 0.0, RATE)
     jump = 1.01 * device_clock.JUMP_S * RATE
     placed = [
-        device_clock.slewed(table[0], 1000.0 * i, 48.0 * i + beyond, RATE) - 48.0 * i
+        device_clock.slewed(table[0], 1000.0 * i, 48.0 * i + beyond, RATE, device_clock.JUMP_S * RATE) - 48.0 * i
         for i, beyond in enumerate((10.0, 20.0, 0.0, jump + 10.0))
     ]
     assert placed == pytest.approx([10.0, 10.0 + most, 10.0, jump + 10.0])

@@ -17,7 +17,7 @@ from underfoot.devices.conversion import Conversion, nominal_force
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.framing.frame_faults import FrameFaults
 from underfoot.devices.framing.parser import Parser
-from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, samples_of
+from underfoot.devices.framing.wire_format import FRAME_BYTES, SAMPLE, csv_lines, encode, samples_of
 from underfoot.devices.recurrence import LAST, OFTEN
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Curve
@@ -400,6 +400,25 @@ def test_a_tile_whose_clock_steps_goes_on_within_two_samples(monkeypatch, steps)
             stamps += source.stamps[: source.pull(48 * i)].tolist()
     assert 600 - len(stamps) <= 2 * len(steps)
     assert np.diff(stamps).min() > 0.0
+
+
+@pytest.mark.parametrize(("reading", "least_s"), [(3_000, 0.475), (1_000, 0.425)])
+def test_the_time_under_a_foot_goes_on_where_samples_were_held_up_and_that_of_an_empty_tile_jumps(
+    monkeypatch, reading, least_s
+):
+    """For the first 0.3 s all come 70 ms late, as at the start of a busy machine, and then in time: half a second."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    source, stamps, sent = DeviceFloor(Given(), default_floor(1, 1), RATE), [], 0
+    for block in range(400):
+        now[0] = 1000.0 + 0.005 * block
+        come = max(5 * block - 70 * (block < 60), 0)
+        samples = [[0, i, 1000 * i, *[reading] * 4] for i in range(sent, come)]
+        source.receive(samples_of(samples) if samples else np.zeros(0, SAMPLE), now[0])
+        sent = max(come, sent)
+        stamps += source.stamps[: source.pull(240 * (block + 1))].tolist()
+    assert np.subtract(stamps[500:], stamps[:-500]).min() / RATE == pytest.approx(least_s, abs=0.007)
+    assert source.latency_s < 0.02  # at the end both are where they belong
 
 
 def test_a_rate_that_no_tile_has_is_refused():

@@ -11,7 +11,7 @@ bursts gets the delay that it needs, but a single stall, which delays everything
 quantile is estimated recursively (Robbins and Monro 1951): an arrival that is later raises it by 1 % of itself (at 1
 kHz), any other lowers it by a 99th of that, 10 % in a second; faster in a clock's first ten seconds. The applied
 mapping is slewed by at most 5 % of the elapsed time, and so never runs backwards; only a step of more than 50 ms is
-applied at once.
+applied at once, and not under a foot, whose samples it would squeeze together or tear apart.
 """
 
 import numpy as np
@@ -184,17 +184,23 @@ def note_lateness(clock: np.record, arrived: float, frames: float, most: float, 
 
 
 @kernel
-def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> float:
+def step_to(clock: np.record, microseconds: float, frame: float, rate: float) -> float:
+    """Return by how many frames the mapping would change if a sample of this device time were placed at `frame`."""
+    return frame - (microseconds - clock.origin_us) * rate * 1e-6 - clock.applied
+
+
+@kernel
+def slewed(clock: np.record, microseconds: float, frame: float, rate: float, jump: float) -> float:
     """Apply the mapping to a sample that belongs at `frame`; return the frame at which it is placed.
 
     The mapping changes by at most `MAX_SLEW` of the time since the previous sample, except for a step of more than
-    `JUMP_S`.
+    `jump` frames.
     """
     x = microseconds - clock.origin_us
     passed = x - clock.applied_us
-    step = frame - x * rate * 1e-6 - clock.applied
+    step = step_to(clock, microseconds, frame, rate)
     most = MAX_SLEW * max(passed, 0.0) * rate * 1e-6
-    if abs(step) <= JUMP_S * rate:
+    if abs(step) <= jump:
         step = min(max(step, -most), most)
     clock.applied += step
     clock.applied_us = max(clock.applied_us, x)

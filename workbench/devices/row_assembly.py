@@ -15,6 +15,7 @@ from underfoot.devices import device_clock
 from underfoot.devices.device_clock import DeviceClocks
 from underfoot.devices.force_source import SampleBuffers
 from underfoot.floor.layout import Floor
+from underfoot.floor.tracking import OFF_SHARE, ON_N
 from underfoot.kernels import kernel, part
 
 QUEUE = 1 << 16
@@ -36,10 +37,17 @@ QUEUED = np.dtype(
 """A queued sample: the floor's tile, its epoch and own time, its arrival, and its forces."""
 
 TILE = np.dtype(
-    [("clock", np.int64), ("newest_us", np.float64), ("epoch", np.int64), ("seen_epoch", np.int64)], align=True
+    [
+        ("clock", np.int64),
+        ("newest_us", np.float64),
+        ("epoch", np.int64),
+        ("seen_epoch", np.int64),
+        ("force_n", np.float64),
+    ],
+    align=True,
 )
-"""State of a tile: the tile whose clock it uses, and its newest time in its present epoch (-1: none). `seen_epoch` is
-the epoch of the newest sample examined, which its clock may not have observed yet.
+"""State of a tile: the tile whose clock it uses, its newest time in its present epoch (-1: none), and its newest force.
+`seen_epoch` is the epoch of the newest sample examined, which its clock may not have observed yet.
 """
 
 PROGRESS = np.dtype(
@@ -199,11 +207,25 @@ def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool
     """Map a sample to the session's clock and put it into its row; return False if there is no space for it yet."""
     at, clock = assembly.progress[0], assembly.clocks[assembly.tiles[entry.tile].clock]
     sent = session_frame(assembly, clock, entry.time_us)
-    frame = device_clock.slewed(clock, entry.time_us, sent + delay, assembly.rate)
+    assembly.tiles[entry.tile].force_n = entry.force_n.sum()
+    jump = device_clock.JUMP_S * assembly.rate
+    step = device_clock.step_to(clock, entry.time_us, sent + delay, assembly.rate)
+    if abs(step) > jump and _is_loaded(assembly.tiles, assembly.tiles[entry.tile].clock):
+        jump = 0.5 * len(assembly.rows) * assembly.period  # rows that wait for longer have no space
+    frame = device_clock.slewed(clock, entry.time_us, sent + delay, assembly.rate, jump)
     if not _place(assembly, entry, frame, clock.epoch, begin):
         return False
     at.latency += (max(frame, begin) - sent - at.latency) * assembly.period / (assembly.rate * len(assembly.tiles))
     return True
+
+
+@part
+def _is_loaded(tiles: NDArray[np.void], clock: int) -> bool:
+    """Return whether a contact may be on a tile that uses this clock."""
+    loaded = False
+    for j in range(len(tiles)):
+        loaded |= tiles[j].clock == clock and tiles[j].force_n >= OFF_SHARE * ON_N
+    return loaded
 
 
 @kernel
