@@ -1,6 +1,6 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from datetime import datetime
 from itertools import count
 from pathlib import Path
@@ -15,6 +15,7 @@ from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
 from underfoot.engine.reports import SOUND_CARD, OutputChanged, RecordingFile, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
+from underfoot.files import remove_file
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.patch.effective import without_missing
@@ -413,8 +414,10 @@ class SessionController(QObject):
         path = session.recording
         if on and path is None:
             try:
-                session.record(path := _recording_path(self._written))
+                session.record(path := _reserved_recording())
             except (UnderfootError, OSError) as error:
+                if path is not None:
+                    remove_file(path)
                 self.notified.emit(f"The recording could not be started: {error}")
             else:
                 self._written.add(path)
@@ -460,13 +463,24 @@ def recordings_folder() -> Path:
     return Path(platformdirs.user_documents_dir()) / "Underfoot"
 
 
-def _recording_path(begun: Collection[Path]) -> Path:
-    """Return a new file named by the time; it has a number, too, if that was taken in this second.
+def _reserved_recording() -> Path:
+    """Return an empty new file named by the time; it has a number, too, if that was taken in this second.
 
-    Those that are `begun` may not be there yet.
+    What another window records in this second may not be there yet, but its empty file is.
     """
     folder = recordings_folder()
     folder.mkdir(parents=True, exist_ok=True)
     name = f"{datetime.now():%Y-%m-%d %H.%M.%S}"
     paths = (folder / f"{name}{'' if k == 1 else f' {k}'}.underfoot" for k in count(1))
-    return next(path for path in paths if path not in begun and not path.exists())
+    return next(path for path in paths if _reserves(path))
+
+
+def _reserves(path: Path) -> bool:
+    """Make an empty file; return whether nobody else had. Where none can be made, the recorder says why."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    except OSError:
+        return True
+    return True

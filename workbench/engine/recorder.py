@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from underfoot.engine.child_process import ChildProcess, leave_to_session, wait_for_any
 from underfoot.engine.rings import Reader, Ring, RingName
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.records.recording_writer import Writer
+from underfoot.records.recording_writer import Writer, require_free
 
 if TYPE_CHECKING:
     from underfoot.engine.commands import Command
@@ -117,8 +117,7 @@ class Recorder:
 
     def __init__(self, path: Path, about: dict[str, str], rings: dict[str, Ring]) -> None:
         """Create the recorder; the keys of `rings` are the names of the recording's tables."""
-        if os.path.exists(path):
-            raise BadFile(f"{path} is there already; choose another name for the recording")
+        require_free(path)
         self.path = path
         self.has_begun = False
         """Whether the file exists."""

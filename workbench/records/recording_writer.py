@@ -35,10 +35,10 @@ class Writer:
     """
 
     def __init__(self, path: Path, about: dict[str, str], *, resume: bool = False) -> None:
-        if os.path.exists(path) and not resume:
-            raise BadFile(f"{path} is there already; choose another name for the recording")
+        if not resume:
+            require_free(path)
         try:
-            if not os.path.exists(path):
+            if not _is_taken(path):
                 _create(path, about)
             self._base = sqlite3.connect(path, isolation_level=None, timeout=_LOCKED_S)
             self._base.execute("pragma journal_mode = wal")
@@ -164,6 +164,16 @@ class Writer:
         with suppress(sqlite3.OperationalError):  # it is locked while somebody reads it
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
+
+
+def require_free(path: Path) -> None:
+    """Raise `BadFile` if there is a file that a recording would replace; an empty one keeps its name for it."""
+    if _is_taken(path):
+        raise BadFile(f"{path} is there already; choose another name for the recording")
+
+
+def _is_taken(path: Path) -> bool:
+    return os.path.exists(path) and os.path.getsize(path) > 0
 
 
 def _create(path: Path, about: dict[str, str]) -> None:

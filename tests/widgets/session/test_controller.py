@@ -39,9 +39,19 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     controller.record(True)
     assert said == ["Nothing is recorded yet: the engine is starting."]
     controller.session = Session(controller.target, noise_patch(), REGISTRY)  # its engine is not started
-    controller.record(True)
+    now = SimpleNamespace(now=lambda: datetime(2026, 11, 29, 9, 30))
+    monkeypatch.setattr("underfoot.widgets.session.controller.datetime", now)
+    other = SessionController(REGISTRY, Settings(), controller.target, tmp_path)  # another window, in the same second
+    other.session = Session(controller.target, noise_patch(), REGISTRY)
+    for window in (other, controller):
+        window.record(True)
     path = controller.session.recording
-    controller.record(False)
+    assert (other.session.recording.name, path.name) == tuple(
+        f"2026-11-29 09.30.00{which}.underfoot" for which in ("", " 2")
+    )
+    for window in (other, controller):
+        window.record(False)
+    other.close()
     assert said[1:] == [f"Recording to {path}", "Nothing was recorded: the engine has not started."]
 
 
