@@ -35,3 +35,18 @@ def test_what_is_overwritten_before_it_is_recorded_is_said_once_and_a_new_engine
     with Recording(recorder.path) as recording:
         assert recording.gaps()[0] == Gap(100, 19_900)
         assert len(recording.gaps()) == 3
+
+
+def test_what_is_overwritten_while_the_recorder_loads_is_said_too(tmp_path, until):
+    """As where the window stands still for longer than the rings are, or a recorder that died comes back too late."""
+    ring = Ring.create(2, 1024)
+    recorder = Recorder(tmp_path / "slow.uf", ABOUT, {"vibration": ring})
+    said = recorder.receive()
+    for _ in range(3):
+        ring.write(np.ones((1024, 2), np.float32), 1024)
+    said += recorder.receive() + recorder.receive()  # long before a process has loaded
+    recorder.end(ring.written)
+    until(recorder.has_ended, "the file is closed")
+    ring.close()
+    said += recorder.last_notices
+    assert [line.partition(": ")[0] for line in said] == [f"{recorder.path} has gaps"]

@@ -80,14 +80,15 @@ class RecordRows(Struct, frozen=True):
 
 
 class Begin(Struct, frozen=True):
-    """Starts a loaded process: the row to read each ring from, the rows before those, and the numbers of the first
-    message and the first command to follow.
+    """Starts a loaded process: the row to read each ring from, the rows before those, the numbers of the first message
+    and the first command to follow, and whether rows were lost before, which has been said.
     """
 
     starts: dict[str, int]
     missed: tuple[RecordRows, ...] = ()
     first_message: int = 0
     first_command: int = 0
+    has_lost: bool = False
 
 
 class Loaded(Struct, frozen=True):
@@ -131,6 +132,7 @@ class Recorder:
         self._safe = 0  # messages in the file; later ones are in `_unsafe`
         self._unsafe: deque[RecordMessage] = deque()
         self._missed: list[RecordRows] = []
+        self._has_lost = False
         self._end: EndRecording | None = None
         self._start()
 
@@ -153,7 +155,7 @@ class Recorder:
 
     def receive(self) -> list[str]:
         """Return the recorder's notices, one line each."""
-        lines = []
+        lines, had_lost = [], self._has_lost
         for message in self._process.receive():
             match message:
                 case Loaded():
@@ -167,7 +169,7 @@ class Recorder:
                     lines.append(message)
         self._read_rings()
         self._forget_what_is_kept()
-        return lines
+        return lines + [f"{self.path} has gaps: {_TOO_SLOW}"] * (self._has_lost and not had_lost)
 
     def death(self) -> str | None:
         """Return None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
@@ -214,6 +216,7 @@ class Recorder:
         for table, reader in self._readers.items():
             self._missed += [RecordRows(table, first, rows) for first, rows in _seen(reader)]
             reader.look()
+            self._has_lost |= reader.lost > 0
 
     def _forget_what_is_kept(self) -> None:
         self._missed = [one for one in self._missed if one.first + len(one.rows) > self._rings[one.table].kept]
@@ -224,7 +227,7 @@ class Recorder:
         first_command = self._commands - sum(isinstance(one, RecordCommand) for one in self._unsafe)
         starts = {table: reader.next for table, reader in self._readers.items()}
         self._readers = {}
-        self._process.send(Begin(starts, tuple(self._missed), self._safe, first_command))
+        self._process.send(Begin(starts, tuple(self._missed), self._safe, first_command, self._has_lost))
         for message in self._unsafe:
             self._process.send(message)
         if self._end is not None:
@@ -267,7 +270,7 @@ def run(connection: Connection, job: Job) -> None:
 def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], begin: Begin) -> bool:
     """Write until the recording or the connection ends; return whether it was the recording."""
     messages, next_command, messages_sent = begin.first_message, begin.first_command, -1
-    kept_commands, end, goes_on, has_lost = writer.commands(), None, True, False
+    kept_commands, end, goes_on, has_lost = writer.commands(), None, True, begin.has_lost
     while goes_on:
         due = time.monotonic() + COMMIT_S
         try:
