@@ -261,6 +261,9 @@ def run(connection: Connection, job: Job) -> None:
     except (UnderfootError, OSError, sqlite3.Error) as error:
         why = str(error).replace(f"{job.path} ", "it ")
         with suppress(OSError):
+            if not os.path.getsize(job.path):  # nothing but its name was kept
+                os.unlink(job.path)
+        with suppress(OSError):
             connection.send(f"{job.path} is not recorded any further: {why}")
         return
     for reader in readers.values():

@@ -97,16 +97,25 @@ def test_a_recording_that_fails_is_not_shown_as_going_on(controller, qtbot, tmp_
 
 @pytest.fixture
 def refused(controller, qtbot, tmp_path, monkeypatch):
-    """The file of a recording whose end the disk will refuse; `controller` has begun it."""
+    """The file of a recording whose end the disk will refuse; `controller` has begun it. One that it refuses before
+    leaves no file.
+    """
     resource = pytest.importorskip("resource", reason="this system cannot limit the size of files")
     monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
     with qtbot.waitSignals([controller.opened, controller.bridge.started], timeout=LONG_MS):
         controller.start()
-    controller.record(True)
-    path = controller.session.recording
-    qtbot.waitUntil(path.exists, timeout=LONG_MS)
-    resource.prlimit(controller.session.pids["recorder"], resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
-    return path
+
+    def begin(is_there):
+        controller.record(True)
+        path = controller.session.recording
+        qtbot.waitUntil(lambda: path.stat().st_size > 0 or not is_there, timeout=LONG_MS)
+        resource.prlimit(controller.session.pids["recorder"], resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+        return path
+
+    never = begin(is_there=False)
+    qtbot.waitUntil(lambda: not controller.is_recording, timeout=LONG_MS)
+    assert not never.exists()
+    return begin(is_there=True)
 
 
 def test_what_a_disk_refuses_of_a_recording_that_another_target_ends_is_told(controller, refused, qtbot):
