@@ -331,6 +331,7 @@ def test_what_a_full_disk_refuses_while_a_session_waits_for_the_end_is_told(unti
         until(lambda: playing.session.health.frame > before + 9_600, "there is more to record")
         (said,) = playing.session.stop_recording()
     assert f"{path} is not recorded any further" in said
+    assert " is in it and live.uf-wal together, " in said
 
 
 def test_somebody_else_may_write_between_what_a_writer_reads_and_what_it_writes(tmp_path):

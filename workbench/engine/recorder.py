@@ -242,6 +242,7 @@ def run(connection: Connection, job: Job) -> None:
     leave_to_session("SIGINT", "SIGHUP", "SIGTERM")  # it ends with its connection, and then the file is whole
     begin = Begin({table: first for table, (_, first) in job.rings.items()})
     readers: dict[str, Reader] = {}
+    writer = None
     try:
         writer = Writer(Path(job.path), job.about, resume=job.resume)  # may wait: until then the supervisor reads rings
         with suppress(EOFError, OSError):  # the session's process is gone: keep what the rings hold
@@ -260,6 +261,9 @@ def run(connection: Connection, job: Job) -> None:
             os.unlink(job.path)
     except (UnderfootError, OSError, sqlite3.Error) as error:
         why = str(error).replace(f"{job.path} ", "it ")
+        log = writer.abandon() if writer is not None else None
+        if log is not None:
+            why += f"; what was recorded is in it and {log.name} together, until it is opened where its disk has room"
         with suppress(OSError):
             if not os.path.getsize(job.path):  # nothing but its name was kept
                 os.unlink(job.path)

@@ -165,6 +165,13 @@ class Writer:
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
 
+    def abandon(self) -> Path | None:
+        """Close without what is not committed; return the log if it cannot be merged, as on a full disk."""
+        with suppress(sqlite3.Error):
+            self._base.close()
+        log = Path(f"{self.path}-wal")
+        return log if log.exists() else None
+
 
 def require_free(path: Path) -> None:
     """Raise `BadFile` if there is a file that a recording would replace; an empty one keeps its name for it."""
