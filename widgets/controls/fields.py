@@ -260,13 +260,14 @@ class ElidedButton(QPushButton):
 
 
 def value_text(parameter: Parameter, value: object) -> str:
-    """Return a short text of a parameter's value.
+    """Return a short text of a parameter's value, as its field shows it.
 
-    >>> value_text(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3)
-    '820 µm'
+    >>> value_text(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3), value_text(Number(1.0, 0.0, 8.0, scale="gain"), 2.0)
+    ('820 µm', '6.021 dB')
     """
     if isinstance(parameter, Number | Count) and isinstance(value, float | int):
-        return quantity(value, parameter.unit, 4)
+        in_db = isinstance(parameter, Number) and parameter.scale == "gain"
+        return gain(value, 4) if in_db else quantity(value, parameter.unit, 4)
     if isinstance(value, str):
         return value or "an empty text"
     return "the default"
