@@ -42,7 +42,7 @@ class ParameterEditor(QWidget):
         super().__init__()
         self.parameter = parameter
         self._value: Any = parameter.initial
-        self._mixed = ""
+        self._mixed = self._said = ""
         self.label = theme.label(parameter.label, "muted")
         self.label.setToolTip(help_text(parameter))
         self.reset_button = QToolButton(self)
@@ -75,12 +75,14 @@ class ParameterEditor(QWidget):
         self._show_reset()
         self._show()
 
-    def set_mixed(self, values: str) -> None:
-        """Show that the edited nodes have several values, given as text; "" ends that."""
-        if values != self._mixed:
-            self._mixed = values
-            self.label.setText(f"{self.parameter.label}: {values}" if values else self.parameter.label)
-            theme.set_role(self.label, "force" if values else "muted")
+    def set_mixed(self, values: str, wired: str = "") -> None:
+        """Show that the edited nodes have several values, or in how many a wire drives it, as texts; "" ends that."""
+        said = ", ".join(filter(None, (values, wired)))
+        if (values, said) != (self._mixed, self._said):
+            self._mixed, self._said = values, said
+            self.label.setText(f"{self.parameter.label}: {said}" if said else self.parameter.label)
+            theme.set_role(self.label, "force" if said else "muted")
+            self._show_reset()
 
     def reset(self) -> None:
         """Reset to the default, as a change by the user."""
@@ -105,7 +107,8 @@ class ParameterEditor(QWidget):
         return str(error).removeprefix(f"{self.parameter.name} is ")
 
     def _show_reset(self) -> None:
-        self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.initial))
+        differs = bool(self._mixed) or self._value != self.parameter.check(self.parameter.initial)
+        self.reset_button.setVisible(self.can_reset and differs)
 
     def _place_control(self, widget: QWidget) -> None:
         """Place the control under the label, and say what it is."""

@@ -152,8 +152,8 @@ class FileEditor(TextEditor):
         self._folder = folder
         self._show_whether_there()
 
-    def set_mixed(self, values: str) -> None:
-        super().set_mixed(values)
+    def set_mixed(self, values: str, wired: str = "") -> None:
+        super().set_mixed(values, wired)
         self._show_whether_there()
 
     def _show(self) -> None:

@@ -404,7 +404,7 @@ class Inspector(QScrollArea):
         value = shown_value(editor.parameter, values)
         differing = _range_text(editor.parameter, values) if len(values) > 1 else ""
         wired = f"driven in {driven} of {len(self._ids)}" if driven else ""
-        editor.set_mixed(", ".join(filter(None, (differing, wired))))
+        editor.set_mixed(differing, wired)
         if value != editor.value():
             editor.set_value(value)
 

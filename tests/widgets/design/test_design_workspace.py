@@ -395,6 +395,7 @@ def test_the_same_parameter_of_several_nodes_is_set_at_once(workspace):
     assert editors["frequency"].label.text() == "Frequency: 50 Hz to 80 Hz"
     assert editors["chains"].label.text() == "Chains"
     assert editors["sharing"].label.text() == "Sharing: several values"
+    assert editors["frequency"].reset_button.isVisible()  # also where the first of them has its default
     field = editors["frequency"].field
     field.setFocus()
     field.selectAll()
