@@ -87,6 +87,9 @@ class ParameterEditor(QWidget):
     def reset(self) -> None:
         """Reset to the default, as a change by the user."""
         self.edit_began.emit()
+        self._set_to_default()
+
+    def _set_to_default(self) -> None:
         self._commit(self.parameter.initial)
         self._show()
 

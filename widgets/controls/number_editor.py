@@ -11,7 +11,7 @@ from underfoot.number_parsing import parse_gain, parse_quantity
 from underfoot.parameters import Count, Number
 from underfoot.quantities import INVERTED, gain, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, allowed_gain, help_text
+from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, allowed_gain, help_text, value_text
 from underfoot.widgets.controls.slider import Slider
 
 EXACT_DIGITS = 9
@@ -54,6 +54,7 @@ class NumberEditor(ParameterEditor):
         self.grid.addWidget(self.field, 0, 2)
         self.grid.addWidget(self.driver, 0, 1, 1, 2)
         self._place_control(self.slider)
+        self.slider.setToolTip(f"{help_text(parameter)}\nDouble-click for {value_text(parameter, parameter.initial)}")
         self.slider.setVisible(not self._exceeds_slider(parameter))
         self.inverted = QToolButton(self)
         self.inverted.setVisible(self._is_gain and parameter.low < 0.0)
@@ -64,6 +65,7 @@ class NumberEditor(ParameterEditor):
         self.can_be_driven = False
         self.slider.edit_began.connect(self.edit_began)
         self.slider.moved.connect(self._slider_moved)
+        self.slider.reset_requested.connect(self._set_to_default)
         self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
         self.field.focus_lost.connect(self._show)
         self.field.committed.connect(self._typed)

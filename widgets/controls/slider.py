@@ -21,6 +21,8 @@ class Slider(QSlider):
 
     moved = Signal(float)
     edit_began = Signal()
+    reset_requested = Signal()
+    """By a double-click, whose first press has moved the slider, so that both are one edit."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
@@ -97,6 +99,12 @@ class Slider(QSlider):
             self.setSliderDown(True)
             self._held_x, self._held_at = event.position().x(), self._position
             self._go(event)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self.is_scale or event.button() != Qt.MouseButton.LeftButton:
+            self.mousePressEvent(event)  # an answer has no default
+        else:
+            self.reset_requested.emit()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if self.isSliderDown():

@@ -50,6 +50,19 @@ def test_a_small_drag_is_a_small_change_and_zero_decibels_is_a_stop(qtbot, edito
     assert editor.field.text() == "−∞ dB"
 
 
+def test_a_double_click_on_a_slider_sets_it_to_its_default_in_one_edit(qtbot, editor):
+    """As one on the level in the main bar."""
+    began = []
+    editor.edit_began.connect(lambda: began.append(editor.value()))
+    editor.set_value(2.0)
+    place = QPoint(20, 5)
+    qtbot.mouseClick(editor.slider, Qt.MouseButton.LeftButton, pos=place)
+    assert editor.value() < 1.0
+    qtbot.mouseDClick(editor.slider, Qt.MouseButton.LeftButton, pos=place)
+    qtbot.mouseMove(editor.slider, place + QPoint(3, 0))
+    assert (editor.value(), editor.field.text(), began) == (1.0, "0 dB", [2.0])
+
+
 @pytest.mark.parametrize("node", ["mix", "gain", "noise", "tone", "fibre-bundle", "stick-slip", "wav-player"])
 def test_no_level_of_a_node_makes_more_than_a_few_decibels_in_seven_pixels(node):
     """On a slider as wide as the inspector has it, from wherever it stands."""
