@@ -282,6 +282,16 @@ def test_whatever_else_a_patch_has_is_in_the_list_of_losses_and_shared_in_full(f
         assert Patch.loads(file.read("a/patch.json"), REGISTRY) == more
 
 
+def test_what_lies_above_the_range_is_left_out_of_bands_and_else_at_its_end_and_the_list_says_which(tmp_path):
+    patch = Patch().add("tone", REGISTRY, frequency=2000.0, harmonics=[1.0]).add("tile-output", REGISTRY)
+    export = Export(patch.connect("tone.out", "tile-output.acceleration", REGISTRY), seconds=0.3)
+    for name in RULES:
+        (told,) = FORMATS[name].write(export, tmp_path / name)
+        is_left_out = float(told.partition("within ")[2].split()[0]) > 20.0
+        lines = losses(patch, REGISTRY, FORMATS[name].carries)
+        assert is_left_out == (KEPT["range"] in lines) == (KEPT["frequency"] not in lines) == (name == "hjif")
+
+
 def test_chance_is_what_draws_at_random():
     drawn = {type for type in REGISTRY if "chance" in features(Patch().add(type, REGISTRY), REGISTRY)}
     assert {"noise", "texture", "poisson", "stick-slip", "fibre-bundle"} <= drawn

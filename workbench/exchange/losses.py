@@ -26,12 +26,13 @@ KEPT: Mapping[str, str] = {
     "waveform": "the waveform: within a band it is one oscillation, of which amplitude and frequency are kept",
     "spectrum": "the spectrum: all becomes one oscillation, whose frequency is the middle of what is there",
     "frequency": "frequencies beyond the format's range, which are set to its ends",
+    "range": "what lies below or above the format's bands, which is left out",
     "onsets": "what is faster than 5 ms in the envelope",
     "parameters": "nodes, wires and parameters, so that it can be edited on",
 }
 """Features that can be preserved, and what their loss means."""
 
-ALWAYS = ("unit", "waveform", "spectrum", "frequency", "onsets")
+ALWAYS = ("unit", "waveform", "spectrum", "frequency", "range", "onsets")
 """Features of every patch."""
 
 

@@ -264,7 +264,7 @@ FORMAT = Format(
     "ahap",
     "Apple Core Haptics",
     (".ahap",),
-    frozenset(("title",)),
+    frozenset(("title", "range")),
     write,
     read,
     note="one tile; short impacts as transients, without their length; "

@@ -161,7 +161,7 @@ FORMAT = Format(
     "haptic",
     "Meta Haptics Studio",
     (".haptic",),
-    frozenset(("title",)),
+    frozenset(("title", "range")),
     write,
     read,
     note=f"one tile; frequencies {LOW_HZ:g} to {HIGH_HZ:g} Hz",

@@ -309,7 +309,7 @@ FORMAT = Format(
     "hjif",
     "MPEG haptics",
     (".hjif",),
-    frozenset(("title", "spectrum", "tiles")),
+    frozenset(("title", "spectrum", "frequency", "tiles")),
     write,
     read,
     note=f"a channel a tile; {EDGES_HZ[0]} to {EDGES_HZ[-1]} Hz in {len(EDGES_HZ) - 1} bands",

@@ -38,7 +38,7 @@ FORMAT = Format(
     "svg",
     "Picture of the waveform",
     (".svg",),
-    frozenset(("title", "unit", "tiles", "waveform", "spectrum", "frequency", "onsets")),
+    frozenset(("title", "unit", "tiles", "waveform", "spectrum", "frequency", "range", "onsets")),
     write,
     note="for a page; nothing can read it back",
 )

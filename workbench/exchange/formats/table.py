@@ -25,7 +25,7 @@ FORMAT = Format(
     "csv",
     "Data of the waveform",
     (".csv",),
-    frozenset(("unit", "tiles", "waveform", "spectrum", "frequency", "onsets")),
+    frozenset(("unit", "tiles", "waveform", "spectrum", "frequency", "range", "onsets")),
     write,
     note=f"{RATE_HZ} lines a second, in m/s^2",
 )

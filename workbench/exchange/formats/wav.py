@@ -38,7 +38,7 @@ FORMAT = Format(
     "wav",
     "Sound file",
     (".wav",),
-    frozenset(("tiles", "sound", "waveform", "spectrum", "frequency", "onsets")),
+    frozenset(("tiles", "sound", "waveform", "spectrum", "frequency", "range", "onsets")),
     write,
     read,
     note="a channel a tile, and one for ears where the patch has it; full scale as the profile says",
