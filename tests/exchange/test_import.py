@@ -225,6 +225,11 @@ BAD = {
         json.dumps(made.haptic()).replace("0.8", "1.8").encode(),
         "$.signals.continuous.envelopes.amplitude[1].amplitude",
     ),
+    "beyond a tone": (
+        "haptic",
+        json.dumps(made.haptic(description="1 is 205.319 m/s^2")).encode(),
+        "it asks for 164 m/s^2; allowed: at most 100",
+    ),
     "nested": ("ahap", b'{"Pattern": ' + b"[" * 100 + b"]" * 100 + b"}", "nested deeper than 64"),
     "deep signals": ("syntacts", b'{"value0": ' * 5000 + b"0" + b"}" * 5000, "nested deeper than 600"),
     "no signal": ("syntacts", b'{"value0": {}}', "has no m_ptr"),

@@ -1,5 +1,6 @@
 """The acceleration at full scale of a file, whose format has amplitudes from 0 to 1: stated in its description."""
 
+import math
 import re
 
 FULL_M_S2 = 5.0
@@ -23,4 +24,4 @@ def scale_from_words(description: str) -> float:
         value = float(found[1]) if found else FULL_M_S2
     except ValueError:
         return FULL_M_S2
-    return value if 0.0 < value <= 100.0 else FULL_M_S2
+    return value if 0.0 < value < math.inf else FULL_M_S2
