@@ -6,6 +6,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
 from msgspec import structs
@@ -13,6 +14,7 @@ from msgspec import structs
 from underfoot.errors import BadFile, BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import Question
 from underfoot.experiments.simulation import simulated_rows
@@ -23,8 +25,10 @@ from underfoot.experiments.trial_files import columns_of_study, csv_text, read_c
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.studies.results import results_of, written_files
+from underfoot.studies.session_lines import session_line
 
 HEADER = "participant,method,trial"
+ONE = np.ones((1, 1))
 
 
 def analysis_of(tmp_path, text):
@@ -263,6 +267,30 @@ def test_a_trial_that_two_files_have_counts_once(tmp_path):
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
     paths[1].write_text(text.replace(",IT", ",WS"))  # the other set, by the same person in another study
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
+
+
+@pytest.mark.parametrize("left_out", [0, 1])
+def test_of_two_sessions_of_one_id_one_counts_if_the_other_is_left_out(tmp_path, left_out):
+    """Two computers had given one id: the study could not be analysed, and to leave one out was of no use."""
+    protocol = made_protocol("rating", {"blocks": 1, "rated": ["TD"]})
+    paths = [tmp_path / "P1.session", tmp_path / "P1-again.session"]
+    for rating, path in enumerate(paths):
+        with closing(SessionFile.create(path, protocol, "P1")) as file:
+            file.add(
+                file.study(protocol).answer({"rating": rating}), [Excerpt("force", 0, rating, 1.0, ("t1.1",), ONE)]
+            )
+    with pytest.raises(BadValue, match=r"analyse one of them, or leave one out$"):
+        results_of(paths)
+    with closing(SessionFile.open(paths[left_out])) as file:
+        file.leave_out("on the other computer")
+    assert [session_line(path).participant for path in paths] == ["P1", "P1 (P1-again.session)"]
+    found = results_of(paths)
+    assert [row["rating"] for row in found.rows] == [1 - left_out]
+    assert found.remarks == ["Left out by the experimenter: P1 (on the other computer)."]
+    found.write_bids(tmp_path / "bids")
+    assert "left_out" not in (tmp_path / "bids" / "participants.tsv").read_text()
+    (recorded,) = (tmp_path / "bids").rglob("*_physio.json")
+    assert json.loads(recorded.read_text())["StartTime"] == 1 - left_out
 
 
 def test_what_the_experimenter_noted_is_in_the_report(tmp_path):

@@ -94,9 +94,11 @@ class Results:
     def write_bids(self, folder: Path) -> None:
         """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions."""
         write_bids(folder, self.rows, self.title, self.protocol)
+        people = {row["participant"] for row in self.rows if not why_left_out(row)}
         for path in self.sessions:
             with closing(SessionFile.open(path)) as file:
-                write_physio(folder, file, self.title)
+                if not (file.left_out and file.participant in people):  # of whom another session counts
+                    write_physio(folder, file, self.title)
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
         """Write a page with these findings, `analysis.html`."""
@@ -109,8 +111,8 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     """Return the trials of one or more files: sessions, and CSVs of trials.
 
     With a `protocol`, sessions of another version are left out. Without, raises `BadValue` if sessions differ in
-    protocol, in more than its words. Raises `BadValue` also if two files contain the same trial. A damaged session is
-    named, and the others count; raises its error if there are none.
+    protocol, in more than its words. Raises `BadValue` also if two files contain the same trial, and both count. A
+    damaged session is named, and the others count; raises its error if there are none.
     """
     rows: list[Row] = []
     sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
@@ -147,7 +149,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         raise unread[0]
     title = shared.title if shared is not None else paths[0].stem
     several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes), tuple(excluded)
-    return Results(title, tuple(rows), shared, *several, tuple(map(str, unread)))
+    return Results(title, tuple(_without_doubles(rows)), shared, *several, tuple(map(str, unread)))
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -220,17 +222,25 @@ def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
 
 
 def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
-    """Return the rows of a file; raise `BadValue` if a file before it has one of these trials.
+    """Return the rows of a file; raise `BadValue` if a file before it has one of these trials, and both count.
 
     A trial of the same number and another stimulus is of another study, in which the same person took part.
     """
-
-    def key(row: Row) -> tuple[object, ...]:
-        return tuple(row.get(column, 1) for column in ("participant", "stage", "block", "trial", "attempt", "stimulus"))
-
-    seen = set(map(key, known))
+    seen = {_trial(row) for row in known if not why_left_out(row)}
     for row in rows:
-        if key(row) in seen:
+        if _trial(row) in seen and not why_left_out(row):
             text = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
-            raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them")
+            raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them, or leave one out")
     return rows
+
+
+def _without_doubles(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows without those of a session that is left out where another of that id has the same trials."""
+    that_count = {_trial(row) for row in rows if not why_left_out(row)}
+    doubled = {row["participant"] for row in rows if why_left_out(row) and _trial(row) in that_count}
+    return [row for row in rows if not why_left_out(row) or row["participant"] not in doubled]
+
+
+def _trial(row: Row) -> tuple[object, ...]:
+    """Return what a trial is known by in all files."""
+    return tuple(row.get(column, 1) for column in ("participant", "stage", "block", "trial", "attempt", "stimulus"))

@@ -17,6 +17,7 @@ class SessionLine:
 
     path: Path
     participant: str
+    """The id, and the file's name where that is another."""
     begun: str = ""
     """The time of day, as the file has it."""
     answered: int = 0
@@ -61,7 +62,7 @@ def session_line(path: Path) -> SessionLine:
             answered = [one for one in entries if one.trial is not None and not one.spoiled and one.stage in counted]
             return SessionLine(
                 path,
-                file.participant,
+                file.participant if file.participant == path.stem else f"{file.participant} ({path.name})",
                 about.get("begun", "")[:16].replace("T", " "),
                 len(answered),
                 sum(counted.values()),
