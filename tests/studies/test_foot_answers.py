@@ -7,11 +7,13 @@ from people import taking_part
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.questions import first_or_second
+from underfoot.experiments.study import method_of
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
 from underfoot.parameters import Count, Number
 from underfoot.studies.foot_answers import FootAnswers, fields_on
 from underfoot.studies.phase import Phase
+from underfoot.studies.target import FloorTarget
 
 FLOOR = default_floor(2, 2)
 QUESTION = first_or_second("Which one?")
@@ -129,3 +131,15 @@ def test_a_floor_without_the_fields_is_refused_before_the_first_page(session, un
         taking_part(session, protocol, tmp_path / "a.session", until),
     ):
         pass
+
+
+def test_a_foot_that_stands_where_a_button_appears_has_not_pressed_it_until_it_comes_again():
+    """It was selected at once, 0 s after its appearance, by who had not stepped back from the one before."""
+    protocol = made_protocol("target-selection", {"repeats": 1})
+    given = protocol.stages[0].method.given(protocol.stimuli)
+    trial = method_of(protocol, protocol.stages[0], "P1").trial
+    x_m, y_m = trial.facts["x_m"], trial.facts["y_m"]
+    stands, came = (OngoingContact(id, x_m, y_m, 300.0, (0,), start_s) for id, start_s in ((1, 9.0), (2, 10.4)))
+    button = FloorTarget.of(trial, given, 10.0, 10.0, [stands])
+    assert button.judged([stands], 10.0, 10.0) is None
+    assert button.judged([came], 10.5, 10.5) == {"selected": "yes", "time_s": 0.5}

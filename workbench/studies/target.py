@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -56,12 +56,16 @@ class FloorTarget:
     pause_s: float
     shown_s: float
     until: float
+    stood_since_s: frozenset[float] = frozenset()
+    """Since when feet stood on it as it appeared: none of these has pressed it."""
 
     @staticmethod
-    def of(trial: Trial, given: Mapping[str, Any], shown_s: float, now: float) -> "FloorTarget":
-        """Return the button of a trial of target selection, shown now."""
+    def of(
+        trial: Trial, given: Mapping[str, Any], shown_s: float, now: float, contacts: Iterable[OngoingContact]
+    ) -> "FloorTarget":
+        """Return the button of a trial of target selection, shown now to who stands there with these contacts."""
         x_m, y_m = given["origin_m"]
-        return FloorTarget(
+        button = FloorTarget(
             x_m + float(trial.facts["x_m"]),
             y_m + float(trial.facts["y_m"]),
             float(trial.facts["width_m"]),
@@ -71,6 +75,7 @@ class FloorTarget:
             shown_s,
             now + given["visible_s"],
         )
+        return replace(button, stood_since_s=frozenset(one.start_s for one in contacts if button._is_under(one)))
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float, now: float) -> Answers | None:
         """Return the trial's answers once the button is pressed or has expired, else None.
@@ -83,12 +88,17 @@ class FloorTarget:
         """
         taken_s = max(now_s - self.shown_s, 0.0)
         for contact in contacts:
-            inside = math.hypot(contact.x_m - self.x_m, contact.y_m - self.y_m) <= 0.5 * self.width_m
-            if inside and contact.force_n >= self.force_n and taken_s <= self.visible_s:
+            is_press = self._is_under(contact) and contact.start_s not in self.stood_since_s
+            if is_press and taken_s <= self.visible_s:
                 return {"selected": YES, "time_s": round(taken_s, 4)}
         if now >= self.until:
             return {"selected": NO, "time_s": self.visible_s}
         return None
+
+    def _is_under(self, contact: OngoingContact) -> bool:
+        """Return whether a contact's centroid is inside, with enough force."""
+        inside = math.hypot(contact.x_m - self.x_m, contact.y_m - self.y_m) <= 0.5 * self.width_m
+        return inside and contact.force_n >= self.force_n
 
 
 def require_on_floor(protocol: Protocol, floor: Floor) -> None:

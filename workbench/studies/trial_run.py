@@ -146,8 +146,9 @@ class TrialRun:
         method = method_of(apparatus.protocol, self._stage, self._participant)
         if trial is None or not isinstance(method, TargetSelection):
             raise BadValue(f"stage {self._page.stage!r} presents nothing")
-        self.target = FloorTarget.of(trial, method.given, apparatus.watch.now_s, time.monotonic())
-        self._begin(apparatus.watch.now_s)
+        watch = apparatus.watch
+        self.target = FloorTarget.of(trial, method.given, watch.now_s, time.monotonic(), watch.contacts)
+        self._begin(watch.now_s)
 
     # --- during a presentation ---
 

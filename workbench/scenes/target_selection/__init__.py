@@ -73,7 +73,7 @@ class TargetSelection(Scene):
             if now >= self._next_s and self.left:
                 self._hit = None
                 timing = {name: self.given[name] for name in ("force_n", "visible_s", "pause_s")}
-                self.target = FloorTarget.of(self.left.popleft(), self._method | timing, now, now)
+                self.target = FloorTarget.of(self.left.popleft(), self._method | timing, now, now, moment.contacts)
             return
         answers = self.target.judged(moment.contacts, now, now)
         if answers is None:
