@@ -27,22 +27,35 @@ def chosen(*options):
     return {"name": "which", "text": "Which one?", "kind": "choice", "options": options}
 
 
-@pytest.mark.parametrize(
-    ("question", "keys", "answer"),
-    [
+def ask_one_by_one(bench, *questions):
+    """Begin a study with a page for each question."""
+    stages = [{"id": f"asked{k}", "kind": "questions", "questions": [one]} for k, one in enumerate(questions)]
+    rating = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    bench.choose(stages=[*stages, rating], stimuli={"TD": TD, "X": {}})
+    bench.until(Phase.PAGE)
+
+
+def last_answer(bench, shown):
+    """The answer on the page that was shown, once the next one is."""
+    bench.wait(lambda: bench.person.shown != shown)
+    (answer,) = bench.entries()[-1].answers.values()
+    return answer
+
+
+def test_the_number_that_is_read_on_a_button_answers_it(bench):
+    asked = (
         (tired(), "5", 5),
         (tired(), "0", 0),
         (tired(low=1, high=7), "7", 7),
         (chosen("0", "2", "4"), "2", "2"),
         (chosen("never", "seldom", "often"), "2", "seldom"),
         (chosen("1 = not at all", "2", "3 = very"), "3", "3 = very"),
-    ],
-)
-def test_the_number_that_is_read_on_a_button_answers_it(bench, question, keys, answer):
-    ask(bench, question)
-    bench.qtbot.keyClicks(bench.person, keys)
-    bench.wait(bench.entries)
-    assert list(bench.entries()[0].answers.values()) == [answer]
+    )
+    ask_one_by_one(bench, *(question for question, _, _ in asked))
+    for _, keys, answer in asked:
+        shown = bench.person.shown
+        bench.qtbot.keyClicks(bench.person, keys)
+        assert last_answer(bench, shown) == answer
 
 
 def test_a_key_that_is_held_down_answers_and_begins_nothing(bench):
@@ -107,16 +120,17 @@ def test_the_page_is_hidden_while_a_screen_is_away_if_it_filled_it(bench):
     assert (person.isVisible(), person.isFullScreen()) == (True, False)
 
 
-@pytest.mark.parametrize(("keys", "answer"), [("1", 1), ("10", 10), ("50", 0), ("37", 7)])
-def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, answer):
-    form = ask(bench, tired(high=10))
-    assert bench.person.hint.text() == "Type a number from 0 to 10 and press Return, or click."
-    bench.qtbot.keyClicks(bench.person, keys)
-    assert [button.text() for button in form.buttons if button.isChecked()] == [str(answer)]
-    assert not bench.entries()
-    bench.key(Qt.Key.Key_Return)
-    bench.wait(bench.entries)
-    assert bench.entries()[0].answers == {"tired": answer}
+def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench):
+    typed = (("1", 1), ("10", 10), ("50", 0), ("37", 7))
+    ask_one_by_one(bench, *[tired(high=10)] * 4)
+    for count, (keys, answer) in enumerate(typed):
+        shown = bench.person.shown
+        assert bench.person.hint.text() == "Type a number from 0 to 10 and press Return, or click."
+        bench.qtbot.keyClicks(bench.person, keys)
+        assert [button.text() for button in bench.person.form.buttons if button.isChecked()] == [str(answer)]
+        assert len(bench.entries()) == count
+        bench.key(Qt.Key.Key_Return)
+        assert last_answer(bench, shown) == answer
 
 
 def test_a_screen_reader_says_the_value_of_a_slider_that_has_a_unit(bench):
@@ -208,25 +222,25 @@ def test_a_long_answer_is_read_to_its_end_in_several_lines(bench):
     assert bench.entries()[0].answers == {"which": long}
 
 
-@pytest.mark.parametrize("word", ["under the heel ", "W", "踵の下から始まって", "🦶"])
-@pytest.mark.parametrize("characters", [50, 64])
-def test_the_words_of_an_answer_can_be_read_on_a_narrow_screen(bench, word, characters):
-    long = (word * characters)[:characters].strip()
-    form = ask(bench, chosen(long, "no", "rather not say"))
-    person, button = bench.person, form.buttons[0]
-
-    def is_read():
-        words = button.fontMetrics().size(0, button.text())
-        return seen(button) and words.width() < button.width() and words.height() < button.height()
-
+def test_the_words_of_an_answer_can_be_read_on_a_narrow_screen(bench):
+    words = ("under the heel ", "W", "踵の下から始まって", "🦶")
+    longs = [(word * size)[:size].strip() for word in words for size in (50, 64)]
+    ask_one_by_one(bench, *(chosen(long, "no", "rather not say") for long in longs))
+    person = bench.person
     person.showNormal()
-    for width_px in (1280, 640, 1024):
-        person.resize(width_px, 800)
-        bench.wait(is_read)
-        assert "".join(button.text().split()) == f"1{''.join(long.split())}"
-    bench.click(button)
-    bench.wait(bench.entries)
-    assert bench.entries()[0].answers == {"which": long}
+    for long in longs:
+        shown, button = person.shown, person.form.buttons[0]
+
+        def is_read(button=button):
+            words = button.fontMetrics().size(0, button.text())
+            return seen(button) and words.width() < button.width() and words.height() < button.height()
+
+        for width_px in (1280, 640, 1024):
+            person.resize(width_px, 800)
+            bench.wait(is_read)
+            assert "".join(button.text().split()) == f"1{''.join(long.split())}"
+        bench.click(button)
+        assert last_answer(bench, shown) == long
 
 
 def test_the_words_at_the_ends_of_a_slider_can_be_read_on_a_narrow_screen(bench):
