@@ -15,17 +15,15 @@ from underfoot.patch.groups import Note
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.items import WireItem
-from underfoot.widgets.design.workspace import DesignWorkspace
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
-@pytest.fixture
-def design_workspace(qtbot):
-    """One for each test: some end with a button held, and the next one's hand begins with nothing in it."""
-    made = DesignWorkspace(REGISTRY)
-    qtbot.addWidget(made)
-    return made
+@pytest.fixture(autouse=True)
+def _hand_begins_with_nothing_in_it(workspace):
+    """Some tests end with a button held, over a menu that is open, or with a selection."""
+    yield
+    send(workspace.canvas.viewport(), QEvent.Type.MouseButtonRelease, QPoint(1, 1), LEFT)
 
 
 # --- keys during a drag, and drags without an end ---
