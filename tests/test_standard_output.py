@@ -7,7 +7,12 @@ import sys
 import pytest
 
 COMMANDS = [["nodes"], ["nodes", "--json"], ["convert", "--formats"], ["scene"], ["-h"], ["monitor", "corridor"]]
-MODES = pytest.mark.parametrize("unbuffered", ["", "1"], ids=["buffered", "at once"])
+MODES = pytest.mark.parametrize(
+    ("arguments", "unbuffered"),
+    [*((command, "") for command in COMMANDS), (["nodes"], "1"), (["monitor", "corridor"], "1")],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else value,
+)
+"""Buffered, what is printed is refused as the process ends, and else at the first line or, of steps, at each."""
 
 
 def started(arguments, unbuffered, **streams):
@@ -22,7 +27,6 @@ def lines_of(error):
 
 
 @MODES
-@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
 def test_a_pipe_that_ends_is_no_error_to_be_told(arguments, unbuffered):
     read, write = os.pipe()
     os.close(read)
@@ -35,7 +39,6 @@ def test_a_pipe_that_ends_is_no_error_to_be_told(arguments, unbuffered):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 @MODES
-@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
 def test_a_full_disk_is_one_line(arguments, unbuffered):
     with open("/dev/full", "w") as full:
         process = started(arguments, unbuffered, stdout=full)
