@@ -213,12 +213,6 @@ def test_importing_the_package_loads_nothing_of_it():
     assert not [name for name in heavy if f"'{name}'" in done.stdout]
 
 
-def test_everything_imports_without_qt():
-    every = f"import importlib\nfor m in {sorted(WITHOUT_A_SCREEN)!r}: importlib.import_module(m)"
-    done = python(f"{blocked(QT)}\n{every}")
-    assert done.returncode == 0, done.stderr
-
-
 def test_the_command_line_needs_neither_numba_nor_qt_to_say_what_it_can():
     done = python(
         f"{blocked((*QT, 'numba', 'scipy'))}\n"
@@ -311,21 +305,26 @@ def test_before_a_window_opens_neither_metadata_nor_sources_are_read():
     assert done.stdout.split() == ["True", "True", "False"]
 
 
-def test_everything_imports_where_the_system_is_not_posix():
+def test_everything_imports_where_the_system_is_not_posix_and_all_but_the_window_without_qt():
     """As on Windows: what other libraries need of the system is loaded before it is taken away."""
-    every = sorted(SOURCES)
+    without, window = sorted(WITHOUT_A_SCREEN), sorted(WIDGETS)
     done = python(
         "import os, pathlib, signal, sys, importlib\n"
         "import numpy, scipy.signal, scipy.optimize, numba, click, msgspec, platformdirs, soundfile, sounddevice\n"
         "import multiprocessing.shared_memory, concurrent.futures.process, serial, serial.tools.list_ports\n"
         "import PySide6.QtWidgets\n"
+        "qt = {name: sys.modules.pop(name) for name in [*sys.modules] if name.startswith(('PySide6', 'shiboken6'))}\n"
+        f"{blocked(QT)}"
         "sys.modules.update(dict.fromkeys(('fcntl', 'pty', 'termios', 'tty', 'resource', 'pwd', 'grp')))\n"
         "for name in ('pthread_sigmask', 'SIG_BLOCK', 'SIGKILL', 'SIGHUP', 'SIGUSR1', 'SIGALRM'):\n"
         "    delattr(signal, name)\n"
         "for name in ('fork', 'openpty', 'killpg', 'getloadavg', 'sched_getaffinity'):\n"
         "    delattr(os, name)\n"
         "os.name, sys.modules[pathlib.Path.__module__].WindowsPath = 'nt', pathlib.PosixPath\n"
-        f"for module in {every!r}: importlib.import_module(module)\n"
+        f"for module in {without!r}: importlib.import_module(module)\n"
+        "del sys.meta_path[0]\n"
+        "sys.modules.update(qt)\n"
+        f"for module in {window!r}: importlib.import_module(module)\n"
     )
     assert done.returncode == 0, done.stderr
 
