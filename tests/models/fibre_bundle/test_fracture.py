@@ -91,7 +91,7 @@ def test_mean_damage_is_that_of_an_ode_solver(thresholds, model):
     load = {"weibull": 1.25, "uniform": 0.55}[thresholds]
 
     def stress(time_s):
-        return load * np.sin(np.pi * time_s / 0.5) ** 2
+        return load * np.sin(np.pi * time_s / 0.2) ** 2
 
     def slopes(time_s, state):
         x, v = state
@@ -103,7 +103,7 @@ def test_mean_damage_is_that_of_an_ode_solver(thresholds, model):
 
     turning.terminal, turning.direction = True, -1
     exact = solve_ivp(
-        slopes, (0, 0.4), [0, 0], method="DOP853", rtol=1e-11, atol=1e-12, dense_output=True, events=turning
+        slopes, (0, 0.16), [0, 0], method="DOP853", rtol=1e-11, atol=1e-12, dense_output=True, events=turning
     )
     time_s = np.arange(int(exact.t[-1] * RATE)) / RATE
     bundle = FibreBundle(2000, mass=1e-5, damping=0.05, creep=0.001, model=model, thresholds=thresholds)
