@@ -264,7 +264,7 @@ class RecordingReader(QObject):
         for source, columns in self._columns.items():
             finest = envelopes.empty(columns)
             if self._base is not None:
-                finest = envelopes.read(self._base, source, envelopes.COARSE, columns)
+                finest = envelopes.read_overview(self._base, source, columns)
             levels[source] = tuple(finest.coarser(factor) if factor > 1 else finest for factor in LEVELS)
         rest = envelopes.resting_n(levels["force"][0])
         rest[-1] = rest[:-1].sum()  # a person may be on the floor all the time, but not on the same tile

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from underfoot.floor.tracking import TARE_N
@@ -20,6 +21,8 @@ FINE_FRAMES = 480
 """The length of a fine bin: 10 ms at the usual rate."""
 FINE, COARSE = 0, 1
 """Levels: bins of `FINE_FRAMES`, and whole blocks."""
+MOST_VALUES = 1 << 23
+"""Most minima of an overview: 8 h of four tiles have a bin for every block, of 144 tiles one every 0.8 s."""
 TABLE = """
 create table if not exists envelope (
   source text not null, level integer not null, first integer not null, count integer not null, bin integer not null,
@@ -28,6 +31,7 @@ create table if not exists envelope (
 """
 _QUIET_SHARE, _LOWER_SHARE = 1.0, 10.0
 """Percentiles: of the bins in which a load varies least, and of their loads, for some stand on a tile as quietly."""
+_PIECE = 4096  # blocks that are read at once
 _PUT = "insert or replace into envelope values (?, ?, ?, ?, ?, ?, ?, ?)"
 
 
@@ -182,6 +186,28 @@ def read(
                 data = np.frombuffer(b"".join(rows[k][column] for k in numbers), "<f4")
                 whole[places[:, None], tiles] = data.reshape(-1, len(tiles))
     return Envelope(at, behind, least, most)
+
+
+def read_overview(base: sqlite3.Connection, source: str, columns: int) -> Envelope:
+    """Return a bin for every block of a source, or for several where all of them would not fit into memory."""
+    parts: list[Envelope] = []
+    factor, begin, end = 1, -1e18, 0.0
+    while end < 1e18:
+        behind = base.execute(
+            "select first from envelope where source = ? and level = ? and first > ? order by first limit 1 offset ?",
+            (source, COARSE, begin, _PIECE),
+        ).fetchone()
+        end = float(behind[0]) if behind else 1e18
+        parts.append(read(base, source, COARSE, columns, begin, end).coarser(factor))
+        if sum(len(part) for part in parts) * columns > MOST_VALUES:
+            parts, factor = [_joined(parts).coarser(2)], 2 * factor
+        begin = end
+    return _joined(parts)
+
+
+def _joined(parts: list[Envelope]) -> Envelope:
+    begin, end, low, high = (np.concatenate(column) for column in zip(*map(astuple, parts), strict=True))
+    return Envelope(begin, end, low, high)
 
 
 def end_of(base: sqlite3.Connection, source: str) -> int:
