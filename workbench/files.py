@@ -58,12 +58,12 @@ def stem_of(title: str, otherwise: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", title.lower())[:80].strip("-") or otherwise
 
 
-def read_file(path: str | Path) -> bytes:
-    """Return the bytes of a document; `BadFile` as from `read_large_file`, and for more than `LARGEST`."""
+def read_file(path: str | Path, largest: int = LARGEST) -> bytes:
+    """Return the bytes of a document; `BadFile` as from `read_large_file`, and for more than `largest` bytes."""
     with _read(path):
         size = _size_of(path)
-        if size > LARGEST:
-            raise BadFile(f"{path} has {size} bytes; allowed: at most {LARGEST}")
+        if size > largest:
+            raise BadFile(f"{path} has {size} bytes; allowed: at most {largest}")
         return path_of(path).read_bytes()
 
 

@@ -129,6 +129,7 @@ def write(path, samples, rate=RATE):
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["twice"]], BadMeasurement, "say --channel"),
         (lambda f: ["--sweep", f["narrow"], "--recorded", f["narrow_heard"]], BadFile, "sweep over all of them"),
         (lambda f: ["--sweep", f["sweep"], "--recorded", f["text"]], BadFile, "cannot be read"),
+        (lambda f: ["--sweep", f["sweep"], "--recorded", f["hours"]], BadFile, "allowed: 67108864 samples, 23 minutes"),
         (lambda f: ["--sweep", "no.wav", "--recorded", f["silent"]], BadFile, r"no\.wav cannot be read: no such file"),
         (lambda f: ["--target", "moon"], BadValue, "--target"),
         (lambda f: ["--target", "simulator", "--tile", "t9"], BadValue, "t9"),
@@ -140,6 +141,10 @@ def write(path, samples, rate=RATE):
 def test_what_cannot_be_is_one_line_and_changes_nothing(wavs, tmp_path, make, error, word):
     narrow = train(exponential(100.0, 400.0, 1.0, RATE, 0.1), 1, RATE)
     (tmp_path / "text.wav").write_text("not a sound")
+    soundfile.write(tmp_path / "hours.wav", np.zeros(480), RATE, format="FLAC")
+    hours = bytearray((tmp_path / "hours.wav").read_bytes())
+    hours[22:26] = (1 << 30).to_bytes(4)  # of the 36 bits of STREAMINFO (RFC 9639, 8.2)
+    (tmp_path / "hours.wav").write_bytes(hours)
     files = {
         "both": wavs,
         "sweep": wavs[1],
@@ -151,6 +156,7 @@ def test_what_cannot_be_is_one_line_and_changes_nothing(wavs, tmp_path, make, er
         "narrow": write(tmp_path / "narrow.wav", narrow),
         "narrow_heard": write(tmp_path / "narrow_heard.wav", tile().respond(narrow, RATE, "none") / SENSITIVITY),
         "text": str(tmp_path / "text.wav"),
+        "hours": str(tmp_path / "hours.wav"),
     }
     profile = tmp_path / "t1.json"
     with pytest.raises(error, match=word) as caught:

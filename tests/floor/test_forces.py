@@ -5,7 +5,7 @@ import pytest
 from measured import WALKS, needs_data, walk
 
 from underfoot.errors import BadFile
-from underfoot.floor.forces import read_forces
+from underfoot.floor.forces import load_floor_beside, read_forces
 from underfoot.floor.layout import default_floor
 
 FLOOR = default_floor(1, 2)
@@ -30,6 +30,18 @@ def test_forces_come_tile_by_tile(tmp_path):
 def test_columns_may_stand_in_any_order(tmp_path):
     turned = [",".join(line.split(",")[::-1]) for line in [HEADER, *ROWS]]
     np.testing.assert_array_equal(read(tmp_path, turned).force_n, read(tmp_path, [HEADER, *ROWS]).force_n)
+
+
+def test_a_table_that_memory_cannot_hold_is_refused_unread(tmp_path):
+    """A terabyte that takes no room on the disk: zeros behind the first lines. Without a floor these are enough."""
+    path = tmp_path / "walk.csv"
+    path.write_text("\n".join([HEADER, *ROWS * 5000]))
+    with path.open("ab") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(BadFile, match=r"walk\.csv has 1099511627776 bytes; allowed: at most 536870912"):
+        read_forces(path, FLOOR)
+    with pytest.raises(BadFile, match="has no floor beside it"):
+        load_floor_beside(path)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\n\n"])

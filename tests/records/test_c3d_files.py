@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from underfoot.errors import BadFile
+from underfoot.floor import forces as forces_module
 from underfoot.records.c3d_files import C3DFile
 from underfoot.records.force_files import floor_of, read_force_file
 
@@ -115,7 +116,7 @@ def test_files_of_every_processor_hold_what_was_measured(tmp_path, processor, ki
             np.testing.assert_allclose(own.numbers[f"FORCE_PLATFORM:{name}"].ravel(order="F"), found, rtol=1e-6)
 
 
-def test_a_long_file_takes_little_more_memory_than_its_forces(tmp_path):
+def test_a_long_file_takes_little_more_memory_than_its_forces_and_has_a_limit(tmp_path, monkeypatch):
     path, samples = tmp_path / "long.c3d", np.tile(integers("signed"), (4000, 1))
     path.write_bytes(FileBytes(INTEL).file(samples, "signed", last=65_535))
     tracemalloc.start()
@@ -126,6 +127,9 @@ def test_a_long_file_takes_little_more_memory_than_its_forces(tmp_path):
     assert most < 2.5 * (forces.force_n.nbytes + forces.time_s.nbytes)
     for at in (0, 200_000, 399_900):
         assert (forces.force_n[at : at + 100] == forces.force_n[:100]).all()
+    monkeypatch.setattr(forces_module, "MOST_BYTES", forces.force_n.nbytes - 1)
+    with pytest.raises(BadFile, match=r"long\.c3d: \d+ s are too much to be played at once; allowed: \d+ s"):
+        read_force_file(path)
 
 
 @pytest.mark.parametrize("z", ["down", "up"])

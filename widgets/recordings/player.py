@@ -8,11 +8,11 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
+from underfoot.floor.forces import longest_s
 from underfoot.floor.layout import Floor
 from underfoot.patch.custom_nodes import files_needed
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.records.force_files import MOST_BYTES
 from underfoot.widgets.recordings.reader import OpenedRecording
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.open_patch import OpenPatch
@@ -45,7 +45,7 @@ class RecordingPlayer(QObject):
         if self._controller.target_is_locked:
             self.notified.emit("A study, a scene or a calibration has the floor: end that first.")
             return
-        most_s = MOST_BYTES / (32.0 * len(opened.floor.tiles) * float(opened.about["force_rate"]))
+        most_s = longest_s(float(opened.about["force_rate"]), len(opened.floor.tiles))
         self._stretch_s = (begin_s, min(end_s, begin_s + most_s))
         if self._stretch_s[1] < end_s:
             self.notified.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")

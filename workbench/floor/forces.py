@@ -14,10 +14,14 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import no_file, read_large_file
+from underfoot.files import head_of, no_file, read_file
 from underfoot.floor.layout import Floor
 from underfoot.quantities import counted
 
+MOST_BYTES = 512 << 20
+"""Largest size of forces in memory, and of a table that they are read from."""
+_HEAD_BYTES = 1 << 16
+"""Of a table of which only the names of its columns are asked for."""
 GAP_PERIODS = 1.5
 """Samples further apart than this many median periods have a gap between them."""
 
@@ -84,6 +88,18 @@ def floor_beside(path: str | Path) -> Path:
     return Path(path).parent / f"{Path(path).stem}.floor.json"
 
 
+def longest_s(rate_hz: float, tiles: int) -> float:
+    """Return how many seconds of forces of so many tiles are `MOST_BYTES`."""
+    return MOST_BYTES / (rate_hz * 32 * tiles)
+
+
+def require_room(path: str | Path, length_s: float, rate_hz: float, tiles: int) -> None:
+    """Raise `BadFile` if forces of so many tiles and seconds are more than `MOST_BYTES`."""
+    most_s = longest_s(rate_hz, tiles)
+    if length_s > most_s:
+        raise BadFile(f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, a stretch")
+
+
 def load_floor_beside(path: str | Path) -> Floor:
     """Load the floor of a force CSV; `BadFile` if either is not there, or cannot be read."""
     beside = floor_beside(path)
@@ -106,7 +122,7 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     a number (nor may it be inf or nan), a line with a cell too many or too few, and a time that is not later than the
     one before.
     """
-    delimiter, lines, names = _headed(path, floor.ids[0])
+    delimiter, lines, names = _headed(path, read_file(path, MOST_BYTES), floor.ids[0])
     (_, head), *rows = lines
     if delimiter != ",":
         rows = [(number, line.replace(",", ".")) for number, line in rows]
@@ -133,15 +149,15 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
 
 def _require_force_columns(path: str | Path) -> None:
     """Raise `BadFile` for a file that is no table of forces on any floor."""
-    _, lines, names = _headed(path, "t1")
+    _, lines, names = _headed(path, head_of(path, _HEAD_BYTES) or read_file(path), "t1")
     lacks = "time_s" if "time_s" not in names else "t1.1"
     if lacks == "time_s" or not any(re.fullmatch(r"[\w-]+\.[1-4]", name) for name in names):
         raise _no_column(path, lines[0][0], lacks, names, ["time_s", "t1.1", "t1.2", "t1.4"])
 
 
-def _headed(path: str | Path, id: str) -> tuple[str, list[tuple[int, str]], list[str]]:
+def _headed(path: str | Path, data: bytes, id: str) -> tuple[str, list[tuple[int, str]], list[str]]:
     """Return the delimiter, the numbered lines, and the names in the first; `id` is a tile of the floor."""
-    lines = _lines(path, read_large_file(path))
+    lines = _lines(path, data)
     if not lines:
         raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{id}.1,...")
     delimiter, lines = _delimited(lines)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries
+from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries, require_room
 from underfoot.floor.layout import Floor, Tile
 from underfoot.parameters import IDENTIFIER
 from underfoot.records.c3d_files import C3DFile
@@ -52,6 +52,7 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
         raise BadFile(f"{path} has no force samples")
     if not LEAST_HZ <= rate_hz <= MOST_HZ:
         raise BadFile(f"{path}: ANALOG:RATE is {rate_hz:g}; allowed: {LEAST_HZ:g} to {MOST_HZ:g} Hz")
+    require_room(path, file.samples / rate_hz, rate_hz, len(plates))
     force_n = np.empty((file.samples, len(plates), 4))
     channels = np.concatenate([plate.channels for plate in plates])
     ends = np.cumsum([len(plate.channels) for plate in plates])[:-1]

@@ -7,7 +7,7 @@ import numpy as np
 
 from underfoot.errors import BadFile
 from underfoot.files import no_file
-from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces
+from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces, require_room
 from underfoot.floor.layout import Floor
 from underfoot.patch.preset_files import walks
 from underfoot.quantities import counted
@@ -15,8 +15,6 @@ from underfoot.records.recording import Recording, is_recording
 
 _TWO, _THIRD = "a force CSV, a recording", "a C3D file with force plates"
 FORMS = f"{_TWO}, or {_THIRD}"
-MOST_BYTES = 512 << 20
-"""Largest size in memory of a recording's forces."""
 
 
 def read_force_file(
@@ -74,11 +72,7 @@ def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceS
         first, end = recording.span
         begin, until = (first + rate * time_s for time_s in stretch_s) if stretch_s else (-np.inf, np.inf)
         length_s = min((until - begin) / rate, (end - first) / rate)
-        if length_s * force_rate * 32 * len(floor.tiles) > MOST_BYTES:
-            most_s = MOST_BYTES / (force_rate * 32 * len(floor.tiles))
-            raise BadFile(
-                f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, a stretch"
-            )
+        require_room(path, length_s, force_rate, len(floor.tiles))
         rows = recording.force_samples_between(max(begin, first - rate), min(until, end + rate))
     if len(rows) < 2:
         raise BadFile(f"{path} holds no force samples{' there' if stretch_s else ': it was ended before the first'}")

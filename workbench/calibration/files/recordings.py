@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from underfoot.errors import BadFile, BadMeasurement, BadValue
-from underfoot.files import read_large_file
 from underfoot.kernels import Floats
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.transfer_function import SweepMeasurement
+
+_MOST_SAMPLES = 1 << 26
+"""Samples of a sound file, 512 MB of memory: a compressed one of a megabyte can hold hours."""
 
 
 def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[SweepMeasurement, int]":
@@ -58,11 +60,15 @@ def measure_channel(played: Floats, recording: Floats, rate_hz: int, channel: in
 
 
 def read_wav(path: Path) -> tuple[Floats, int]:
-    """Return the samples of a WAV file, (frames, channels), and its rate; `BadFile` if it has none."""
+    """Return the samples of a WAV file, (frames, channels), and its rate; `BadFile` if it has none or too many."""
     import soundfile
 
     try:
-        samples, rate_hz = soundfile.read(BytesIO(read_large_file(path)), dtype="float64", always_2d=True)
+        with soundfile.SoundFile(BytesIO(read_file(path, 8 * _MOST_SAMPLES))) as file:
+            if file.frames * file.channels > _MOST_SAMPLES:
+                says = f"{file.frames} frames of {file.channels} channels; allowed: {_MOST_SAMPLES} samples"
+                raise BadFile(f"{path} has {says}, 23 minutes at 48 kHz")
+            samples, rate_hz = file.read(dtype="float64", always_2d=True), file.samplerate
     except soundfile.LibsndfileError as error:
         raise BadFile(f"{path} cannot be read: {error.error_string.rstrip('.').lower()}") from None
     if not samples.size:
