@@ -43,5 +43,12 @@ def test_a_patch_says_that_it_needs_compiled_code(tmp_path):
     assert (ran.returncode, ran.stderr.splitlines()[-1]) == (1, said)
 
 
+def test_no_threads_for_numba_are_refused_in_a_line():
+    environment = {**os.environ, "NUMBA_NUM_THREADS": "0"}
+    ran = subprocess.run([sys.executable, "-m", "underfoot", "nodes"], env=environment, capture_output=True, text=True)
+    said = "underfoot: NUMBA_NUM_THREADS is 0; allowed: 1 or more; unset it, nothing here uses it\n"
+    assert (ran.returncode, ran.stderr) == (1, said)
+
+
 if __name__ == "__main__":
     print(json.dumps(results()))

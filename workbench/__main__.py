@@ -5,7 +5,7 @@ import errno
 import gc
 import os
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
@@ -60,6 +60,7 @@ def main() -> None:
     gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again: 0.03 s
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # "m/s²" where a terminal or a pipe has no such sign
+    _require_threads()
     try:
         status = cli.main(prog_name="underfoot", standalone_mode=False)
         if sys.stdout is not None:
@@ -90,6 +91,14 @@ def main() -> None:
         _fail(f"{error.filename} cannot be reached: {(error.strerror or 'refused').lower()}")
     gc.freeze()  # or the interpreter looks through all that was loaded as it ends: 0.07 s
     sys.exit(status if isinstance(status, int) else 0)
+
+
+def _require_threads() -> None:
+    """End with a line for a number of threads at which Numba cannot be imported."""
+    given = os.environ.get("NUMBA_NUM_THREADS", "")
+    with suppress(ValueError):  # Numba goes on without what is no number
+        if int(given) < 1:
+            _fail(f"NUMBA_NUM_THREADS is {given}; allowed: 1 or more; unset it, nothing here uses it")
 
 
 _REFUSED = (errno.ENOSPC, errno.EIO, errno.EFBIG)
