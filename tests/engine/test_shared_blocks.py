@@ -53,7 +53,10 @@ def test_files_of_others_are_left_alone(tmp_path, monkeypatch):
 def test_memory_that_cannot_be_made_is_refused_in_one_line(monkeypatch):
     """As in a sandbox: it was said that what is printed cannot be written."""
     monkeypatch.setattr("underfoot.engine.shared_blocks.SharedMemory", lambda *given, **named: os.mkdir(BLOCKS))
-    with pytest.raises(DeviceError, match="no shared memory in /dev/shm: file exists"):
+    with pytest.raises(DeviceError, match=r"no shared memory in /dev/shm: file exists; .* \(end other programs, "):
+        new_block(64)
+    monkeypatch.setattr("underfoot.engine.shared_blocks._BLOCKS", Path("/sys/kernel"))  # where nobody may write
+    with pytest.raises(DeviceError, match=r"\(it must be writable; give a container one of its own, as --tmpfs"):
         new_block(64)
 
 

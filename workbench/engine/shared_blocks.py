@@ -1,5 +1,6 @@
 """Shared memory blocks named after the process that made them, so that orphaned ones can be identified and removed."""
 
+import errno
 import os
 import re
 import secrets
@@ -26,6 +27,8 @@ def new_block(size: int) -> SharedMemory:
             path.unlink()
         room = f"{str(error.strerror).lower()}; the session needs {size / 1e6:.1f} MB more"
         cure = "end other programs, or give a container more, as --shm-size=1g"
+        if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
+            cure = "it must be writable; give a container one of its own, as --tmpfs /dev/shm"
         raise DeviceError(f"no shared memory in {_BLOCKS}: {room} ({cure})") from None
     assert memory.buf is not None
     memory.buf[:] = bytes(memory.size)
