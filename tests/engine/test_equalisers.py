@@ -210,9 +210,11 @@ def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_whe
         assert with_responses(calibrations_in_use(ideal, profiles), {}) == {}
     was = {"fsr": "2024-04-30 0f3c9a1b2d4e", "response": "2024-05-02 a07be6c51f98"}
     recorded = tmp_path / "walk.underfoot"
-    Writer(recorded, ABOUT | {"calibrations": json.dumps({"t1": was})}).close()  # of the tiles t1 and t2
-    played = Target(default_floor(2, 1), "replay", str(recorded))
-    assert with_responses(calibrations_in_use(played, profiles), {}) == {"t1": {"fsr": was["fsr"]}}
+    for said, known in ((json.dumps({"t1": was}), {"t1": {"fsr": was["fsr"]}}), ("damaged", {})):
+        Writer(recorded, ABOUT | {"calibrations": said}).close()  # of the tiles t1 and t2
+        played = Target(default_floor(2, 1), "replay", str(recorded))
+        assert with_responses(calibrations_in_use(played, profiles), {}) == known
+        recorded.unlink()
 
 
 def test_a_patch_is_rendered_with_the_profiles_of_a_folder(tmp_path):

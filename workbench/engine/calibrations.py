@@ -8,6 +8,7 @@ import msgspec
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.target import Target
+from underfoot.errors import BadFile
 from underfoot.floor.profile import Profile
 from underfoot.floor.profile_parts import PARTS, InUse
 from underfoot.floor.tile_parameters import simulation
@@ -68,7 +69,11 @@ def _of_recording(target: Target) -> InUse:
     if target.kind != "replay" or not is_recording(Path(target.source)):
         return {}
     with Recording(target.source) as recording:
-        known, ids = recording.calibrations, recording.floor.ids
+        ids = recording.floor.ids
+        try:
+            known = recording.calibrations
+        except BadFile:
+            return {}  # its forces can be played without
     recorded = (known.get(tile, {}) for tile in ids)
     of_tiles: list[dict[str, str]] = [{k: one[k] for k in ("fsr", "centroid") if k in one} for one in recorded]
     return dict(zip(target.floor.ids, of_tiles, strict=False))
