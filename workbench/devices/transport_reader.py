@@ -4,7 +4,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 
 import numpy as np
@@ -27,6 +27,7 @@ SILENT_S = 0.5
 _BATCH_S = 0.0005  # data of this time is read at once: a thread that wakes for every byte delays all others
 _MANY_BYTES, _EXAMINED_BYTES = 512, 4096
 _MOST_TAKEN = 10  # as often in a row a hub is taken from who had it first, until the other one is the first
+_ALIKE = 3  # connections of the same length in a row, which a hub ends by itself: who takes it away waits ever longer
 _NO_FRAME = "but no frame"
 _OTHER_FIRST = f"it is tried ever more rarely, down to every {MOST_WAIT_S:g} s: end the other program, or this one"
 
@@ -40,6 +41,11 @@ def retry_s(failures: int, *, is_second: bool = False) -> float:
     [0.1, 1.6, 25.6, 30.0]
     """
     return float(min(RETRY_S * 2.0 ** min(failures - 1, 10), MOST_WAIT_S if is_second else MOST_RETRY_S))
+
+
+def _are_alike(lives_s: Collection[float]) -> bool:
+    """Return whether the latest connections lasted equally long, and for more than a moment."""
+    return len(lives_s) == _ALIKE and MOST_RETRY_S < max(lives_s) < 1.2 * min(lives_s)
 
 
 class TransportReader:
@@ -89,7 +95,7 @@ class TransportReader:
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
 
     def _run(self) -> None:
-        failures, opened_s, is_first = 0, -math.inf, False
+        failures, opened_s, is_first, lives_s = 0, -math.inf, False, deque[float](maxlen=_ALIKE)
         while not self._stop.is_set():
             is_taken = False
             try:
@@ -99,13 +105,16 @@ class TransportReader:
                 self._read()
             except DeviceError as error:
                 lasted_s = 0.0 if self._is_missed else time.monotonic() - opened_s
-                is_taken = isinstance(error, TakenAway)
+                lives_s.append(lasted_s)
+                is_ended = isinstance(error, TakenAway) and _are_alike(lives_s)
+                is_taken = isinstance(error, TakenAway) and not is_ended
                 if lasted_s > (HELD_S if is_taken else MOST_RETRY_S):  # not of a hub that sends each client away
                     failures = 0
                 is_first = lasted_s > HELD_S or (is_first and failures < _MOST_TAKEN)
                 if not self._is_missed:
                     is_told = is_taken and not is_first and failures
-                    self._tell_loss(f"{error}; {_OTHER_FIRST if is_told else 'waiting for it'}")
+                    why = f"{error}, or each is after {lasted_s:.1f} s" if is_ended else error
+                    self._tell_loss(f"{why}; {_OTHER_FIRST if is_told else 'waiting for it'}")
                 self._is_missed = True
                 failures += 1
             self.is_open = False

@@ -2,6 +2,7 @@
 
 import socket
 import time
+from types import SimpleNamespace
 
 import pytest
 from free_ports import free_port
@@ -177,6 +178,34 @@ def test_who_takes_a_hub_that_another_program_has_waits_ever_longer(sender, conn
     assert lines == [f"{gone}waiting for it", back, *[again, back] * (OFTEN - 2), f"{again}; {LAST}", back]
     second, first = {"is_second": True}, {"is_second": False}
     assert waits[: OFTEN + 3] == [*((failed, second) for failed in range(1, OFTEN + 3)), (1, first)]
+
+
+def test_a_hub_that_ends_each_connection_after_a_while_is_not_taken_for_another_program(until, monkeypatch):
+    """It was tried ever more rarely, down to every 30 s, so that of its samples ever fewer came."""
+    now, waits = [100.0], []
+    monkeypatch.setattr(transport_reader, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(transport_reader, "retry_s", lambda *failed, **how: waits.append((*failed, how)) or 0.001)
+    with socket.create_server((HOST, 0)) as hub:
+        transport = CountingTransport(HOST, hub.getsockname()[1])
+        reader = TransportReader(transport, lambda samples, when: None)
+        reader.start()
+        try:
+            for number, life_s in enumerate((3.0, 3.0, 3.1, 3.0), 1):
+                tile, _ = hub.accept()
+                with tile:
+                    data = encode(rows(number))
+                    tile.sendall(data)
+                    until(lambda data=data: transport.count == len(data), "it is read")
+                    now[0] += life_s
+                    waiting = len(waits)
+                until(lambda waiting=waiting: len(waits) > waiting, "its end is noticed")
+            lines = reader.take_notices()
+        finally:
+            reader.close()
+    second, hubs = {"is_second": True}, {"is_second": False}
+    assert waits[:4] == [(1, second), (2, second), (1, hubs), (1, hubs)]
+    closed = f"tcp:{HOST}:{transport.port} went away: the connection was closed, perhaps for another program"
+    assert f"{closed}, or each is after 3.0 s; waiting for it" in lines
 
 
 def test_the_emulator_lets_go_of_a_reader_that_takes_nothing(sender, connect):
