@@ -213,7 +213,7 @@ class PatchView(QGraphicsView):
         left, self.inside = self.inside, group
         is_fitted, centre = self._keeps_fitting, self.mapToScene(self.viewport().rect().center())
         self._show()
-        way = chain(self.document.patch.groups, left)
+        way = self._levels_to(left)
         below = way[way.index(group) + 1 :] if group in way else way if not group else []
         self.patch_scene.select(below[:1])
         if not below:
@@ -241,10 +241,17 @@ class PatchView(QGraphicsView):
         self.ensure_visible(shown)
 
     def leave_group(self) -> None:
-        """Show the group that encloses the open one, or the whole patch."""
-        way = chain(self.document.patch.groups, self.inside)
+        """Show the sub-patch that encloses the open one, or the whole patch."""
+        way = self._levels_to(self.inside)
         if way:
             self.open_group(way[-2] if len(way) > 1 else "")
+
+    def _levels_to(self, group: str) -> list[str]:
+        """Return a group and the sub-patches around it, the outermost first. A frame around it is no level of its own:
+        it is shown with what lies beside it.
+        """
+        collapsed = {one.id for one in self.document.patch.groups if one.collapsed}
+        return [id for id in chain(self.document.patch.groups, group) if id in collapsed or id == group]
 
     def _show(self) -> None:
         self._keeps_fitting = False
@@ -255,7 +262,7 @@ class PatchView(QGraphicsView):
         self.patch_scene.show(patch, self.inside)
         self.brought = [] if is_another else [id for id in self.patch_scene.movable() if id not in before]
         names = {group.id: group.title or "Sub-patch" for group in patch.groups}
-        self.breadcrumbs.show_path([(id, names[id]) for id in chain(patch.groups, self.inside)] if self.inside else [])
+        self.breadcrumbs.show_path([(id, names[id]) for id in self._levels_to(self.inside)])
         self.hint.setVisible(not patch.nodes and not patch.notes)
         self._moved()
 

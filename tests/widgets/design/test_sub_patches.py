@@ -165,6 +165,12 @@ def test_a_frame_of_sub_patches_alone_is_collapsed_and_not_they_expanded(row):
     row.canvas.patch_scene.select(["group", "group1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
     write(row, "Both")
+    row.canvas.patch_scene.select(["group"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    assert [button.text() for button in row.canvas.breadcrumbs.buttons] == ["Patch", "Sub-patch"]
+    QTest.keyClick(row.canvas, Qt.Key.Key_U)
+    assert (row.canvas.inside, row.canvas.selected_ids()) == ("", ["through"])  # and not into the frame
+    row.canvas.patch_scene.select(["group", "group1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
     assert [item.description.title for item in row.canvas.patch_scene.group_nodes.values()] == ["Both"]
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
