@@ -9,6 +9,7 @@ import pytest
 from calibrate_driver import LEFT, CalibrateDriver
 from calibrate_samples import MIDDLE, Weighing
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox
 from windows import LONG_MS, choose_file, dialog_of
@@ -411,6 +412,10 @@ def test_plates_are_sought_as_one_types_and_the_report_is_written(driver, tmp_pa
     assert page.isVisible()
     assert page.table.rowCount() == len(page.found.best) > 0
     assert page.found.spec == PlateSearch()
+    driver.click(page.table.viewport())
+    QTest.keyClick(page.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    copied = QGuiApplication.clipboard().text().split("\n")
+    assert [line.count("\t") + 1 for line in copied] == [page.table.columnCount()] * (1 + page.table.rowCount())
     field = page.editors["most_mass"].findChild(QLineEdit)
     field.setFocus()
     field.selectAll()

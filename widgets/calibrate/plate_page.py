@@ -26,7 +26,7 @@ from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.controls.scrolled import scroll_in
-from underfoot.widgets.controls.tables import make_read_only
+from underfoot.widgets.controls.tables import make_read_only, offer_copy
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 _COLUMNS = ("E\nGPa", "h\nmm", "mass\nkg", "sag\nmm", "f1\nHz", "dip\nHz")
@@ -185,5 +185,6 @@ def _table() -> QTableWidget:
     table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
     make_read_only(table)
+    offer_copy(table)
     table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
     return table

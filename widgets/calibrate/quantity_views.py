@@ -20,7 +20,7 @@ from underfoot.calibration.results.labels import label_of
 from underfoot.floor.profile import Part
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
-from underfoot.widgets.controls.tables import make_read_only
+from underfoot.widgets.controls.tables import make_read_only, offer_copy
 
 Quantities = Sequence[tuple[str, float, str]]
 
@@ -91,6 +91,7 @@ class QuantityTable(QTableWidget):
         super().__init__(0, 3)
         self.setAccessibleName(name)
         make_read_only(self)
+        offer_copy(self)
         self.verticalHeader().setMinimumSectionSize(ROW_PX)
         self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)  # long names take two lines
         head = self.horizontalHeader()

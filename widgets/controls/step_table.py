@@ -37,7 +37,7 @@ from underfoot.quantities import fixed
 from underfoot.records.tables import step_table
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import Menu
-from underfoot.widgets.controls.tables import make_read_only, takes_table_key
+from underfoot.widgets.controls.tables import copy_action, leaves_space, make_read_only
 from underfoot.widgets.pictures import blank_picture
 
 
@@ -186,6 +186,7 @@ class StepTable(QTableView):
             self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
             self.setSortingEnabled(True)
         make_read_only(self)
+        self._copying = copy_action(self, self._copy)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setWordWrap(False)
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
@@ -266,19 +267,19 @@ class StepTable(QTableView):
         return picture
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if not takes_table_key(event, self._copy):
+        if not leaves_space(event):
             super().keyPressEvent(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer the columns to sort by: their headings cannot be reached by keys."""
-        if not self._is_sortable:
-            return
+        """Offer to copy, and the columns to sort by: their headings cannot be reached by keys."""
         menu = Menu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        by = menu.addMenu("Sort by")
-        for number in range(len(COLUMNS)):
-            heading = self._sorted.headerData(number, Qt.Orientation.Horizontal)
-            by.addAction(heading, partial(self._sort_by, number))
+        menu.addAction(self._copying)
+        if self._is_sortable:
+            by = menu.addMenu("Sort by")
+            for number in range(len(COLUMNS)):
+                heading = self._sorted.headerData(number, Qt.Orientation.Horizontal)
+                by.addAction(heading, partial(self._sort_by, number))
         menu.popup(event.globalPos())
 
     def _sort_by(self, column: int) -> None:

@@ -20,6 +20,7 @@ from underfoot.bench.cost_process import CostRequest
 from underfoot.patch.patch import Patch
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.tables import offer_copy
 from underfoot.widgets.polled_process import PolledProcess
 
 _COLUMNS = ("", "ms a second", "Share", "")
@@ -48,6 +49,8 @@ class CostDialog(QDialog):
         self.table.setAccessibleName("Run time of stages and nodes")
         self.table.setHeaderLabels(_COLUMNS)
         self.table.setRootIsDecorated(False)
+        self.table.setSelectionMode(QTreeWidget.SelectionMode.ExtendedSelection)
+        offer_copy(self.table)
         self.table.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.header().setSectionResizeMode(len(_COLUMNS) - 1, QHeaderView.ResizeMode.Stretch)
         top = QHBoxLayout()

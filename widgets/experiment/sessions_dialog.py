@@ -24,7 +24,7 @@ from underfoot.quantities import counted
 from underfoot.studies.session_lines import SessionLine, session_line
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
-from underfoot.widgets.controls.tables import make_read_only
+from underfoot.widgets.controls.tables import make_read_only, offer_copy
 
 _COLUMNS = ("Participant", "Begun", "Trials", "State", "Noted")
 _WIDEST_PX = 34 * theme.GRID
@@ -75,6 +75,7 @@ class SessionsDialog(QDialog):
         self.table.setAccessibleName("Sessions")
         self.table.setHorizontalHeaderLabels(_COLUMNS)
         make_read_only(self.table)
+        offer_copy(self.table)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.setWordWrap(False)

@@ -1,5 +1,6 @@
 """The table of a comparison: a row per known measure, with each group's mean, SD and difference from the first."""
 
+import csv
 import math
 from collections.abc import Sequence
 
@@ -11,7 +12,7 @@ from underfoot.quantities import counted, fixed
 from underfoot.records.comparison import GAIT_MEASURES, STEP_MEASURES, Figures, Group, comparison_csv
 from underfoot.widgets import theme
 from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column
-from underfoot.widgets.controls.tables import make_read_only, takes_table_key
+from underfoot.widgets.controls.tables import leaves_space, make_read_only, offer_copy
 
 ROWS = (
     *(column for column in COLUMNS if column.name in STEP_MEASURES),
@@ -40,6 +41,7 @@ class ComparisonTable(QTableWidget):
         super().__init__(0, 1)
         self.setAccessibleName("Measures side by side")
         make_read_only(self)
+        offer_copy(self, self._text_for_spreadsheet)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
@@ -76,8 +78,12 @@ class ComparisonTable(QTableWidget):
         """Copy the whole table to the clipboard as CSV."""
         QGuiApplication.clipboard().setText(comparison_csv(self.groups))
 
+    def _text_for_spreadsheet(self) -> str:
+        """Return what is copied as CSV with tabs between columns, as every table is copied by its key."""
+        return "\n".join(map("\t".join, csv.reader(comparison_csv(self.groups).splitlines())))
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if not takes_table_key(event, self.copy):
+        if not leaves_space(event):
             super().keyPressEvent(event)
 
     def keyboardSearch(self, search: str) -> None:

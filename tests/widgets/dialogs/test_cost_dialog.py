@@ -4,7 +4,9 @@ import multiprocessing
 
 import pytest
 from made_patches import hum
+from on_screen import show
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
 
 from underfoot.bench.cost_process import CostRequest
 from underfoot.floor.layout import default_floor
@@ -47,6 +49,13 @@ def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
     row = dialog.table.topLevelItem(names.index("Low hum"))
     assert float(row.text(1)) > 0.0
     assert row.text(2).endswith(" %")
+    show(qtbot, dialog)
+    dialog.table.scrollToItem(row)
+    place = dialog.table.visualItemRect(row).center()
+    qtbot.mouseClick(dialog.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.keyClick(dialog.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    copied = QGuiApplication.clipboard().text().split("\n")  # for a spreadsheet
+    assert copied == ["\tms a second\tShare\t", "\t".join(row.text(column) for column in range(4))]
 
 
 def test_stop_ends_the_measurement_and_another_may_follow(opened, qtbot):

@@ -76,7 +76,7 @@ def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot
     assert not two.recordings.delete.isEnabled()
     view.table.setFocus()
     QTest.keyClick(view.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-    lines = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))
+    lines = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines(), delimiter="\t"))
     assert {line["measure"]: line["after difference"] for line in lines}["contact_ms"] == "35"
     QTest.keyClick(view.table, Qt.Key.Key_M)  # a mark would be put into a recording that is not seen
     view.by.setCurrentIndex(view.by.findData("side"))
