@@ -122,8 +122,8 @@ def _started(work: Callable[[Job], object]) -> ChildProcess:
             signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
-        for number in stops:
-            signal.raise_signal(number)
+        for stop in stops:
+            signal.raise_signal(stop)
     except BaseException:
         child.end(_LEAVE_S)
         raise

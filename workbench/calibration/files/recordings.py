@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.files import read_file
 from underfoot.kernels import Floats
 
 if TYPE_CHECKING:
