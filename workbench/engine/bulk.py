@@ -71,11 +71,11 @@ def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tupl
     summary has its `sha256`. Items lost with a dead process are rendered by another one.
     """
     if cluster is None:
-        yield from in_parallel(_file, items, cores(), MOST_TRIES)
+        yield from in_parallel(_render_to_file, items, cores(), MOST_TRIES)
         return
     for item in items:
         _require_movable(item)
-    for number, answer in on_cluster(_bytes, items, cluster):
+    for number, answer in on_cluster(_render_to_bytes, items, cluster):
         if isinstance(answer, UnderfootError):
             yield number, answer
             continue
@@ -86,7 +86,7 @@ def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tupl
         yield number, summary
 
 
-def _bytes(item: Item) -> tuple[Summary, bytes]:
+def _render_to_bytes(item: Item) -> tuple[Summary, bytes]:
     """Render an item in a cluster worker, one at a time: the worker may have several threads."""
     with _ONE_AT_A_TIME:
         made = item.job.run()
@@ -94,9 +94,10 @@ def _bytes(item: Item) -> tuple[Summary, bytes]:
     return made.summary() | {"rate_hz": made.rate_hz, "sha256": hashlib.sha256(data).hexdigest()}, data
 
 
-def _file(item: Item) -> Summary:
+def _render_to_file(item: Item) -> Summary:
+    """Render an item in a worker process, straight to its file if it has one."""
     if item.output is None:
-        return _bytes(item)[0]
+        return _render_to_bytes(item)[0]
     made = item.job.run({"": item.output})
     with item.output.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
