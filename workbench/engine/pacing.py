@@ -12,7 +12,7 @@ from underfoot.devices.outputs import CardChannels
 from underfoot.devices.sound import Stream, is_loaded, list_anew, listed_name
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.further_streams import FurtherStreams
-from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
+from underfoot.engine.reports import NO_ANSWER, SOUND_CARD, Notice, OutputChanged
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
@@ -232,7 +232,7 @@ class Pacer:
                 self._tell_output("the sound card and its server answer again")
         elif time.monotonic() - self._listing_s > _LISTING_S:
             self._listing_s = math.inf
-            self._tell_pause("the sound card and its server do not answer; nothing plays until they do")
+            self._tell_pause(NO_ANSWER)
 
     def _tell_pause(self, line: str) -> None:
         """Report that nothing plays, until something else is told."""

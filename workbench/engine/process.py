@@ -26,7 +26,7 @@ from underfoot.engine.engine_supervisor import STALL_S
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import Notice, OutputChanged, PatchRefused, Started
+from underfoot.engine.reports import NO_ANSWER, Notice, OutputChanged, PatchRefused, Started
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -71,7 +71,7 @@ class Engine:
         cards: tuple[CardChannels, ...] = ()
         if target.sound is not None:
             behind = max(channels) + 1
-            with _told_of_waiting(connection):
+            with _waiting_reported(connection):
                 cards = card_channels(target.sound, behind + 2)
             most = cards[-1].first + cards[-1].count
             channels = [channel if channel < most else -1 for channel in channels]
@@ -113,7 +113,7 @@ class Engine:
 
     def run(self) -> None:
         """Play until the supervisor sends `Quit` or is gone."""
-        with _told_of_waiting(self._connection):
+        with _waiting_reported(self._connection):
             notice = self.pacer.open()
         gc.collect()
         gc.freeze()
@@ -137,16 +137,15 @@ class Engine:
 
 
 @contextmanager
-def _told_of_waiting(connection: Connection) -> Iterator[None]:
-    """Report that the sound card is waited for in this block, if it does not answer: its server may hang."""
-    line = "the sound card and its server do not answer; nothing plays until they do"
-    told = threading.Timer(STALL_S, lambda: connection.send(OutputChanged(line, "", line)))
-    told.start()
+def _waiting_reported(connection: Connection) -> Iterator[None]:
+    """In this block, report a sound card that does not answer for `STALL_S`: its server may hang."""
+    report = threading.Timer(STALL_S, lambda: connection.send(OutputChanged(NO_ANSWER, "", NO_ANSWER)))
+    report.start()
     try:
         yield
     finally:
-        told.cancel()
-        told.join()  # before anything else is sent
+        report.cancel()
+        report.join()  # before anything else is sent
 
 
 def _rehearse(setup: Setup) -> Setup | None:

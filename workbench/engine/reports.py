@@ -14,6 +14,8 @@ SOUND_CARD = "sound card"
 """The output in `Started` if a sound card plays."""
 NOTHING = "nothing"
 """The output in `OutputChanged` if no engine plays any more."""
+NO_ANSWER = "the sound card and its server do not answer; nothing plays until they do"
+"""What is said, and shown of the tiles, while a sound card's server hangs."""
 
 
 class Started(Struct, frozen=True):
