@@ -184,8 +184,8 @@ class Pacer:
         ended.close()
         self.open()
         self._ramped = 0
-        if self._stream is None and self._first is not None:
-            self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
+        if self._stream is None:
+            self._tell_loss()
         self._start()
 
     def _keep(self) -> None:
@@ -258,7 +258,7 @@ class Pacer:
         if self._first is None:
             return
         if self._stream is None and not was_away:
-            self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
+            self._tell_loss()
         elif self._stream is None and self._refusal != before and listed_name(self._first.output.name):
             self._notify(Notice(self._refusal))  # as where it has too few channels
         if self._stream is not None:
@@ -266,6 +266,11 @@ class Pacer:
             self._start()
             if was_away and not self._is_away:
                 self._tell_output(f"{self._first.name} is back")
+
+    def _tell_loss(self) -> None:
+        """Report that the first card, if there is one, has gone."""
+        if self._first is not None:
+            self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
 
     def _tell_output(self, line: str) -> None:
         """Report the state of a card, and the tiles that are silent now."""
