@@ -114,7 +114,6 @@ class Compiled(Struct, frozen=True):
 MEASURED = "measured"
 """The name of the tile's response, m/s^2, among the signals of an output's preview."""
 
-
 COMMANDED = "commanded"
 """The name of the whole commanded acceleration, m/s^2, among the signals of a tile output's preview."""
 
@@ -167,7 +166,6 @@ Report = (
     | Costs
     | ProcessDied
     | Notice
-    | OutputChanged
     | RecordingFile
     | Compiling
     | Preview
