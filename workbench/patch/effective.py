@@ -2,11 +2,11 @@
 
 - A *muted* node outputs zeros and no events. A muted output plays nothing.
 - A *bypassed* node passes its input on: each of its wires starts instead at the source of its first connected input
-that fits. If none fits, it outputs nothing. An output cannot be bypassed, because nothing follows it.
+  that fits. If none fits, it outputs nothing. An output cannot be bypassed, because nothing follows it.
 - If any node is *soloed*, sums keep only what passes through a soloed node: at a Mix, a Join, and among the outputs.
   Signals that shape it, such as an envelope, stay.
 
-Asked errors of the nodes are multiplied by the patch's error factor: the result is the patch as built, not as drawn.
+Requested errors of nodes are multiplied by the patch's error factor: the result is the patch as built, not as drawn.
 """
 
 from functools import cache
@@ -54,7 +54,9 @@ def without_missing(patch: Patch, registry: Registry) -> "Patch":
 
 
 def scaled_error(parameter: Parameter, value: float | str, scale: float) -> float | str:
-    """Return a requested error times the patch's factor; of a choice, the largest option that is not above it.
+    """Return a requested error times the patch's factor, limited to the parameter's range.
+
+    Of a choice, return the largest option that is not above it, or the smallest option if all are.
 
     >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0), scaled_error(Choice("1", options=("1", "0.3")), "1", 0.5)
     (0.1, '0.3')
@@ -63,8 +65,8 @@ def scaled_error(parameter: Parameter, value: float | str, scale: float) -> floa
     if isinstance(parameter, Number):
         return min(max(wanted, parameter.low), parameter.high)
     assert isinstance(parameter, Choice)
-    rising = sorted(parameter.options, key=float)
-    return [rising[0], *(one for one in rising if float(one) <= wanted * (1.0 + 1e-9))][-1]
+    options = [option for option in parameter.options if float(option) <= wanted * (1.0 + 1e-9)]
+    return max(options, key=float) if options else min(parameter.options, key=float)
 
 
 def _with_scaled_errors(patch: Patch, registry: Registry) -> Patch:
