@@ -9,8 +9,9 @@ from underfoot.patch.patch import Patch
 
 
 def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str = "grey", within: str = "") -> Patch:
-    """Return the patch with a group around these nodes and notes, in the group `within` even if they are all of it;
-    `SplitGroup` if it would split another one.
+    """Return the patch with a group around these nodes and notes; `SplitGroup` if it would split another one.
+
+    Around all that the group `within` has, the new group still lies in it, and not around it.
     """
     ids = {one.id for one in patch.canvas_items()}
     chosen = tuple(dict.fromkeys(member for member in members if member in ids))

@@ -124,11 +124,11 @@ def check_notes_and_groups(
     seen = set(nodes)
     for i, note in enumerate(notes):
         _check_id(f"notes[{i}]", note.id, seen)
-        long = f"text of at most {LONGEST_NOTE} characters"
-        require(is_text(note.text) and len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text, long)
+        allowed = f"text of at most {LONGEST_NOTE} characters"
+        require(is_text(note.text) and len(note.text) <= LONGEST_NOTE, f"notes[{i}].text", note.text, allowed)
         check_place(f"notes[{i}]", note.at)
-        wide = NARROWEST <= note.width <= WIDEST
-        require(wide, f"notes[{i}].width", note.width, f"{NARROWEST:g} to {WIDEST:g}")
+        is_width = NARROWEST <= note.width <= WIDEST
+        require(is_width, f"notes[{i}].width", note.width, f"{NARROWEST:g} to {WIDEST:g}")
     members = frozenset(seen)
     for i, group in enumerate(groups):
         _check_id(f"groups[{i}]", group.id, seen)
@@ -150,8 +150,8 @@ def check_label(place: str, text: str) -> None:
 
 def check_place(place: str, at: tuple[float, float]) -> None:
     """Raise `BadValue` for what is no position on the canvas."""
-    near = is_pair(at) and all(abs(way) <= FURTHEST for way in at)
-    require(near, f"{place}.at", at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
+    is_place = is_pair(at) and all(abs(coordinate) <= FURTHEST for coordinate in at)
+    require(is_place, f"{place}.at", at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
 
 
 def is_pair(at: object) -> bool:
@@ -160,7 +160,7 @@ def is_pair(at: object) -> bool:
     >>> is_pair((0.0, -64)), is_pair(64), is_pair("12")
     (True, False, False)
     """
-    return isinstance(at, Sequence) and len(at) == 2 and all(isinstance(way, Real) for way in at)
+    return isinstance(at, Sequence) and len(at) == 2 and all(isinstance(coordinate, Real) for coordinate in at)
 
 
 def _check_id(place: str, id: str, seen: set[str]) -> None:
