@@ -29,7 +29,7 @@ def auditioned(
 
     - An acceleration is played as it is.
     - Another signal sets the amplitude of a tone of `CARRIER_HZ`: `LEVEL_M_S2` at its largest magnitude, `peak`.
-    - Events strike what they lead to; those that lead to no output are clicks, `LEVEL_M_S2` at the strength `peak`.
+    - Events strike what they lead to; those that lead to no output are ticks, `LEVEL_M_S2` at the strength `peak`.
 
     `BadValue` for an unknown node or output.
 
@@ -40,18 +40,19 @@ def auditioned(
     """
     type = registry[patch.node(node).type]
     output = type.output_ports[port] if port in type.output_ports else type.outputs[0]
+    source = f"{node}.{output.name}"
     plain = patch.mark([one.id for one in patch.nodes], "soloed", on=False).mark([node], "muted", on=False)
     if type.is_sink:
         return Audition(_only(plain, registry, {node}), "as it is")
     if output.kind == "event":
         if _leads_to_a_sink(plain, registry, node):
             return Audition(plain.mark([node], "soloed", on=True), "through what its events strike")
-        return Audition(_ticks(plain, registry, f"{node}.{output.name}", tile, peak), "its events as ticks")
+        return Audition(_ticks(plain, registry, source, tile, peak), "its events as ticks")
     if unit_of(patch, registry, node, output) == "m/s^2":
-        return Audition(_played(plain, registry, f"{node}.{output.name}", tile), "as it is, in m/s²")
+        return Audition(_played(plain, registry, source, tile), "as it is, in m/s²")
     largest = quantity(peak, output.unit, 3) if output.unit else f"{peak:.3g}"
     text = f"as the loudness of a tone of {CARRIER_HZ:g} Hz, {quantity(LEVEL_M_S2, 'm/s^2')} at {largest}"
-    return Audition(_as_loudness(plain, registry, f"{node}.{output.name}", tile, peak), text)
+    return Audition(_as_loudness(plain, registry, source, tile, peak), text)
 
 
 def attenuated(patch: Patch, registry: Registry, factor: float) -> Patch:
@@ -104,6 +105,7 @@ def _played(patch: Patch, registry: Registry, source: str, tile: str) -> Patch:
 
 
 def _as_loudness(patch: Patch, registry: Registry, source: str, tile: str, peak: float) -> Patch:
+    """Play a signal as the amplitude of a tone."""
     declared = registry["tone"].parameters["amplitude"]
     assert isinstance(declared, Number)
     amplitude = min(LEVEL_M_S2 / peak, declared.high) if peak > 0.0 else LEVEL_M_S2
@@ -116,15 +118,16 @@ def _as_loudness(patch: Patch, registry: Registry, source: str, tile: str, peak:
 
 
 def _ticks(patch: Patch, registry: Registry, source: str, tile: str, peak: float) -> Patch:
+    """Play each event as a short note of the tone."""
     patch = patch.add("attack-decay", registry, attack=0.002, decay=_TICK_S / 2, duration=_TICK_S)
     note = patch.nodes[-1].id
     return _as_loudness(patch.connect(source, f"{note}.strike", registry), registry, f"{note}.out", tile, peak)
 
 
-def _only(patch: Patch, registry: Registry, effective: set[str]) -> Patch:
+def _only(patch: Patch, registry: Registry, outputs: set[str]) -> Patch:
     """Mute all outputs but these."""
     sinks = {node.id for node in patch.nodes if registry[node.type].is_sink}
-    return patch.mark(sinks - effective, "muted", on=True).mark(effective, "muted", on=False)
+    return patch.mark(sinks - outputs, "muted", on=True).mark(outputs, "muted", on=False)
 
 
 def _leads_to_a_sink(patch: Patch, registry: Registry, node: str) -> bool:
