@@ -157,10 +157,11 @@ def add_stand_ins(types: Mapping[str, str], wires: Iterable[tuple[str, str]], re
     """
     registry = installed_nodes()
     for name, reason in reasons.items():
-        before = registry.get(name)
-        is_known = before is not None and bool(before.missing)
-        inputs = {port.name: port for port in before.inputs} if before is not None and is_known else {}
-        outputs = {port.name: port for port in before.outputs} if before is not None and is_known else {}
+        known = registry.get(name)
+        inputs, outputs = dict[str, Port](), dict[str, Port]()
+        if known is not None and known.missing:  # ports that another patch has wired
+            inputs |= {port.name: port for port in known.inputs}
+            outputs |= {port.name: port for port in known.outputs}
         for source, target in wires:
             (giver, _, given), (taker, _, taken) = source.partition("."), target.partition(".")
             if types.get(giver) == name:
