@@ -67,17 +67,6 @@ STATE = Layout(
 class Fracture(Struct, frozen=True):
     """Response of a bundle: one value per frame, shape [frames], and the times of its events."""
 
-    def __repr__(self) -> str:
-        return f"<Fracture: {self.failures.sum()} failures in {self.event_s.size} of {self.strain.size} frames>"
-
-    def plot(self) -> Picture:
-        """Return a picture of strain and failures over time."""
-        frame = np.arange(self.strain.size)
-        strain = Drawing("Strain", "frame", "strain", (series("", frame, self.strain, colour="force"),))
-        failed = np.flatnonzero(self.failures)
-        stems = series("", failed, self.failures[failed], "stems", "events")
-        return Picture((strain, Drawing("Failures", "frame", "fibres", (stems,), x_range=(0.0, float(frame.size)))))
-
     strain: NDArray[np.float64]
     """Strain x at each frame."""
     failures: NDArray[np.int64]
@@ -88,6 +77,17 @@ class Fracture(Struct, frozen=True):
     """Strain at which the next fibre fails, xi(t) of Fig. 7.5; infinite if none is left or drawn."""
     event_s: NDArray[np.float64]
     """Times in seconds of the first failure in each frame with failures, resolved within the frame."""
+
+    def __repr__(self) -> str:
+        return f"<Fracture: {self.failures.sum()} failures in {self.event_s.size} of {self.strain.size} frames>"
+
+    def plot(self) -> Picture:
+        """Return a picture of strain and failures over time."""
+        frame = np.arange(self.strain.size)
+        strain = Drawing("Strain", "frame", "strain", (series("", frame, self.strain, colour="force"),))
+        failed = np.flatnonzero(self.failures)
+        stems = series("", failed, self.failures[failed], "stems", "events")
+        return Picture((strain, Drawing("Failures", "frame", "fibres", (stems,), x_range=(0.0, float(frame.size)))))
 
 
 class FibreBundle(Struct, frozen=True):

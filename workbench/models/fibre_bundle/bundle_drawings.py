@@ -16,10 +16,8 @@ _BEYOND = 1.05
 
 def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
     """Return the bundle of a node with these `values`."""
-    names = ("fibres", "shape", "scale", "stiffness", "mass", "damping", "creep")
-    return FibreBundle(
-        **{name: values[name] for name in (*names, "model", "thresholds", "restructurings", "stiffening")}
-    )
+    names = ("fibres", "shape", "scale", "stiffness", "mass", "damping", "creep", "model", "thresholds")
+    return FibreBundle(**{name: values[name] for name in (*names, "restructurings", "stiffening")})
 
 
 def bundle_drawings(values: Mapping[str, Any], title: str = "Load over strain") -> tuple[Drawing, ...]:
@@ -46,12 +44,7 @@ def bundle_drawings(values: Mapping[str, Any], title: str = "Load over strain") 
     sizes = np.concatenate([one.energy[one.failures > 0] for one in found])
     gaps = np.concatenate([np.diff(one.event_s) for one in found])
     return (
-        Drawing(
-            title,
-            "strain",
-            "load, N",
-            (this,) if bundle.model == "inverse" else (this, slow),
-        ),
+        Drawing(title, "strain", "load, N", (this,) if bundle.model == "inverse" else (this, slow)),
         _spectrum("Energy of an event", "energy, of the bundle's units", sizes),
         _spectrum("Time between events", "interval, ms", 1e3 * gaps, ", 1/ms"),
     )
