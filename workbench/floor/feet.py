@@ -266,7 +266,7 @@ class FootFinder:
         event["time_s"], event["load_n"] = before
         bisect.insort(self._events, event[0], key=lambda event: event["sample"])
 
-    def _decide(self, load: Load, final: bool = False) -> None:
+    def _decide(self, load: Load, *, final: bool = False) -> None:
         """Assign a load to a foot, if that can be decided by now."""
         if load.divided_from is not None and not load.is_split:
             if not final and load.end is None and self._evidence.now_s < load.start_s + SWING_S:
@@ -276,7 +276,7 @@ class FootFinder:
         if not final and any(other.foot == 0 for other in candidates):
             return
         distances_m = {
-            foot: self._evidence.distance_from_foot_m(load, foot, final)
+            foot: self._evidence.distance_from_foot_m(load, foot, final=final)
             for foot in {other.foot for other in candidates if other.foot}
         }
         same = {foot: cost_m for foot, cost_m in distances_m.items() if cost_m is not None}

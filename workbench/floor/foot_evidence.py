@@ -108,7 +108,8 @@ class FootEvidence:
         track = load.track()
         if not self._is_small[load.tile] or not len(track) or track[-1, TIME] < self.now_s - STAYS_LOADED_S:
             return None
-        at_s = jump_time_s(track, load.start_s, self._touchdown_m(load), load.divided_from is not None)
+        passed_on = load.divided_from is not None
+        at_s = jump_time_s(track, load.start_s, self._touchdown_m(load), passed_on=passed_on)
         at_s = self._relief_s(load) if at_s is None else at_s
         return self._second_dip_s(load) if at_s is None else at_s
 
@@ -153,7 +154,7 @@ class FootEvidence:
                     return other
         return None
 
-    def distance_from_foot_m(self, load: Load, foot: int, final: bool) -> float | None:
+    def distance_from_foot_m(self, load: Load, foot: int, *, final: bool) -> float | None:
         """Return how far a load began from a foot that it is a part of; None if it is not, NaN if that is still open.
 
         `final`: no further samples will come.

@@ -159,7 +159,7 @@ def _line(track: Floats, begin_s: float, end_s: float, at_s: float) -> Floats:
     return np.stack([middle_m + speed * (at_s - middle_s), speed])
 
 
-def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: bool = False) -> float | None:
+def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, *, passed_on: bool = False) -> float | None:
     """Return when a load's centroid jumped from one foot to the next, in the last samples of its track; else None.
 
     The load began at `start_s`; its foot came down at `touchdown_m` (2,), perhaps on another tile. A load that began

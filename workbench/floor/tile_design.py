@@ -170,7 +170,7 @@ class TileProperties:
         """Return the higher of the two tilt resonances: of the three lowest, those that are not the heave."""
         return float(np.delete(self.resonances_hz[:3], self._heave()).max())
 
-    def bend_hz(self, is_peak: bool) -> float:
+    def bend_hz(self, *, is_peak: bool) -> float:
         """Return the deepest dip, or the highest peak, at the accelerometer from 3 f0 on; NaN if there is none."""
         grid = np.linspace(3.0 * self.suspension.resonance_hz(), 3000.0, 5401)
         body = self.parameters.assembly(self.tile).poles(self._accelerometer_m)
