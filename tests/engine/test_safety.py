@@ -21,7 +21,7 @@ def guarded(signal, blocks=(480,), limits=USUAL, channels=(0,), at_frame=None):
     with np.errstate(over="ignore"):
         signal = np.atleast_2d(np.asarray(signal, float)) * FULL
     safety = Safety(list(limits), list(channels), RATE, max(blocks), max(channels) + 1)
-    safety.open(True, -FADE)
+    safety.open(-FADE)
     out = np.empty((signal.shape[1], max(channels) + 1), np.float32)
     at = turn = 0
     calls = dict(at_frame or {})
@@ -125,7 +125,7 @@ def test_ramps_are_straight_and_as_long_as_they_are_said_to_be():
     plain = guarded(hum)[:, 0]
     for call, length, end in (
         (lambda safety: safety.level(0.25, 960), RAMP, 0.25),
-        (lambda safety: safety.open(False, 960), FADE, 0.0),
+        (lambda safety: safety.close(960), FADE, 0.0),
         (lambda safety: safety.panic(960), PANIC, 0.0),
     ):
         gain = guarded(hum, at_frame={960: call})[:, 0] / plain
@@ -138,7 +138,7 @@ def test_ramps_are_straight_and_as_long_as_they_are_said_to_be():
 @pytest.mark.parametrize("rate_hz", [44_100, 96_000])
 def test_a_peak_meter_halves_in_a_tenth_of_a_second_at_each_rate(rate_hz):
     safety = Safety([Limits()], [0], rate_hz, rate_hz // 10, 1)
-    safety.open(True, -FADE)
+    safety.open(-FADE)
     safety.apply(np.full((1, 1), 0.5 * FULL), np.zeros(1, np.uint8), 0, 0, 1)
     before = safety.peaks[0]
     safety.apply(np.zeros((1, rate_hz // 10)), np.ones(1, np.uint8), 1, 0, rate_hz // 10)
@@ -148,7 +148,7 @@ def test_a_peak_meter_halves_in_a_tenth_of_a_second_at_each_rate(rate_hz):
 def test_a_panic_is_not_slowed_by_the_stop_that_comes_with_it():
     hum = np.where(np.arange(2000) % 2, 0.3, -0.3)
     alone = guarded(hum, at_frame={960: lambda safety: safety.panic(960)})
-    both = guarded(hum, at_frame={960: lambda s: s.panic(960), 970: lambda s: s.open(False, 970)})
+    both = guarded(hum, at_frame={960: lambda s: s.panic(960), 970: lambda s: s.close(970)})
     assert alone.tobytes() == both.tobytes()
     assert guarded.safety.closed(960 + PANIC)
     assert not guarded.safety.closed(960 + PANIC - 1)
@@ -160,11 +160,11 @@ def test_what_opens_at_a_level_is_at_no_moment_louder(gain):
 
     def begin(safety):
         safety.level(gain, 960)
-        safety.open(True, 960)
+        safety.open(960)
 
-    hum, close = sine(0.3, 50.0, 0.2), {0: lambda safety: safety.open(False, 0)}
+    hum, close = sine(0.3, 50.0, 0.2), {0: lambda safety: safety.close(0)}
     out = guarded(hum, at_frame={**close, 960: begin})[960:, 0]
-    ask_nothing = guarded(gain * hum, at_frame={**close, 960: lambda safety: safety.open(True, 960)})[960:, 0]
+    ask_nothing = guarded(gain * hum, at_frame={**close, 960: lambda safety: safety.open(960)})[960:, 0]
     np.testing.assert_allclose(out, ask_nothing, atol=1e-6 * gain)
     assert np.abs(out).max() <= 0.31 * gain
 
@@ -189,7 +189,7 @@ def test_any_block_size_gives_the_same_bytes():
 def test_a_block_in_parts_gives_the_same_bytes_and_nothing_of_the_block_before():
     signal = np.concatenate([np.zeros(1200), sine(3.0, seconds=0.1), np.zeros(3 * RATE), sine(0.5, seconds=0.1)])
     safety, parts = Safety(list(USUAL), [0], RATE, 1200, 1), ((0, 300), (300, 400), (700, 500))
-    safety.open(True, -FADE)
+    safety.open(-FADE)
     heard = []
     for block in range(0, len(signal), 1200):
         for at, n in parts:
@@ -241,7 +241,7 @@ def test_a_measuring_signal_keeps_to_the_limits():
 
 def test_what_is_commanded_has_level_and_opening_and_is_nothing_where_nothing_can_play():
     safety = Safety([Limits()] * 3, [0, -1, 1], RATE, 600, 2)
-    safety.open(True, 100)
+    safety.open(100)
     safety.level(0.5, 100)
     given, out = np.full((3, 600), 2.0), np.full((650, 3), 9.0, np.float32)
     given[0, 300] = math.inf
@@ -256,7 +256,7 @@ def test_what_is_commanded_has_level_and_opening_and_is_nothing_where_nothing_ca
 def test_what_is_told_of_the_outputs_is_of_the_tiles_and_not_of_sound():
     """The end of what a tile plays is where the recorder begins to write nothing."""
     safety, rows = Safety([Limits()] * 2, [0, 1], RATE, 480, 3, sound_channel=2), np.zeros((3, 480))
-    safety.open(True, -FADE)
+    safety.open(-FADE)
     rows[2] = 0.5
     safety.apply(rows, np.array([1, 1, 0], np.uint8), 0, 0, 480)
     assert safety.out[:, 2].any()

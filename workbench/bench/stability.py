@@ -147,7 +147,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
     program = Program(patch, registry, ROWS, rate=rate, block=max(_BLOCKS), scopes=signals + events)
     rows = len(ROWS)
     safety = Safety([Limits()] * rows, list(range(rows)), float(rate), max(_BLOCKS), rows + 1, sound_channel=rows)
-    safety.open(True, 0)
+    safety.open(0)
     for tile, strength in zip(ROWS, _STRENGTHS, strict=True):
         for strike in _STRIKES:
             program.strike("", tile, strike, strength)

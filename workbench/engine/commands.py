@@ -220,7 +220,10 @@ class Play(Command, frozen=True):
     on: bool
 
     def apply(self, loop: LoopParts, frame: int) -> None:
-        loop.safety.open(self.on, frame)
+        if self.on:
+            loop.safety.open(frame)
+        else:
+            loop.safety.close(frame)
 
 
 class Panic(Command, frozen=True):

@@ -108,10 +108,14 @@ class Safety:
             state *= gain / before if before > 0.0 else 0.0
         self._level[0] = (gain, gain, frame, RAMP)
 
-    def open(self, on: bool, frame: int) -> None:
-        """Fade the outputs in or out from `frame` on. A fade out that has begun continues unchanged."""
-        if on or self._opening["target"][0] != 0.0:
-            _turn(self._opening, float(on), frame, FADE)
+    def open(self, frame: int) -> None:
+        """Fade the outputs in from `frame` on."""
+        _turn(self._opening, 1.0, frame, FADE)
+
+    def close(self, frame: int) -> None:
+        """Fade the outputs out from `frame` on. A fade out that has begun continues unchanged."""
+        if self._opening["target"][0] != 0.0:
+            _turn(self._opening, 0.0, frame, FADE)
 
     def panic(self, frame: int) -> None:
         """Close the outputs in a ramp of `PANIC` frames from `frame` on."""
@@ -193,7 +197,7 @@ def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
     """
     limits = Limits()
     stage = Safety([limits], [0], rate_hz, len(signal), 1)
-    stage.open(True, -FADE)
+    stage.open(-FADE)
     rows = np.ascontiguousarray(signal, dtype=np.float64)[None, :] * limits.acceleration_per_unit
     stage.apply(rows, np.zeros(1, np.uint8), 0, 0, len(signal))
     return stage.out[:, 0].astype(np.float64)
