@@ -141,13 +141,13 @@ def test_edits_are_heard_without_a_click(playing):
 def test_a_panic_is_silence_in_a_millisecond_until_play(playing):
     session = playing.session
     session.panic()
-    assert session.panicked
+    assert session.memory.status.panic
     edge = playing.done(Panic)
     playing.play(4_800)
     assert playing.played(edge - 480, 480).any(axis=0).all()
     assert not playing.played(edge + PANIC, 4_000).any()
     session.play()
-    assert not session.panicked
+    assert not session.memory.status.panic
     playing.until(lambda: playing.played(playing.end - 480, 480).any(), "sound is let out again")
 
 
@@ -341,7 +341,6 @@ def test_what_must_not_reach_the_engine_is_refused_here(until):
         Session.play,
         Session.panic,
         lambda session: session.health,
-        lambda session: session.panicked,
         lambda session: session.edit(hum()),
         lambda session: session.send(Strike("", "t1", 1.0)),
         lambda session: session.preview(hum(), "tone"),

@@ -291,7 +291,7 @@ def test_while_a_study_has_the_floor_cues_are_refused_but_marks(stage):
 def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
     stage.send_message("/underfoot/panic")
     stage.until(lambda: any(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied)), "panic")
-    assert stage.playing.session.panicked
+    assert stage.playing.session.memory.status.panic
     stage.send_message("/underfoot/play", "gravel", "t1", 0.0, 91)
     frame, _, _ = stage.answer("/underfoot/played", 91)
     stage.playing.play(12_000)

@@ -240,13 +240,13 @@ def test_stop_silences_at_once_and_the_trial_begins_anew(session, until, tmp_pat
         person.press(600.0)
         runner.start()
         runner.stop("by the participant")
-        assert runner.session.panicked
+        assert runner.session.memory.status.panic
         assert runner.phase is Phase.STOPPED
         with pytest.raises(BadValue):
             runner.answer({"rating": 1.0})
         runner.go_on()
         person.until_phase(Phase.READY)
-        assert not runner.session.panicked
+        assert not runner.session.memory.status.panic
         assert runner.page.attempt == 1
         assert [note.text for note in runner.file.notes()] == ["stopped: by the participant", "went on"]
 
@@ -394,7 +394,7 @@ def test_a_floor_that_is_unplugged_in_a_presentation_stops_it(until, tmp_path):
             emulator.close()
             person.until_phase(Phase.STOPPED)
             assert runner.hint == "Stopped: no force comes from the floor."
-            assert opened.panicked
+            assert opened.memory.status.panic
             assert runner.page.attempt == 1
             assert runner.file.entries() == []
     finally:

@@ -116,7 +116,7 @@ def test_panic_ends_a_scene(scenes, window, qtbot):
     window.panic()
     assert scenes.stage is None
     assert window.controller.session.patch.title == "Hiss"
-    assert window.controller.session.panicked
+    assert window.controller.session.memory.status.panic
     window.controller.play()
 
 

@@ -90,12 +90,12 @@ def test_escape_is_panic_and_play_lets_sound_out_again(window, qtbot, workspace)
     session, vibration = window.controller.session, VibrationRecorder(window)
     qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
     qtbot.keyClick(window.focusWidget() or window, Qt.Key.Key_Escape)
-    assert session.panicked
+    assert session.memory.status.panic
     assert not window.controller.is_playing
     assert "Panic" in window.status.message
     qtbot.waitUntil(lambda: not vibration.any(), timeout=LONG_MS)
     qtbot.mouseClick(window.main_bar.play, Qt.MouseButton.LeftButton)
-    assert not session.panicked
+    assert not session.memory.status.panic
     qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
 
 
@@ -113,9 +113,9 @@ def test_escape_closes_what_is_open_and_is_panic_when_nothing_is(window, qtbot):
     qtbot.mousePress(canvas.viewport(), Qt.MouseButton.LeftButton, pos=place)
     qtbot.keyClick(canvas, Qt.Key.Key_Escape)
     qtbot.mouseRelease(canvas.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    assert not session.panicked
+    assert not session.memory.status.panic
     qtbot.keyClick(canvas, Qt.Key.Key_Escape)
-    assert session.panicked
+    assert session.memory.status.panic
 
 
 @pytest.mark.parametrize("over", ["nothing", "a list", "a name", "a dialog"])
@@ -136,7 +136,7 @@ def test_a_key_of_its_own_is_panic_whatever_is_open(window, qtbot, key, modifier
         qtbot.keyClick(canvas, opens[over])
     target = dialog_of(window, ShortcutsDialog) if over == "a dialog" else window.focusWidget()
     qtbot.keyClick(target, key, modifiers)
-    assert window.controller.session.panicked
+    assert window.controller.session.memory.status.panic
     assert not window.controller.is_playing
     canvas.inline.finish(commit=False)
 

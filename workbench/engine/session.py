@@ -17,17 +17,7 @@ from msgspec.structs import replace
 
 from underfoot.engine.calibrations import calibration_texts, calibrations_in_use, with_responses
 from underfoot.engine.child_process import ChildProcess, RestartLimit
-from underfoot.engine.commands import (
-    Command,
-    Level,
-    Play,
-    Set,
-    Start,
-    Swap,
-    TileEqualiser,
-    Walk,
-    equalisers_of,
-)
+from underfoot.engine.commands import Command, Level, Play, Set, Start, Swap, TileEqualiser, Walk, equalisers_of
 from underfoot.engine.compile_progress import CompileProgress
 from underfoot.engine.compiler_supervisor import SHARED, CompilerSupervisor
 from underfoot.engine.engine_supervisor import REPORTED_S, EngineSupervisor
@@ -262,12 +252,6 @@ class Session:
         self.memory.status.panic = True
         self.playing = False
         self.send(Play(False))
-
-    @property
-    def panicked(self) -> bool:
-        """Whether a panic is in effect."""
-        self._require_open()
-        return self.memory.status.panic
 
     def preview(
         self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", *, distributions: bool = False
