@@ -157,6 +157,11 @@ class Session:
         reports, self._reports = self._reports, []
         return reports
 
+    @property
+    def _folder(self) -> str:
+        """The folder of the patch's files, as messages have it: "" for none."""
+        return str(self.folder or "")
+
     def _require_open(self) -> None:
         if self._closed:
             raise DeviceError(CLOSED)
@@ -258,11 +263,13 @@ class Session:
     ) -> int:
         """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
         self._require_open()
-        tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        tile = tile or self.target.floor.tiles[0].id
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
         ticket = self._compiler.new_ticket()
         self._compiler.request_preview(
-            PreviewRequest(ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, distributions, through)
+            PreviewRequest(
+                ticket, patch.dumps(), node, tile, seconds, self.target.rate, self._folder, distributions, through
+            )
         )
         if self._started:
             self._compiler.start()
@@ -273,9 +280,9 @@ class Session:
         request cancels it.
         """
         self._require_open()
-        tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        tile = tile or self.target.floor.tiles[0].id
         ticket, rate = self._compiler.new_ticket(), self.target.rate
-        self._compiler.request(OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, folder))
+        self._compiler.request(OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, self._folder))
         return ticket
 
     def measure_errors(self, patch: Patch, node: str) -> int:
@@ -305,7 +312,7 @@ class Session:
         made_of, _ = simulation(self.target.simulation)
         about = {
             "patch": self.patch.dumps().decode(),
-            "folder": str(self.folder or ""),
+            "folder": self._folder,
             "floor": self.target.floor.dumps().decode(),
             "rate": str(self.target.rate),
             "force_rate": repr(self.force_rate_hz),
@@ -348,8 +355,8 @@ class Session:
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
     def _compile_request(self, ticket: int, *, from_end: bool = False) -> CompileRequest:
-        folder = str(self.folder or "")
-        return CompileRequest(ticket, self.patch.dumps(), self.target, folder, plates_of(self.target), from_end)
+        plates = plates_of(self.target)
+        return CompileRequest(ticket, self.patch.dumps(), self.target, self._folder, plates, from_end)
 
     def _handle_compiler_answers(self) -> None:
         for message in self._compiler.receive():
@@ -400,7 +407,7 @@ class Session:
             target=self.target,
             patch=patch.dumps(),
             scopes=scopes,
-            folder=str(self.folder or ""),
+            folder=self._folder,
             memory=self.memory.names,
             frame=frame,
             equalisers=tuple(self._equalisers.values()),
