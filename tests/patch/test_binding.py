@@ -202,7 +202,7 @@ def test_a_type_that_could_not_be_the_id_of_a_node_is_refused():
 
 
 def test_a_name_that_means_two_things_is_refused():
-    with pytest.raises(BadValue, match=r"name of a port or parameter of Bad is 'rate'"):
+    with pytest.raises(BadValue, match=r"port or parameter of Bad is 'rate'; allowed: any name but controls, .*, key$"):
 
         @node("bad", "Tests")
         class Bad:

@@ -185,10 +185,10 @@ class Binding:
 
     def _check(self) -> None:
         port_names = [*self.names.signals_in, *self.names.signals_out, *self.names.events_in, *self.names.events_out]
+        reserved = ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
         for name in [*port_names, *self.names.controls]:
-            is_known = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
-            allowed = "one that no function is given something else by"
-            require(is_known, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
+            allowed = f"any name but {', '.join(reserved)}"
+            require(name not in reserved, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
         muting, signals = getattr(self.cls, "muted_by", ()), self.names.signals_in
         is_signals = isinstance(muting, tuple) and set(muting) <= set(signals)
         require(is_signals, f"muted_by of {self.cls.__name__}", muting, f"a tuple of {', '.join(signals) or 'none'}")
