@@ -131,6 +131,13 @@ def test_a_tile_loaded_from_the_first_sample_on_uses_zero_and_is_flagged():
     assert not second.cut
 
 
+def test_a_tile_that_is_left_within_the_first_chunk_is_still_named_as_untared():
+    """Who stands on it at first gives no step: a file, which is read in chunks of 4 s, did not say so."""
+    finder = StepFinder(ONE_TILE, 1000.0)
+    finder.feed(*loads((600.0, 1.0), (0.0, 2.0)))
+    assert finder.warnings() == ["untared, loaded from the first sample on: t1"]
+
+
 def test_a_tile_in_use_from_the_first_sample_on_is_loaded_however_small_the_load():
     time_s, force_n = loads((0.0, 1.5))
     force_n += np.clip(40.0 + 800.0 * time_s, 0.0, 600.0)[:, None, None] / 4.0 * (time_s < 0.7)[:, None, None]

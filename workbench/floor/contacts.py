@@ -234,6 +234,11 @@ class ContactTracker:
         """The tiles that were loaded from the first sample on and have not been quiet since: shape (tiles,)."""
         return self._tiles["untared"].copy()
 
+    @property
+    def began_untared(self) -> NDArray[np.bool_]:
+        """The tiles that were loaded from the first sample on: shape (tiles,)."""
+        return self._tiles["began_untared"].copy()
+
     def _open_stream(
         self, chunks: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -253,8 +258,9 @@ class ContactTracker:
             loaded = level >= tracking.ON_N
             leaves = np.abs(sums - level) >= max(STEADY_N if loaded else tracking.ON_N, tracking.ON_SIGMAS * noise)
             quiet = int(leaves.argmax()) if leaves.any() else len(sums)
-            tile["untared"] = level >= tracking.TARE_N or (loaded and quiet < len(sums) / 2)
-            if not tile["untared"]:
+            untared = level >= tracking.TARE_N or (loaded and quiet < len(sums) / 2)
+            tile["untared"] = tile["began_untared"] = untared
+            if not untared:
                 tile["base_n"] = np.median(corners[: max(quiet, 1)], axis=0)
                 tile["noise_n"] = noise
         return times, forces

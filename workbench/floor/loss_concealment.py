@@ -69,7 +69,7 @@ def conceal(
             absent[i, k] = not np.isfinite(total)
             if not absent[i, k]:
                 if last[k].time_s == -np.inf and stream[0].count > 0:
-                    tiles[k].untared = total >= TARE_N
+                    tiles[k].untared = tiles[k].began_untared = total >= TARE_N
                     for sensor in range(4):
                         tiles[k].base_n[sensor] = 0.0 if tiles[k].untared else force_n[i, k, sensor]
                 last[k].time_s = time_s[i]

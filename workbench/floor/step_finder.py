@@ -40,14 +40,12 @@ class StepFinder:
         self._tracker = ContactTracker(floor, rate_hz)
         self._counter = WalkTracker(floor)
         self._concealment = LossConcealment(self._tracker, CHUNK)
-        self._untared = np.zeros(len(floor.tiles), bool)
         self._first_s = math.inf
         self._cut = 0
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Detections:
         """Process the next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
         followed = self._concealment.follow(time_s, force_n)
-        self._untared |= self._tracker.untared
         if len(time_s):
             self._first_s = min(self._first_s, float(time_s[0]))
         self._cut += sum(map(self._is_cut_by_gap, followed.finished))
@@ -75,7 +73,8 @@ class StepFinder:
 
     def warnings(self) -> list[str]:
         """Return warnings about the data."""
-        names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
+        began_untared = self._tracker.began_untared
+        names = [tile.id for tile, untared in zip(self._floor.tiles, began_untared, strict=True) if untared]
         found = [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
         if self._cut:
             found.append(f"{counted(self._cut, 'contact')} cut by gaps in the samples; they give no step")
@@ -88,7 +87,8 @@ class StepFinder:
 
     def _is_cut_by_gap(self, contact: Contact) -> bool:
         """Return whether a contact that would be a step was cut, and not by the stream's ends or a missing tare."""
-        is_cut = contact.cut and contact.start_s > self._first_s and not self._untared[list(contact.tiles)].any()
+        is_tared = not self._tracker.began_untared[list(contact.tiles)].any()
+        is_cut = contact.cut and contact.start_s > self._first_s and is_tared
         return bool(is_cut and contact.force_n.max(initial=0.0) >= LEAST_N)
 
 
