@@ -143,6 +143,9 @@ def test_a_peak_meter_halves_in_a_tenth_of_a_second_at_each_rate(rate_hz):
     before = safety.peaks[0]
     safety.apply(np.zeros((1, rate_hz // 10)), np.ones(1, np.uint8), 1, 0, rate_hz // 10)
     assert safety.peaks[0] == pytest.approx(before / 2.0)
+    for _ in range(50):
+        safety.apply(np.zeros((1, rate_hz // 10)), np.ones(1, np.uint8), 1, 0, rate_hz // 10)
+    assert safety.peak == 0.0, "it ended at the least number that float64 has"
 
 
 def test_a_panic_is_not_slowed_by_the_stop_that_comes_with_it():

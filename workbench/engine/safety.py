@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from underfoot.array_tables import F1, addresses, borrow
 from underfoot.clock import FADE, RAMP
 from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
-from underfoot.engine.safety_rows import ROW, STAGE, along, is_still
+from underfoot.engine.safety_rows import NEGLIGIBLE, ROW, STAGE, along, is_still
 from underfoot.floor.profile import NOMINAL_ACCELERATION
 from underfoot.kernels import intrinsic, kernel
 
@@ -233,7 +233,7 @@ def _limit(
     sounding, count = 0, 0
     for k in range(len(acceleration)):
         row = rows[k]
-        row.peak *= fall
+        row.peak = row.peak * fall if row.peak > NEGLIGIBLE else 0.0  # else it ends at the least float64
         if row.channel < 0:
             continue
         if zero_rows[k] != 0 and is_still(row):
