@@ -101,7 +101,8 @@ def test_hysteresis_bounds_the_curve_and_the_hysteresis_model_goes_past_it():
 def test_creep_is_measured_and_repeated_loads_repeat():
     time_s, force = made_sensors.loadings(100.0, 3)
     hold = np.concatenate([np.linspace(0.0, 120.0, 100), np.full(3000, 120.0), np.linspace(120.0, 0.0, 100)])
-    force = np.concatenate([force, hold, np.zeros(50)])
+    slow = np.concatenate([np.linspace(0.0, 120.0, 1500), np.linspace(120.0, 0.0, 1500)])  # too slow to look moving
+    force = np.concatenate([force, slow, hold, np.zeros(50)])
     time_s = np.arange(force.size) / 100.0
     held = np.clip(time_s - time_s[-3150], 0.01, None)
     felt = np.where(force > 119.0, force * (1.0 + 0.05 * np.log10(np.maximum(held, 0.1) / 0.1)), force)

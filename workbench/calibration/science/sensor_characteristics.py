@@ -24,6 +24,8 @@ from underfoot.models.tile.fsr_curves import rising
 
 _LEAST_HOLD_S = 1.5
 """Shortest hold of a load that shows creep."""
+_MOST_DRIFT = 0.1
+"""Share of full scale by which a held load may change: a load that rises slowly for long is held at each moment."""
 _SETTLED_S = 0.1
 """Time after which a held load has settled, and creep counts."""
 
@@ -112,13 +114,19 @@ def spread_percent(curves: Sequence[Curve]) -> float:
 
 
 def creep_runs(pairs: SensorPairs) -> list[slice]:
-    """Return stretches over which a load above a fifth of full scale is held."""
+    """Return stretches over which a load above a fifth of full scale is held, and stays what it is."""
     if not pairs.timed:
         return []
     held = (pairs.direction == HELD) & (pairs.force_n > 0.2 * pairs.full_scale_n)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
     runs = [slice(int(a), int(b)) for a, b in pairwise(edges.tolist())][::2]
-    return [run for run in runs if pairs.time_s[run.stop - 1] - pairs.time_s[run.start] >= _LEAST_HOLD_S]
+    drift_n = _MOST_DRIFT * pairs.full_scale_n
+    return [
+        run
+        for run in runs
+        if pairs.time_s[run.stop - 1] - pairs.time_s[run.start] >= _LEAST_HOLD_S
+        and np.ptp(pairs.force_n[run]) <= drift_n
+    ]
 
 
 def held_s(pairs: SensorPairs, run: slice) -> Floats:
