@@ -36,7 +36,13 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     conditions = sorted({stimulus for _, stimulus in means})
     lines = [(c, mean_interval("rating", [v for (_, s), v in means.items() if s == c])) for c in conditions]
     found.tables.append(estimates_table("Means over people", "condition", lines))
-    factors, kept = _factors(rows)
+    people = sorted({person for person, _ in means})
+    whole_people = [person for person in people if all((person, c) in means for c in conditions)]
+    if 1 < len(whole_people) < len(people):
+        rest = ", ".join(person for person in people if person not in whole_people)
+        found.remarks.append(f"Tests are of who has rated every condition. Left out of them: {rest}.")
+        people = whole_people
+    factors, kept = _factors([row for row in rows if str(row["participant"]) in people])
     title = f"Effects of {', '.join(factors)}"
     if not _are_crossed(kept, factors):
         found.remarks.append(f"{title}: the test needs all combinations of their values among the conditions")
@@ -44,7 +50,6 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if factors:
         note = f"Thesis 6.4.1 tests the same. {_NOTE}" if set(factors) == set(thesis.RATED_FACTORS) else _NOTE
         found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), note)
-    people = sorted({person for person, _ in means})
     whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
     plain = _without_vibration(rows)
     if plain in whole and len(whole) > 1:
