@@ -19,25 +19,39 @@ def add_people(findings: Findings, people: Sequence[Row], estimates: Sequence[Ma
     """Add rank correlations of estimates with numbers that were asked, and means of groups by words, with their tests.
 
     `people` has a row of each person, and `estimates` their values by name. Groups are what was asked before the first
-    stage, such as an age group or shoes, if two people or more gave each answer: else it is free text.
+    stage, such as an age group or shoes, if two people or more gave each answer: else it is free text. Who has no
+    estimate, or was not asked yet, is in none of these; the others are, if they are enough.
     """
-    shared = [name for name in estimates[0] if all(math.isfinite(one.get(name, math.nan)) for one in estimates)]
-    values = {name: [one[name] for one in estimates] for name in shared[:MOST_ESTIMATES]}
+    named = {name: [one.get(name, math.nan) for one in estimates] for one in estimates for name in one}
+    enough = [name for name, of in named.items() if sum(map(math.isfinite, of)) >= LEAST_PEOPLE]
+    values = {name: named[name] for name in enough[:MOST_ESTIMATES]}
     tests: list[Test] = []
     for column in columns_of(people):
         label, given = column.removeprefix(OF_PERSON), [person.get(column) for person in people]
         if not column.startswith(OF_PERSON):
             continue
-        numbers = [float(one) for one in given if isinstance(one, int | float)]
+        there = [one for one in given if one is not None]
         words = [one for one in given if isinstance(one, str)]
-        if len(numbers) == len(given) and len(set(numbers)) > 2:
-            of = [name for name, ranked in values.items() if len(set(ranked)) > 2]
-            tests += [spearman(f"{name}, {label}", values[name], numbers) for name in of]
+        if all(isinstance(one, int | float) for one in there):
+            numbers = [float(one) if isinstance(one, int | float) else math.nan for one in given]
+            tests += _ranked(label, values, numbers)
         elif len(words) == len(given) and "." not in label and _are_groups(words):  # STAGE.NAME was asked later
-            findings.tables.append(_means(label, words, values))
-            tests += [one_way_anova(f"{name}, {label}", _split(of, words)) for name, of in values.items()]
+            groups = {name: _split(of, words) for name, of in values.items()}
+            findings.tables.append(_means(label, words, groups))
+            tests += [one_way_anova(f"{name}, {label}", of) for name, of in groups.items() if min(map(len, of)) > 1]
     if tests:
         findings.add_tests("Who takes part", lambda: tests, _NOTE)
+
+
+def _ranked(label: str, values: Mapping[str, Sequence[float]], numbers: Sequence[float]) -> list[Test]:
+    """Return the rank correlations of estimates with numbers, each of who has both, if these are enough and differ."""
+    tests = []
+    for name, of in values.items():
+        both = [pair for pair in zip(of, numbers, strict=True) if all(map(math.isfinite, pair))]
+        x, y = [one for one, _ in both], [one for _, one in both]
+        if len(both) >= LEAST_PEOPLE and min(len(set(x)), len(set(y))) > 2:
+            tests.append(spearman(f"{name}, {label}", x, y))
+    return tests
 
 
 _NOTE = (
@@ -52,12 +66,13 @@ def _are_groups(words: Sequence[str]) -> bool:
 
 
 def _split(values: Sequence[float], words: Sequence[str]) -> list[list[float]]:
-    """Return the values of each group, by the order of its first person."""
-    return [[v for v, word in zip(values, words, strict=True) if word == group] for group in dict.fromkeys(words)]
+    """Return the values of each group, by the order of its first person, without those who have none."""
+    there = [(value, word) for value, word in zip(values, words, strict=True) if math.isfinite(value)]
+    return [[value for value, word in there if word == group] for group in dict.fromkeys(words)]
 
 
-def _means(label: str, words: Sequence[str], values: Mapping[str, Sequence[float]]) -> Table:
-    means = {name: [float(np.mean(group)) for group in _split(of, words)] for name, of in values.items()}
+def _means(label: str, words: Sequence[str], groups: Mapping[str, Sequence[Sequence[float]]]) -> Table:
+    means = {name: [float(np.mean(one)) if one else math.nan for one in of] for name, of in groups.items()}
     rows: list[tuple[Cell, ...]] = [
         (group, words.count(group), *(of[k] for of in means.values())) for k, group in enumerate(dict.fromkeys(words))
     ]
