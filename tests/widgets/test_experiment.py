@@ -413,6 +413,17 @@ def test_an_id_that_differs_from_one_with_a_session_in_letter_case_only_is_refus
         assert ("P01 has a session already" in bench.workspace.overview.state.text()) is not can_begin
 
 
+def test_a_session_file_of_another_id_is_not_gone_on_with(bench):
+    study, start = bench.workspace.study_list.study, bench.workspace.start
+    bench.workspace.sessions.claim(study)
+    path = bench.workspace.sessions.path(study, "P2")
+    SessionFile.create(path, study.protocol, "P1", study.folder).close()
+    bench.type_id("P2")
+    bench.click(start.begin_button)
+    said = f"{path} is the session of P1, not of P2; rename the file, or type another id"
+    assert bench.workspace.overview.state.text() == said
+
+
 def test_a_protocol_that_was_edited_in_another_program_begins_as_its_file_says(bench):
     """It began as it was when the window read it, until the window was opened anew, and nobody knew."""
     path, state = bench.folder / "made.json", bench.workspace.overview.state

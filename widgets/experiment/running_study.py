@@ -12,7 +12,7 @@ from PySide6.QtGui import QGuiApplication
 from underfoot.engine.commands import PressTile, Walk
 from underfoot.engine.reports import Report
 from underfoot.engine.target import Target
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadFile, UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
 from underfoot.files import remove_file
@@ -90,6 +90,9 @@ class RunningStudy(QObject):
                     file = _created(path, study, participant, controller.target)
                     unless_begun.callback(remove_file, path)
                 unless_begun.callback(file.close)
+                if file.participant != participant:  # as where folders of two computers were put together
+                    other = f"{path} is the session of {file.participant}, not of {participant}"
+                    raise BadFile(f"{other}; rename the file, or type another id")
                 file.hold()  # before equipment is opened, which another window may use with this session
                 protocol, folder = file.as_begun(session.registry, study.folder)
                 run = partial(Runner, session, file, protocol, folder)
