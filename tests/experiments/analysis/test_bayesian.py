@@ -27,12 +27,13 @@ def test_before_the_first_answer_95_percent_of_all_levels_and_spreads_are_believ
     assert (threshold.value, spread.value) == pytest.approx((0.0, 2.0))
 
 
-def test_thresholds_over_people_are_in_m_s2_too():
-    parameters = {"trials": 12, "range_db": [-6.0, 6.0], "step_db": 2.0}
+def test_thresholds_over_people_are_in_m_s2_too_and_answers_of_yes_to_nothing_are_counted():
+    parameters = {"trials": 12, "range_db": [-6.0, 6.0], "step_db": 2.0, "catch_share": 0.3}
     protocol = made_protocol("bayesian", parameters, {"TD": TD})
     rows = [row for person in range(3) for row in simulated_rows(protocol, person, 1, {})[0]]
     (found,) = analysed(rows, protocol, Settings())
-    person, over = found.tables
+    person, over, alarms = found.tables
+    assert sum(of for _, _, of in alarms.rows) == sum(bool(row.get("catch")) for row in rows) > 0
     values = [row[2] for row in person.rows if row[1] == "threshold TD"]
     assert [row[:2] for row in over.rows] == [("dB", "threshold TD"), ("m/s^2", "threshold TD")]
     levels = [TD["level_m_s2"] * 10.0 ** (value / 20.0) for value in values]

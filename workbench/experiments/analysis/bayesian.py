@@ -10,7 +10,7 @@ from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.analysis.staircase import over_people
+from underfoot.experiments.analysis.staircase import false_alarms, over_people
 from underfoot.experiments.methods.bayesian import Bayesian, quest_of
 from underfoot.experiments.methods.staircases import is_yes
 from underfoot.experiments.table import Row, grouped
@@ -58,6 +58,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines))
     thresholds = [(person, one) for person, one in lines if one.name.startswith("threshold")]
     found.tables.append(estimates_table("Thresholds over people", "in", over_people(thresholds, rows)))
+    found.tables += false_alarms(rows)
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]
         marks = (

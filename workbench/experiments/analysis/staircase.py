@@ -91,9 +91,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
     beside = _beside(rows, settings)
     found.tables.append(estimates_table(f"{title} over people", "in", over_people(lines, rows), beside))
-    alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
-    if any(row[2] for row in alarms):
-        found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
+    found.tables += false_alarms(rows)
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
@@ -109,6 +107,18 @@ def over_people(lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row]) -> l
         if levels:
             over.append(("m/s^2", mean_interval(name, levels, "m/s^2")))
     return over
+
+
+def false_alarms(rows: Sequence[Row]) -> list[Table]:
+    """Return a table of each person's answers of yes to nothing; [] without catch trials.
+
+    >>> rows = [{"participant": "P1", "catch": True, "felt": felt} for felt in ("no", "yes", "no")]
+    >>> false_alarms(rows)[0].rows
+    (('P1', 1, 3),)
+    """
+    people = grouped((row for row in rows if row.get("catch")), "participant").items()
+    alarms = [(str(who), sum(row.get("felt") == YES for row in part), len(part)) for (who,), part in people]
+    return [Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms))] if alarms else []
 
 
 def _point(rows: Sequence[Row], settings: Settings) -> str:
@@ -146,11 +156,6 @@ def _references(rows: Sequence[Row]) -> dict[tuple[str, str], float]:
         for row in rows
         if row.get("comparison") and row.get(LEVEL) not in (None, "")
     }
-
-
-def _false_alarms(rows: Sequence[Row]) -> tuple[int, int]:
-    empty = [row for row in rows if row.get("catch")]
-    return sum(row.get("felt") == YES for row in empty), len(empty)
 
 
 def _drawn(person: str, rows: Sequence[Row], settings: Settings) -> Drawing:
