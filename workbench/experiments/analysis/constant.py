@@ -1,7 +1,7 @@
 """Constant stimuli: psychometric curves by condition, and their differences (thesis figure 6.7, tables 6.2, 6.3)."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle
 from typing import Any
@@ -211,7 +211,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             found.add_tests(
                 f"Does {condition} change the {name}?",
                 _tests(name, compared),
-                _THESIS.get(name, "") if is_thesis else "",
+                " ".join(filter(None, (_THESIS.get(name) if is_thesis else "", _lacking(name, compared, people)))),
             )
     return found
 
@@ -249,7 +249,7 @@ _UNLIKELY = 0.01
 
 def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, settings: Settings) -> str:
     """Return what is to be known of the curves of each person."""
-    called = {"pse": "PSE"}.get(half, half)
+    called = _CALLED.get(half, half)
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
     if settings.with_lapses:
         how += " Each curve has a lapse rate."
@@ -316,6 +316,20 @@ def _tests(name: str, values: Mapping[str, Sequence[float]]) -> Callable[[], lis
         return ranks + paired_t(kept)
 
     return make
+
+
+def _lacking(name: str, values: Mapping[str, Sequence[float]], people: Iterable[object]) -> str:
+    """Return who is in no test, for lack of an estimate in a condition.
+
+    >>> _lacking("slope", {"slope 0.0": [0.02, 0.03], "slope 0.43": [0.02, math.nan]}, ["P1", "P2"])
+    'Without P2: no slope in one of them.'
+    """
+    of_people = zip(people, zip(*values.values(), strict=True), strict=True)
+    lack = ", ".join(str(who) for who, of in of_people if not all(map(math.isfinite, of)))
+    return f"Without {lack}: no {_CALLED.get(name, name)} in one of them." if lack else ""
+
+
+_CALLED = {"pse": "PSE"}
 
 
 def _medians(by_name: Mapping[str, Sequence[float]], *, beside_thesis: bool) -> Table:
