@@ -80,6 +80,19 @@ def test_a_key_that_is_held_down_answers_and_begins_nothing(bench):
     assert next(iter(form.sliders.values())).position() > 0.55  # arrows move as long as they are held
 
 
+def test_a_double_click_answers_one_page(bench):
+    """The second click went on from the next page, such as an instruction, before anybody had seen it."""
+    read = [{"id": f"read{k}", "kind": "read", "text": "Read this."} for k in (1, 2, 3)]
+    bench.choose(stages=read, stimuli={"TD": TD})
+    bench.until(Phase.PAGE)
+    for event in (bench.qtbot.mouseClick, bench.qtbot.mouseDClick, bench.qtbot.mouseRelease):
+        event(bench.person.go, Qt.MouseButton.LeftButton)
+    assert [entry.stage for entry in bench.entries()] == ["read1"]
+    bench.until(Phase.PAGE)
+    bench.click(bench.person.go)
+    assert len(bench.entries()) == 2
+
+
 def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_its_last(bench):
     """The focus was in the text below, out of sight: numbers went there, and buttons had Tab alone."""
     words = {"name": "words", "text": "What else?", "kind": "text"}

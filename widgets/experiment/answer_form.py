@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFont, QKeyEvent, QResizeEvent, QTextLayout, QTextOption
+from PySide6.QtGui import QFont, QKeyEvent, QMouseEvent, QResizeEvent, QTextLayout, QTextOption
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -59,6 +59,13 @@ def is_held(event: QKeyEvent) -> bool:
     Arrows and page keys, which type nothing, move and scroll as long as they are held.
     """
     return event.isAutoRepeat() and bool(event.text())
+
+
+class PageButton(QPushButton):
+    """A button that answers a page, or goes on from it; the second click of a double-click would be the next page's."""
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        event.accept()
 
 
 class AnswerForm(QWidget):
@@ -278,7 +285,7 @@ class AnswerForm(QWidget):
         is_numbered = len(keys) > 2 and not is_read
         height_px = round((BUTTON_LINES if len(self._questions) == 1 else ROW_LINES) * self._text_px)
         for key, word, option in zip(keys, words, options, strict=True):
-            button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
+            button = PageButton(literal(f"{key}  {word}" if is_numbered else word))
             button.setAccessibleDescription(_asked(question))  # a number alone is no answer to hear
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {height_px}px")  # over the theme's

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.quantities import counted
 from underfoot.studies.page_words import text_of, title_of
@@ -14,7 +14,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.announcing import announce
 from underfoot.widgets.controls.full_screen import FullScreenWindow
 from underfoot.widgets.controls.scrolled import Scrolled
-from underfoot.widgets.experiment.answer_form import AnswerForm, is_held, questions_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held, questions_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
@@ -54,7 +54,7 @@ class ParticipantWindow(FullScreenWindow):
         self._on_floor = False
         self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
         self.form, self.foot = AnswerForm(TEXT_PX), FootFieldsView()
-        self.go = QPushButton()
+        self.go = PageButton()
         self.go.setFont(theme.font(TEXT_PX))
         least_px = self.go.fontMetrics().height() + 2  # or the theme's, in which the words are cut
         self.go.setStyleSheet(f"padding: 12px 32px; min-height: {least_px}px")
