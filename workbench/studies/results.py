@@ -114,7 +114,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     protocol, in more than its words. Raises `BadValue` also if two files contain the same trial, and both count. A
     damaged session is named, and the others count; raises its error if there are none.
     """
-    rows: list[Row] = []
+    rows, that_count = list[Row](), set[tuple[object, ...]]()
     sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
     notes, excluded, unread = list[tuple[str, str, int, str]](), dict[tuple[str, str], None](), list[UnderfootError]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
@@ -122,7 +122,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         if path.suffix != SUFFIX and not is_recording(path):
             table = read_csv(path)
             excluded |= dict.fromkeys((str(row["participant"]), why) for row in table if (why := why_left_out(row)))
-            rows += _required_new(path, table if protocol is None else with_levels(table, protocol), rows)
+            rows += _required_new(path, table if protocol is None else with_levels(table, protocol), that_count)
             continue
         try:
             one = _session(path, shared, text)
@@ -136,7 +136,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             left_out.append(path)
             continue
         shared, text = one.protocol, text or one.text
-        rows += _required_new(path, as_left_out(one.rows, one.left_out) if one.left_out else one.rows, rows)
+        rows += _required_new(path, as_left_out(one.rows, one.left_out) if one.left_out else one.rows, that_count)
         if one.text != text:
             reworded.append(path)
         if one.left_out:
@@ -149,7 +149,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         raise unread[0]
     title = shared.title if shared is not None else paths[0].stem
     several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes), tuple(excluded)
-    return Results(title, tuple(_without_doubles(rows)), shared, *several, tuple(map(str, unread)))
+    return Results(title, tuple(_without_doubles(rows, that_count)), shared, *several, tuple(map(str, unread)))
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -221,22 +221,23 @@ def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
         return False
 
 
-def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
-    """Return the rows of a file; raise `BadValue` if a file before it has one of these trials, and both count.
+def _required_new(path: Path, rows: Sequence[Row], known: set[tuple[object, ...]]) -> Sequence[Row]:
+    """Return the rows of a file, and add those that count to what is `known` of the files before it.
 
-    A trial of the same number and another stimulus is of another study, in which the same person took part.
+    Raises `BadValue` if one of them has one of these trials, too. A trial of the same number and another stimulus is of
+    another study, in which the same person took part.
     """
-    seen = {_trial(row) for row in known if not why_left_out(row)}
-    for row in rows:
-        if _trial(row) in seen and not why_left_out(row):
+    counted_rows = [row for row in rows if not why_left_out(row)]
+    for row in counted_rows:
+        if _trial(row) in known:
             text = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
             raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them, or leave one out")
+    known.update(map(_trial, counted_rows))
     return rows
 
 
-def _without_doubles(rows: Sequence[Row]) -> list[Row]:
+def _without_doubles(rows: Sequence[Row], that_count: set[tuple[object, ...]]) -> list[Row]:
     """Return the rows without those of a session that is left out where another of that id has the same trials."""
-    that_count = {_trial(row) for row in rows if not why_left_out(row)}
     doubled = {row["participant"] for row in rows if why_left_out(row) and _trial(row) in that_count}
     return [row for row in rows if not why_left_out(row) or row["participant"] not in doubled]
 
