@@ -439,9 +439,12 @@ def test_sessions_of_two_protocols_are_not_mixed(tmp_path):
     assert refused.endswith("or write a CSV of each, and analyse these")
 
 
-def test_levels_are_measured_under_the_simulated_footstep():
-    told = run("experiment", "intensity-equalisation", "--levels", "--json")
+def test_levels_are_measured_under_the_simulated_footstep(tmp_path):
+    preset = json.loads(preset_files.protocols()["intensity-equalisation"].read_text())["stimuli"]
+    (tmp_path / "a.json").write_text(protocol_text(stimuli={name: preset[name] for name in ("SP", "TD")}))
+    told = run("experiment", tmp_path / "a.json", "--levels", "--json")
     found = json.loads(told.stdout)
+    assert list(found) == ["SP", "TD"]
     assert found["TD"]["measured_m_s2"] == pytest.approx(6.0, rel=0.12)  # textures differ from draw to draw; 1 dB
     measured = [line for line in told.stderr.splitlines() if not COMPILING.match(f"{line}\n")]
     assert measured == [f"underfoot: {k} of {len(found)}: {name}" for k, name in enumerate(found, 1)]

@@ -52,8 +52,8 @@ def test_a_frame_stays_one_datagram():
 
 
 def test_twelve_contacts_keep_their_ids_and_none_is_lost():
-    """Ten seconds here; ten minutes by hand, also by the reference clients of both protocols (docs/network.md)."""
-    seconds, crowd, decoder = 10.0, Crowd(), CursorDecoder()
+    """Four seconds here; ten minutes by hand, also by the reference clients of both protocols (docs/network.md)."""
+    seconds, crowd, decoder = 4.0, Crowd(), CursorDecoder()
     tiles, most = {}, 0
     with closing(OscEnd()) as sender, closing(OscEnd()) as client:
         for number, frame in enumerate(crowd.frames(seconds), 1):

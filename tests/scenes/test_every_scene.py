@@ -76,7 +76,7 @@ def test_a_scene_declares_what_people_read(kind):
 def test_the_same_walk_gives_the_same_scene(kind, floor):
     def done():
         scene = kind(floor)
-        found = rehearse(scene, SimulatedFloor(floor), 3.0)
+        found = rehearse(scene, SimulatedFloor(floor), 2.0)
         check_cues(scene, [cue for _, cue in found.cues])
         return found.cues, scene.state, [seen(shape) for shape in check_shapes(scene)]
 
@@ -102,7 +102,7 @@ def contacts(draw):
 
 
 @KINDS
-@settings(max_examples=15, suppress_health_check=list(HealthCheck))
+@settings(max_examples=10, suppress_health_check=list(HealthCheck))
 @given(st.lists(contacts(), min_size=1, max_size=30), st.integers(0, 1000))
 def test_contacts_may_come_jump_and_vanish_as_they_like(kind, all_contacts, seed):
     scene = kind(LARGE, seed=seed)

@@ -58,7 +58,7 @@ def rate_of(bits, stimuli):
 )
 def test_its_interval_holds_the_truth_as_often_as_it_says(bits, stimuli, trials):
     random, chances = np.random.default_rng(2), confusions(rate_of(bits, stimuli), stimuli)
-    held = [information(drawn(chances, trials, random)).covers(bits) for _ in range(60)]
+    held = [information(drawn(chances, trials, random)).covers(bits) for _ in range(40)]
     assert np.mean(held) == pytest.approx(0.95, abs=0.04)
 
 

@@ -1,7 +1,8 @@
 """What is dragged to the canvas's edge scrolls the view."""
 
 import pytest
-from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
+from on_screen import show
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -13,10 +14,14 @@ CANCELS = ("escape", "right button")
 
 
 @pytest.fixture
-def design_workspace(qtbot):
-    """One for each test: after a drag from elsewhere its window is not activated again."""
+def alone(qtbot):
+    """A workspace of the test's own: after a drag from elsewhere its window is not activated again."""
     made = DesignWorkspace(REGISTRY)
     qtbot.addWidget(made)
+    made.resize(1280, 748)
+    show(qtbot, made)
+    made.set_patch(sample())
+    made.canvas.zoom_to(1.0)
     return made
 
 
@@ -141,9 +146,10 @@ def from_the_list(workspace):
     return Qt.DropAction.CopyAction, data, LEFT, NONE
 
 
-def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(workspace, canvas, qtbot):
+def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(alone, qtbot):
+    canvas = alone.canvas
     view, before, end = canvas.viewport(), left_edge(canvas), right_of(canvas, -4)
-    how = from_the_list(workspace)
+    how = from_the_list(alone)
     QApplication.sendEvent(view, QDragEnterEvent(QPoint(1, end.y()), *how))
     QApplication.sendEvent(view, QDragMoveEvent(QPoint(2, end.y()), *how))
     assert not canvas.edge_scrolling.is_scrolling  # the list is beside this edge
@@ -153,14 +159,15 @@ def test_a_node_from_the_list_scrolls_the_view_once_it_was_within(workspace, can
     place = canvas.mapToScene(end)
     QApplication.sendEvent(view, QDropEvent(QPointF(end), *how))
     assert not canvas.edge_scrolling.is_scrolling
-    assert abs(workspace.patch().nodes[-1].at[0] - place.x()) <= 24
+    assert abs(alone.patch().nodes[-1].at[0] - place.x()) <= 24
     stays = left_edge(canvas)
-    workspace.hide()
+    alone.hide()
     assert left_edge(canvas) == stays
 
 
-def test_a_node_from_the_list_that_is_given_up_leaves_the_view_where_it_was(workspace, canvas, qtbot):
-    view, before, end, how = canvas.viewport(), left_edge(canvas), right_of(canvas, -4), from_the_list(workspace)
+def test_a_node_from_the_list_that_is_given_up_leaves_the_view_where_it_was(alone, qtbot):
+    canvas = alone.canvas
+    view, before, end, how = canvas.viewport(), left_edge(canvas), right_of(canvas, -4), from_the_list(alone)
     QApplication.sendEvent(view, QDragEnterEvent(view.rect().center(), *how))
     QApplication.sendEvent(view, QDragMoveEvent(view.rect().center(), *how))
     QApplication.sendEvent(view, QDragMoveEvent(end, *how))
@@ -168,14 +175,15 @@ def test_a_node_from_the_list_that_is_given_up_leaves_the_view_where_it_was(work
     QApplication.sendEvent(view, QDragLeaveEvent())
     assert not canvas.edge_scrolling.is_scrolling
     assert left_edge(canvas) > before  # it may come back
-    palette = workspace.node_palette.list
+    palette = alone.node_palette.list
     at = palette.visualItemRect(palette.findItems("Hum", Qt.MatchFlag.MatchContains)[0]).center()
     for kind, way in ((QEvent.Type.MouseButtonPress, 0), (QEvent.Type.MouseMove, 30), (QEvent.Type.MouseMove, 60)):
         send(palette.viewport(), kind, at + QPoint(way, 0), LEFT)  # without a screen a drag ends as it begins
     assert left_edge(canvas) == before
 
 
-def test_a_file_that_is_dragged_over_the_edge_scrolls_nothing(canvas):
+def test_a_file_that_is_dragged_over_the_edge_scrolls_nothing(alone):
+    canvas = alone.canvas
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile("/sounds/ice.json")])
     how = Qt.DropAction.CopyAction, data, LEFT, NONE
