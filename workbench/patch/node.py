@@ -79,12 +79,12 @@ class Output(Struct, frozen=True):
 
 
 def prepared(make: Callable[..., Any]) -> Prepared:
-    """Declare a one-dimensional table, made from the node's values and the rate when a program is built."""
+    """Declare a one-dimensional table, `make(values, rate)`, made when a program is built."""
     return Prepared(make, 1)
 
 
 def prepared_columns(make: Callable[..., Any]) -> Prepared:
-    """Declare a two-dimensional table, [column, row], made from the node's values and the rate."""
+    """Declare a two-dimensional table, in the shape that `make(values, rate)` returns."""
     return Prepared(make, 2)
 
 
