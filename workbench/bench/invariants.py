@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.models.stick_slip.quantile_table import LONGEST
-from underfoot.nodes.impacts import FASTEST
+from underfoot.nodes.impacts import FASTEST_M_S
 
 _SLACK = 1.0 + 1e-6
 _NOTHING = 1e-30
@@ -151,7 +151,7 @@ def _impact(seen: NodeSignals) -> str:
     force, mass = seen.outputs["force"], seen.values["mass"]
     if force.min(initial=0.0) < 0.0:
         return f"pulls with {force.min():.6g} N"
-    speeds = np.clip(seen.values["velocity"] * seen.events_in["strike"][:, 1], 0.0, FASTEST)
+    speeds = np.clip(seen.values["velocity"] * seen.events_in["strike"][:, 1], 0.0, FASTEST_M_S)
     most = mass * float(np.sum(speeds + np.sqrt(np.cumsum(speeds**2))))
     impulse = float(force.sum()) / seen.rate
     if impulse > most * _SLACK + 1e-15:

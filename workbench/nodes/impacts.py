@@ -10,10 +10,10 @@ from underfoot.models.modal import contact_motion, drawn_modes, hammer, phasors,
 from underfoot.parameters import Count, Number, Rows
 from underfoot.patch.node import Input, Output, RequestedError, node, prepared, prepared_columns
 
-FASTEST = 100.0
-"""Largest speed of a hammer, m/s, whatever the strength of its event."""
-SLOWEST = 1e-12
-"""Speed, m/s, at or below which a hammer only rests on the object: at the smallest values its contact would not
+FASTEST_M_S = 100.0
+"""Largest speed of a hammer, whatever the strength of its event."""
+SLOWEST_M_S = 1e-12
+"""Speed at or below which a hammer only rests on the object: at the smallest values its contact would not
 converge."""
 _MOST_MODES = 128
 _MOST_DRAWN = 200
@@ -90,7 +90,7 @@ class Impact:
     def run(strike, velocity, level, frame, coefficients, state, acceleration, force):
         for k in range(len(strike)):
             speed = velocity * strike.strength[k]
-            strike.strength[k] = min(speed, FASTEST) if speed > SLOWEST else 0.0
+            strike.strength[k] = min(speed, FASTEST_M_S) if speed > SLOWEST_M_S else 0.0
         out = hammer.Response(force, acceleration, force[:0])
         hammer.ring(strike, coefficients.hammer, frame, coefficients.struck, state, out)
         for i in range(acceleration.size):

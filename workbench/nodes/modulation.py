@@ -9,6 +9,7 @@ from underfoot.parameters import Choice, Number, Numbers, Rows
 from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
 
 FARTHEST = 1e6
+"""Largest magnitude of a modulated value, in the unit of what it drives."""
 AT_EVENTS = 1
 """Index of "at events" in the options of `pace`."""
 
