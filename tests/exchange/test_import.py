@@ -1,11 +1,12 @@
 """Files of other programs as patches: what they say, what of them is lost, and what is wrong with bad ones."""
 
 import json
+import random
 
 import foreign_files as made
 import numpy as np
 import pytest
-from mutations import mutated, randomness
+from mutations import mutated
 
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.exchange.format import Export, read_foreign_patch
@@ -254,7 +255,7 @@ def test_changed_files_are_read_or_refused_in_one_line(tmp_path, format):
     path = made.put(tmp_path, format.name)
     whole = path.read_bytes()
     for seed in range(150):
-        path.write_bytes(mutated(whole, randomness(seed)))
+        path.write_bytes(mutated(whole, random.Random(seed)))
         patch, said = None, ""
         try:
             patch = read_foreign_patch(format, path).patch

@@ -1,7 +1,6 @@
 """Damaged files: bytes changed, and JSON values replaced by others that JSON allows."""
 
 import json
-import random
 
 JUNK = (None, True, -1, 0, 1e308, -1e308, 10**30, 0.5, "", "x" * 100, "\ud800", [], {}, [[]], {"a": 1}, [0.0] * 3)
 TEXTS = ("NaN", "Infinity", "-Infinity", "1e999", "[" * 300 + "]" * 300, '{"a":' * 300 + "1" + "}" * 300)
@@ -83,8 +82,3 @@ def mutated_document(document, rng, keys, values):
             case _:
                 where[key] = rng.choice(values)
     return changed
-
-
-def randomness(seed):
-    """Return a separate generator for each seed."""
-    return random.Random(seed)
