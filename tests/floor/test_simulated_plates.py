@@ -52,7 +52,7 @@ def noise(n, width=2, seed=1, size=0.01):
 
 
 @pytest.mark.parametrize("load", ["none", "standing", "corner"])
-def test_it_is_the_tile_that_is_calibrated(load):
+def test_a_plate_under_a_constant_load_gives_the_bits_of_the_simulated_tile(load):
     """To the bit: the tile of the same seed, which the wizards measure, under a load that does not change."""
     drive, tile = noise(2000), FLOOR.tiles[1]
     place = {"none": (0.0, 0.0), "standing": (0.0, 0.0), "corner": tuple(0.75 * x for x in tile.sensors_m[0])}[load]
@@ -63,7 +63,7 @@ def test_it_is_the_tile_that_is_calibrated(load):
 
 
 @pytest.mark.parametrize("load", ["none", "standing"])
-def test_scipy_says_the_same_of_the_same_transfer_function(load):
+def test_a_linear_plate_is_that_of_scipys_simulation(load):
     """Of a shaker that is linear: SciPy's simulation of shaker and body as continuous systems."""
     tile, time = FLOOR.tiles[0], np.arange(3000) / RATE
     linear = msgspec.structs.replace(QUIET, shaker=Shaker(ceiling_n=1e6, bias=0.0))
@@ -198,7 +198,7 @@ def test_a_foot_anywhere_is_within_a_decibel_of_the_exact_plate():
     assert worst_db < 1.0
 
 
-def test_a_grid_of_places_for_a_foot_and_only_two_places_to_listen():
+def test_places_of_a_foot_are_a_grid_and_other_points_of_measurement_are_refused():
     places = np.array(foot_places_m(FLOOR.tiles[0]))
     assert places.shape == (289, 2)
     assert np.abs(places).max() < 0.5 * FLOOR.tiles[0].size_m[0]

@@ -61,7 +61,7 @@ def test_a_node_added_by_hand_leaves_room_for_a_stronger_step(name, output):
 
 @pytest.mark.parametrize(("ringing", "ring"), RINGING)
 @pytest.mark.parametrize(("name", "output"), EVENTS)
-def test_what_it_strikes_leaves_room_as_well(name, output, ringing, ring):
+def test_what_a_node_added_by_hand_strikes_leaves_room_for_a_stronger_step(name, output, ringing, ring):
     patch = added(Patch(), name).add(ringing, REGISTRY, **REGISTRY[ringing].initial)
     patch = patch.connect(f"{name}.{output}", f"{ringing}.strike", REGISTRY)
     assert room_db(patch, f"{ringing}.{ring}") > LEAST_ROOM_DB

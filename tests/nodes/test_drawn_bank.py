@@ -91,6 +91,6 @@ def test_all_tiles_have_the_same_modes_and_another_draw_has_others():
     assert np.abs(ring(draw=2)[0] - heard[0]).max() > 0.1
 
 
-def test_a_band_that_is_turned_round_rings_at_its_low_edge():
+def test_a_band_whose_high_edge_is_below_its_low_one_rings_at_the_low_one():
     frequencies = drawn(modes=5, low=400.0, high=300.0)[0]
     assert np.allclose(frequencies, 400.0)

@@ -185,7 +185,7 @@ def test_a_driven_parameter_is_where_the_wire_says_in_its_own_unit():
     assert played(base, "low-pass.out")[0].tobytes() == played(driven, "low-pass.out")[0].tobytes()
 
 
-def test_a_map_that_slept_speaks_up_when_its_range_is_moved():
+def test_a_sleeping_map_wakes_when_its_range_is_moved():
     patch = alone("map").add("tile-force", REGISTRY).connect("tile-force.force", "map.signal", REGISTRY)
     program = Program(patch, REGISTRY, TILES, block=960, scopes=["map.out"])
     program.run(0, 960)

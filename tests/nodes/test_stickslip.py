@@ -65,7 +65,7 @@ def test_a_belt_that_stands_makes_no_slip():
     assert events.size == 0
 
 
-def test_what_is_pulled_up_and_dragged_back_does_not_slip():
+def test_force_and_velocity_below_0_make_no_slip():
     patch = node().add("gain", REGISTRY).connect("tile-force.force", "gain.signal", REGISTRY)
     patch = patch.connect("gain.out", "stick-slip.velocity", REGISTRY)
     signal, events, _ = play(patch, np.full(4 * BLOCK, -5.0))

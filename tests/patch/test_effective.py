@@ -58,14 +58,14 @@ def test_what_is_muted_costs_nothing():
     assert set(program.left_out) == {"noise", "scale"}
 
 
-def test_past_a_bypassed_node_goes_what_came_to_it():
+def test_wires_of_a_bypassed_node_start_at_the_source_of_its_input():
     straight = two_tones().connect("tone.out", "mix.a", REGISTRY)
     assert np.array_equal(effective(two_tones(marks=[("low-pass", "bypassed")])), effective(straight))
     twice = two_tones(marks=[("low-pass", "bypassed"), ("mix", "bypassed")])
     assert ("tone.out", "tile-output.acceleration") in effective_patch(twice, REGISTRY).wires
 
 
-def test_what_fits_nowhere_is_silent_past_a_bypassed_node():
+def test_a_bypassed_node_whose_inputs_do_not_fit_is_silent():
     struck = patch_of(("strike.out", "modal-bank.strike"), ("modal-bank.out", "tile-output.acceleration"))
     assert effective_patch(struck.mark(["modal-bank"], "bypassed", on=True), REGISTRY).wires == (
         ("strike.out", "modal-bank.strike"),
