@@ -66,7 +66,7 @@ def test_frames_that_are_lost_leave_a_gap_and_all_others_stand_where_they_were_c
     np.testing.assert_allclose(found[known], played[known], atol=1e-6)
 
 
-def test_silence_that_is_put_in_is_left_out(memory):
+def test_inserted_silence_is_left_out(memory):
     played = noise(6 * RATE)
     arrives = np.insert(delayed(played), 150_000, np.zeros(2_177, np.float32))
     found, jumps = simulated_recording(memory, played, arrives)
@@ -76,7 +76,7 @@ def test_silence_that_is_put_in_is_left_out(memory):
     np.testing.assert_allclose(found[known], played[known], atol=1e-6)
 
 
-def test_a_distance_that_the_device_told_wrongly_is_found_without_being_counted(memory):
+def test_a_latency_that_the_device_reports_wrongly_is_found_and_is_no_jump(memory):
     played = noise(3 * RATE)
     found, jumps = simulated_recording(memory, played, delayed(played), told=DELAY - 2_200)
     known = np.isfinite(found)

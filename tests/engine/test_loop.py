@@ -132,7 +132,7 @@ def test_a_number_of_a_patch_that_does_not_play_yet_does_no_harm():
     assert played(loop, 480).tobytes() == played(loop_of(hum()), 480).tobytes()
 
 
-def test_the_hand_of_a_number_moves_in_a_ramp():
+def test_a_number_that_is_set_moves_in_a_ramp():
     loop = loop_of(hum(tone={"frequency": 400.0, "amplitude": 2.0}), walking=False, limits=(OPEN,) * 4)
     loop.send(Set("tone", "amplitude", 8.0), 9_600)
     out = played(loop, 19_200)[:, 0]

@@ -116,7 +116,7 @@ def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
     assert sorted(path.name for path in recorder.path.parent.iterdir()) == ["a.uf"]
 
 
-def test_it_ends_where_all_commands_are_known(rings, record, until):
+def test_a_recording_ends_before_the_frame_that_it_is_told(rings, record, until):
     recorder = record()
     for _ in range(3):
         rings.write(4_800)
@@ -128,7 +128,7 @@ def test_it_ends_where_all_commands_are_known(rings, record, until):
 
 
 @pytest.mark.parametrize("marks", [(), (RecordMark(0, "here"),)])
-def test_ended_before_the_first_frame_it_leaves_a_file_only_for_its_marks(rings, record, until, marks):
+def test_a_recording_ended_before_its_first_frame_leaves_a_file_only_for_its_marks(rings, record, until, marks):
     recorder = record()
     for mark in marks:
         recorder.send(mark)
@@ -139,7 +139,7 @@ def test_ended_before_the_first_frame_it_leaves_a_file_only_for_its_marks(rings,
     assert recorder.path.exists() == bool(marks)
 
 
-def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, until):
+def test_a_recorder_killed_at_any_moment_has_lost_at_most_the_last_block(rings, record, until):
     recorder = record()
     rings.write(9_600)
     until(lambda: kept_by(recorder) == 9_600)
@@ -166,7 +166,7 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_asked_to_end_with_all_other_processes_it_closes_its_file(rings, record, until, name):
+def test_a_recorder_asked_to_end_with_all_other_processes_closes_its_file(rings, record, until, name):
     """As by a service manager, or the end of a terminal; a copy of the file alone had nothing in it."""
     recorder = record()
     rings.write(9_600)
@@ -180,7 +180,7 @@ def test_asked_to_end_with_all_other_processes_it_closes_its_file(rings, record,
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 14_400))
 
 
-def test_killed_before_there_is_a_file_it_begins_anew(rings, record, until):
+def test_a_recorder_killed_before_there_is_a_file_begins_anew(rings, record, until):
     recorder = record()
     os.kill(recorder.pid, signal.SIGKILL)
     until(lambda: recorder.death() == "signal 9", "it died")
@@ -374,7 +374,7 @@ def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):
         assert playing.of(ProcessDied) == []
 
 
-def test_one_that_is_ended_before_it_cannot_be_made_is_told(until, tmp_path):
+def test_a_recording_that_cannot_be_made_is_told_although_it_was_ended_before(until, tmp_path):
     with live(stepped_bank(), until, record=tmp_path / "none" / "a.uf", start=False) as playing:
         playing.session.end_recording()
         playing.until(lambda: playing.of(Notice), "it is told")

@@ -37,7 +37,7 @@ def test_what_is_written_is_read_once_and_in_order(ring):
     assert (first, rows.tolist()) == (7, numbered(7, 3).tolist())
 
 
-def test_another_process_finds_it_by_its_name(ring):
+def test_a_ring_is_opened_by_its_name(ring):
     other = Ring.open(ring.where)
     ring.write(numbered(0, 3), 3)
     assert Reader(other, start=1).read()[1].tolist() == numbered(1, 2).tolist()
@@ -94,7 +94,7 @@ def test_rows_of_zeros_are_as_if_they_were_written(steps):
         assert ring.rows[np.array(kept, int) % 64].tolist() == [expected[row] for row in kept]
 
 
-def test_going_on_never_goes_back(ring):
+def test_a_ring_does_not_continue_at_an_earlier_row(ring):
     ring.write(numbered(0, 10), 10)
     ring.skip(4)
     assert ring.written == 10

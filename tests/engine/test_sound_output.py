@@ -35,14 +35,14 @@ def play(patch, *commands, block=1024, floor=None, **options):
     return render_source(patch, REGISTRY, source, FRAMES / RATE, LoopOptions(block=block, **options), commands=commands)
 
 
-def test_it_is_one_channel_behind_the_tiles_and_the_tiles_play_as_without_it():
+def test_sound_is_one_channel_behind_the_tiles_which_play_as_without_it():
     plain, heard = play(felt(None)), play(felt())
     assert plain.samples.shape == (FRAMES, 4)
     assert heard.samples.shape == (FRAMES, 5)
     np.testing.assert_array_equal(heard.samples[:, :4], plain.samples)
 
 
-def test_without_a_channel_it_is_not_run_and_the_tiles_play_the_same():
+def test_without_a_channel_sound_is_not_run_and_the_tiles_play_the_same():
     patch = felt().add("noise", REGISTRY).add("sound-output", REGISTRY)
     patch = patch.connect("noise.out", "sound-output1.sound", REGISTRY)
     found = play(patch, sound_channel=-1)
@@ -50,7 +50,7 @@ def test_without_a_channel_it_is_not_run_and_the_tiles_play_the_same():
     np.testing.assert_array_equal(found.samples, play(felt(None)).samples)
 
 
-def test_it_is_the_sum_of_all_tiles_in_parts_of_full_scale():
+def test_sound_is_the_sum_of_all_tiles_in_full_scale():
     """Four tiles with an amplitude of 2 at 0.05 each: 0.4; a tile gives 2 of its 20 m/s^2."""
     samples = play(felt()).samples[FRAMES // 2 :]
     assert np.abs(samples[:, 4]).max() == pytest.approx(0.4, rel=1e-3)
@@ -60,14 +60,14 @@ def test_it_is_the_sum_of_all_tiles_in_parts_of_full_scale():
 
 
 @pytest.mark.parametrize("block", [1, 7, 32, 480])
-def test_it_gives_the_same_bytes_at_any_block_size(block):
+def test_sound_has_the_same_bytes_at_any_block_size(block):
     patch = felt()
     commands = (0, Play(True)), (9000, Level(-6.0)), (20_000, Swap(felt(0.02).dumps(), together=True))
     expected = play(patch, *commands)
     np.testing.assert_array_equal(play(patch, *commands, block=block).samples, expected.samples)
 
 
-def test_it_passes_the_limiter_and_level_and_panic_act_on_it():
+def test_limiter_level_and_panic_act_on_sound():
     loud = play(felt(10.0)).samples[:, 4]
     assert 0.3 < np.abs(loud).max() <= 0.95
     softer = play(felt(), (0, Play(True)), (0, Level(-6.0))).samples[FRAMES // 2 :, 4]
@@ -77,7 +77,7 @@ def test_it_passes_the_limiter_and_level_and_panic_act_on_it():
     assert not panicked[9600 + 48 :].any()
 
 
-def test_simulated_plates_do_not_hear_it():
+def test_sound_does_not_drive_simulated_plates():
     silent_tiles = felt().set("tile-output", "level", 0.0, REGISTRY)
     found = play(silent_tiles, plates=("accelerometer",))
     assert found.samples[:, 4].any()
@@ -87,7 +87,7 @@ def test_simulated_plates_do_not_hear_it():
     np.testing.assert_array_equal(with_sound.tiles["accelerometer"], without.tiles["accelerometer"])
 
 
-def test_no_tile_shares_its_channel_whatever_the_floor_says():
+def test_no_tile_shares_the_channel_of_sound_whatever_the_floor_says():
     floor = default_floor()
     assert play(felt(), floor=floor, channels=(3, 0, 5, -1)).samples.shape == (FRAMES, 7)
 
@@ -101,7 +101,7 @@ def test_a_patch_that_comes_later_is_heard_where_a_channel_was_kept():
     assert play(felt(None), *commands).samples.shape == (FRAMES, 4)
 
 
-def test_silence_sleeps():
+def test_silent_sound_sleeps():
     loop = Loop(felt(amplitude=0.0), REGISTRY, SimulatedFloor(default_floor(), RATE, walking=False), LoopOptions())
     loop.send(Play(True))
     assert not loop.play(9600).any()
@@ -109,7 +109,7 @@ def test_silence_sleeps():
     assert loop.program.awake()["sound-output"] == 0
 
 
-def test_render_writes_it_as_a_further_channel(tmp_path):
+def test_render_writes_sound_as_a_further_channel(tmp_path):
     patch = tmp_path / "patch.json"
     patch.write_bytes(felt().dumps())
     said = CliRunner().invoke(
