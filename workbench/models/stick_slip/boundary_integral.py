@@ -199,9 +199,11 @@ def _most_components(panels: Panels) -> int:
 
 @part
 def _response(block: BlockOnBelt, lag: float, source: Grid, target: Grid, out: _Response) -> None:
-    # R of unit components on `source`, a lag earlier, at the points of `target`. From one component to the next the
-    # exponent has constant second differences, so the density is updated by two products. It is recomputed now and
-    # then, because a value that starts in underflow would stay 0.
+    """Compute R of unit components on `source`, a lag earlier, at the points of `target`.
+
+    From one component to the next the exponent has constant second differences, so the density is updated by two
+    products. It is recomputed now and then, because a value that starts in underflow would stay 0.
+    """
     density, ratio = out.density, out.ratio
     w0, zeta, noise, belt_velocity = block.w0, block.zeta, block.noise, block.belt_velocity
     a_xx, a_xv, a_vx, a_vv, s_xx, s_xv, s_vv = transition(w0, zeta, noise, lag)
@@ -243,8 +245,10 @@ def _response(block: BlockOnBelt, lag: float, source: Grid, target: Grid, out: _
 def _lag_quadrature(
     nearest: float, farthest: float, shortest_lag: float, lags: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> int:
-    # Quadrature over the lags from nearest to farthest, into `lags` and `weights`; returns its length. Gauss-Legendre
-    # rules, each over at most a certain ratio of lags; in the square root of the lag if the lag starts at 0.
+    """Write the quadrature over the lags from nearest to farthest into `lags` and `weights`; return its length.
+
+    Gauss-Legendre rules, each over at most a certain ratio of lags; in the square root of the lag if it starts at 0.
+    """
     if farthest <= _LARGEST_LAG_RATIO * nearest:
         _gauss_rule(nearest, farthest, lags, weights)
         return NODES_PER_PANEL

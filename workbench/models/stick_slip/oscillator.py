@@ -121,7 +121,7 @@ def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockO
 
 @part
 def _propagator(w0: float, zeta: float, t: float) -> tuple[float, float, float, float]:
-    # A_xx, A_xv, A_vx and A_vv after t: a series if the damping is nearly critical, else sine or hyperbolic sine.
+    """Return A_xx, A_xv, A_vx and A_vv after t: by a series near critical damping, else by (hyperbolic) sines."""
     half = 0.5 * zeta
     square = (w0 * w0 - half * half) * t * t
     if abs(square) < 1e-6:

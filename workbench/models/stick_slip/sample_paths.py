@@ -131,9 +131,11 @@ def _draw(
 
 @part
 def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np.random.Generator) -> float:
-    # Share of the step at which the bridge first crosses the belt velocity: r / (1 + r), with r inverse Gaussian of
-    # mean gap / next_gap and shape gap^2 / variance (algorithm of Michael, Schucany and Haas, with the root written
-    # without cancellation).
+    """Return the share of the step at which the bridge first crosses the belt velocity.
+
+    It is r / (1 + r), with r inverse Gaussian of mean gap / next_gap and shape gap^2 / variance (algorithm of Michael,
+    Schucany and Haas, with the root written without cancellation).
+    """
     if gap <= 1e-12 * next_gap:
         return 0.0
     shape = gap * gap / variance
@@ -152,9 +154,11 @@ def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np
 
 @part
 def _bridge_area(gap: float, part: float, noise: float, generator: np.random.Generator) -> float:
-    # Distance that the belt gains on a block that first reaches its velocity after `part` s: the area under a Bessel
-    # bridge, the length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. Computed from its midpoint, with
-    # weights that give the mean area both without noise and without gap.
+    """Return the distance that the belt gains on a block that first reaches its velocity after `part` s.
+
+    It is the area under a Bessel bridge, the length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0,
+    computed from its midpoint, with weights that give the mean area both without noise and without gap.
+    """
     spread = math.sqrt(0.5 * noise * part)
     along = 0.5 * gap + spread * generator.standard_normal()
     across = spread * spread * (generator.standard_normal() ** 2 + generator.standard_normal() ** 2)

@@ -92,9 +92,8 @@ class SlipDistribution:
         belt_velocity = self.block.belt_velocity
         periods = times + (self.block.x0 - means) / belt_velocity
         table = self.panels.table
-        last = float(
-            (table["start"] + table["length"]).max(initial=0.0)
-        )  # a tail's panel extends far beyond its last node
+        # Not the last node: a tail's panel extends far beyond it.
+        last = float((table["start"] + table["length"]).max(initial=0.0))
         high = last + float((self.block.x0 - means + 6.0 * widths).max(initial=0.0)) / belt_velocity
         return tabulate(
             lambda points: _period_density_and_cdf(self.panels, belt_velocity, self.block.x0, points),
@@ -227,8 +226,10 @@ def _quantiles(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDA
 
 @kernel
 def _subdivision(travel: float, width: float) -> tuple[int, float]:
-    # Number of parts to divide a panel whose grid moves by `travel` into, and the width of their components. Widening
-    # them to 1/128 of the travel blurs a density that is spread evenly over it by some 1e-5.
+    """Return into how many parts to divide a panel whose grid moves by `travel`, and the width of their components.
+
+    Widening them to 1/128 of the travel blurs a density that is spread evenly over it by some 1e-5.
+    """
     parts = min(32, 1 + int(travel / (4.0 * width)))
     return parts, max(width, travel / (4.0 * parts))
 
@@ -238,8 +239,11 @@ def _subdivision(travel: float, width: float) -> tuple[int, float]:
 def _period_density_and_cdf(
     panels: Panels, belt_velocity: float, x0: float, points: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    # A slip that ended at time s and position x has the period s + (x0 - x)/v_b: up to the period T count the positions
-    # from x0 - v_b (T - s) to x0. The panel that contains T is integrated up to T only.
+    """Return density and CDF of the period at `points` s, [2, points].
+
+    A slip that ended at time s and position x has the period s + (x0 - x)/v_b: up to the period T count the positions
+    from x0 - v_b (T - s) to x0. The panel that contains T is integrated up to T only.
+    """
     found = np.empty((2, points.size))
     basis = np.empty(NODES_PER_PANEL)
     for i in range(points.size):

@@ -89,7 +89,7 @@ def run(
 
 @part
 def _lag(since: float, length: float, depth: float) -> float:
-    # Velocity of a slip below v_b, `since` frames after its onset.
+    """Return by how much a slip's velocity is below v_b, `since` frames after its onset."""
     if since <= 0.0 or since >= length:
         return 0.0
     return depth * (1.0 - math.cos(2.0 * math.pi * since / length))
