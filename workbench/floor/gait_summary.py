@@ -15,18 +15,18 @@ LEAST_STEPS = 4
 """Fewest steps of a person for a summary: two of each foot."""
 
 LEAST_STRIDE_M = 0.15
-"""Two steps that lead less far are on the spot, where lengths near 0 differ by any factor: simulated
-people who step or turn there make at most 0.09 m."""
+"""Length of two steps below which they are on the spot, where lengths near 0 differ by any factor: simulated people
+who step or turn there make at most 0.09 m."""
 
 LEAST_STRIDES = 30
-"""Fewest strides of which a variation is told: the standard deviation of 30 is off by a sixth, sqrt(3 / 4 n), as each
-shares steps with its neighbours."""
+"""Fewest strides of which the variation is stated: the standard deviation of 30 is off by a sixth, sqrt(3 / 4 n), as
+each shares steps with its neighbours."""
 
 KEPT_STANCES = 1000
 """Stances of a person of which medians are taken: as many as ten minutes have."""
 
-MOST_TOLD = 8
-"""Most persons whose gait is told one by one; more are told together."""
+MOST_LINES = 8
+"""Most persons with a line each; more are summed up in one."""
 
 _GONE_S = 60.0
 """A person who has not stepped for this long has left, or counts as another: longer than a walk can be lost."""
@@ -105,8 +105,8 @@ class GaitTotals:
 
     def __init__(self) -> None:
         self._present: dict[int, _Sums] = {}
-        self._told: list[PersonGait] = []
-        self._left, self._count = _Sums(), 0
+        self._gone: list[PersonGait] = []  # the first `MOST_LINES` of them
+        self._sum_gone, self._count_gone = _Sums(), 0
 
     def add(self, steps: Iterable[Step]) -> None:
         """Take further steps of the stream."""
@@ -115,19 +115,19 @@ class GaitTotals:
         for person in [one for one, sums in self._present.items() if sums.last_s < now_s - _GONE_S]:
             sums = self._present.pop(person)
             if sums.steps >= LEAST_STEPS:
-                self._count += 1
-                self._left.merge(sums)
-                self._told += [sums.gait(person)] if len(self._told) < MOST_TOLD else []
+                self._count_gone += 1
+                self._sum_gone.merge(sums)
+                self._gone += [sums.gait(person)] if len(self._gone) < MOST_LINES else []
 
     def lines(self) -> list[str]:
         """Return a line for each person with at least four steps or, if they are many, one for all."""
         known = {person: sums for person, sums in self._present.items() if sums.steps >= LEAST_STEPS}
-        persons = self._count + len(known)
-        if persons <= MOST_TOLD:
-            gaits = [*self._told, *(sums.gait(person) for person, sums in known.items())]
+        persons = self._count_gone + len(known)
+        if persons <= MOST_LINES:
+            gaits = [*self._gone, *(sums.gait(person) for person, sums in known.items())]
             return [gait.line() for gait in sorted(gaits, key=lambda gait: gait.person)]
         everyone = _Sums()
-        for sums in (self._left, *known.values()):
+        for sums in (self._sum_gone, *known.values()):
             everyone.merge(sums)
         return [f"{persons} persons of {LEAST_STEPS} steps or more: {everyone.mean_gait().figures()}"]
 
