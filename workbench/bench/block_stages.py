@@ -192,7 +192,7 @@ _Part = tuple[float, dict[str, float], np.ndarray, np.ndarray]
 def _parts(runner: BlockRunner, watch: _Stopwatch) -> list[_Part]:
     """Return, per part: seconds in total and by stage; and per node, seconds and frames run, over all tiles."""
     tables, rate = runner.loop.program.tables, _cycles_a_second()
-    tables.timed_of[:] = 1
+    tables.blocks_per_timed[:] = 1
     for _ in range(max(round(_WARM_S * RATE_HZ) // runner.loop.block, 1)):
         runner.run()
     found = []

@@ -205,7 +205,7 @@ class Builder:
             asleep=np.repeat(~self.awake_at_first[:, None], rows, axis=1).astype(np.uint8),
             ran=np.zeros((count, rows), np.int64),
             cycles=np.zeros(count, np.int64),
-            timed_of=np.array([driver.blocks_per_timed(self.block)], np.int64),
+            blocks_per_timed=np.array([driver.blocks_per_timed(self.block)], np.int64),
             moving=np.zeros(count, np.uint8),
             inputs=np.array(self.inputs, np.int64),
             watched=np.array(self.watched, np.int64),

@@ -31,7 +31,8 @@ _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
 
 
 def blocks_per_timed(block: int) -> int:
-    """Return of how many blocks one is timed: reading the counter twice takes as long as 64 frames of a small node.
+    """Return how many blocks there are for each that is timed: reading the counter twice takes as long as 64 frames of
+    a small node.
 
     The number is odd, so that the timed blocks do not always begin sleep intervals.
 
@@ -49,12 +50,12 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     if p.no_sound[0] == 0:
         p.sound[:] = 0.0
         p.no_sound[0] = 1
-    is_timed = frame // max(n, 1) % p.timed_of[0] == 0
+    is_timed = frame // max(n, 1) % p.blocks_per_timed[0] == 0
     first = SLEEP_INTERVAL - frame % SLEEP_INTERVAL
     intervals = 1 if n <= first else 1 + (n - first + SLEEP_INTERVAL - 1) // SLEEP_INTERVAL
     row = 0
     while row < p.output.shape[0]:
-        end = _left_alone(p, row, n)
+        end = _end_of_idle(p, row, n)
         if end > row:
             _skip(p, row, end, n)
             row = end
@@ -109,7 +110,7 @@ def tail(where: NDArray[np.int64], k: int) -> float:
 
 
 @inlined
-def _left_alone(p: Tables, row: int, n: int) -> int:
+def _end_of_idle(p: Tables, row: int, n: int) -> int:
     """Return the end of the rows from `row` on that are idle and receive only zeros from the engine in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.silent[row] != 0:
         if p.engine_zero[row] == 0:
@@ -123,7 +124,7 @@ def _left_alone(p: Tables, row: int, n: int) -> int:
 
 @inlined
 def _skip(p: Tables, row: int, end: int, n: int) -> None:
-    """Skip these rows: nothing to compute."""
+    """Write the scopes of idle rows as zeros, and leave no events behind the last row."""
     for j in range(p.scopes.size):
         for one in range(row, end):
             for i in range(np.uint64(n)):
@@ -235,7 +236,7 @@ def _run_awake(
                 read_controls(p, k, row, frame, f)
             g = min(g, f + SPAN - (frame + f) % SPAN)
         else:
-            g = _far(p, k, g, interval, first, n)
+            g = _stretch_end(p, k, g, interval, first, n)
         _stretch(p, k, row, frame, f, g, interval, first)
         f = g
         while first + interval * SLEEP_INTERVAL < f:
@@ -312,8 +313,8 @@ def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
 
 
 @inlined
-def _far(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
-    """Return the end of a stretch: past the end of each interval at which its row could not fall asleep anyway."""
+def _stretch_end(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
+    """Return the end of a stretch: the first end of an interval from `g` on at which its row could fall asleep."""
     while g < n:
         nonzero = 0
         for j in range(p.nodes[k].watched_at, p.nodes[k].watched_at + p.nodes[k].watched):
@@ -359,7 +360,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
         q = interval
         while a < g:
             b = min(first + q * SLEEP_INTERVAL, g)
-            if _look(p, buffer, a, b, q):
+            if _mark_nonzero(p, buffer, a, b, q):
                 _contain(p, k, row, frame, f, g)
                 return
             a = b
@@ -367,7 +368,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
 
 
 @inlined
-def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
+def _mark_nonzero(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
     """Mark the interval as nonzero if a frame is nonzero; return whether a value is not finite."""
     at = p.buffer_at[buffer]
     largest = np.int64(0)

@@ -37,7 +37,7 @@ class Tables(NamedTuple):
     asleep: B2  # [node, row]
     ran: I2  # [node, row]: frames run
     cycles: I1  # [node]: processor cycles spent in the blocks that are timed
-    timed_of: I1  # [1]: one block of how many is timed
+    blocks_per_timed: I1  # [1]: how many blocks there are for each that is timed
     moving: B1  # [node]: a control is ramping
     inputs: I1  # buffers of inputs, node after node
     watched: I1  # buffers that must be zero for a node to sleep
