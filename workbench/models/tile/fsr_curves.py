@@ -93,8 +93,12 @@ def rational(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     """
     require_alike(x=x, f=f, w=w)
     top = float(x.max())
+
+    def shape(s: float) -> tuple[dict[str, float], Callable[[Floats], Floats]]:
+        return {"ceiling": top / max(s, 1e-9)}, lambda v: v / (1.0 - v / top * s)
+
     # 1/c = s / top: s from 0 (linear) towards 1 (the ceiling is just above the largest reading).
-    return _best_of("rational", ("factor", "ceiling"), x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), _rational(top))
+    return _best_of("rational", x, f, w, 1.0 - np.geomspace(1.0, 1e-3, 60), shape)
 
 
 def exponential(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
@@ -111,7 +115,7 @@ def exponential(x: Floats, f: Floats, w: Floats) -> FittedCurve | None:
     def shape(s: float) -> tuple[dict[str, float], Callable[[Floats], Floats]]:
         return {"scale": top / s}, lambda v: np.expm1(v / top * s)
 
-    return _best_of("exponential", ("factor", "scale"), x, f, w, np.geomspace(0.05, 14.0, 80), shape)
+    return _best_of("exponential", x, f, w, np.geomspace(0.05, 14.0, 80), shape)
 
 
 def resistor(x: Floats, f: Floats, w: Floats, conductance: Callable[[Floats], Floats]) -> FittedCurve | None:
@@ -196,7 +200,6 @@ def rising(values: Floats, weights: Floats) -> Floats:
 
 def _best_of(
     family: str,
-    names: tuple[str, str],
     x: Floats,
     f: Floats,
     w: Floats,
@@ -218,14 +221,7 @@ def _best_of(
     if a <= 0.0:
         return None
     constants, h = made(s)
-    return _sampled(family, {names[0]: a, **constants}, lambda v: a * h(v), float(x.max()))
-
-
-def _rational(top: float) -> Callable[[float], tuple[dict[str, float], Callable[[Floats], Floats]]]:
-    def made(s: float) -> tuple[dict[str, float], Callable[[Floats], Floats]]:
-        return {"ceiling": top / max(s, 1e-9)}, lambda v: v / (1.0 - v / top * s)
-
-    return made
+    return _sampled(family, {"factor": a, **constants}, lambda v: a * h(v), float(x.max()))
 
 
 def _sampled(family: str, parameters: dict[str, float], force: Callable[[Floats], Floats], top: float) -> FittedCurve:
