@@ -105,7 +105,7 @@ class WavPlayer:
 
     @prepared
     def samples(values, rate):
-        return _samples(values["file"], rate, values["mode"] == "loop")
+        return _samples(values["file"], rate, is_loop=values["mode"] == "loop")
 
     def run(samples, mode, amplitude, start, rate, frame, state, out):
         event, glide_frames = 0, GLIDE_S * rate
@@ -141,7 +141,7 @@ a megabyte can have a thousand times as many, and one that is resampled from 100
 """
 
 
-def _samples(path: str, rate: float, is_loop: bool) -> Floats:
+def _samples(path: str, rate: float, *, is_loop: bool) -> Floats:
     """Return the first channel of a sound file, resampled to `rate`; empty without a file.
 
     A loop is stretched to a whole number of frames, by at most half of one, because its end meets its beginning.
@@ -151,23 +151,23 @@ def _samples(path: str, rate: float, is_loop: bool) -> Floats:
     import soundfile
 
     if not Path(path).is_file():  # opening a pipe would block
-        raise BadFile(f"{Path(path)} cannot be played: there is no such file")
+        raise _unplayable(path, "there is no such file")
     try:
         with soundfile.SoundFile(path) as file:
             own_rate = file.samplerate
             if not _LEAST_RATE_HZ <= own_rate <= _MOST_RATE_HZ:
-                says = f"its header says {own_rate} Hz; allowed: {_LEAST_RATE_HZ} to {_MOST_RATE_HZ} Hz"
-                raise BadFile(f"{Path(path)} cannot be played: {says}")
+                allowed = f"{_LEAST_RATE_HZ} to {_MOST_RATE_HZ} Hz"
+                raise _unplayable(path, f"its header says {own_rate} Hz; allowed: {allowed}")
             samples = round(file.frames * max(file.channels, rate / own_rate))
             if samples > _MOST_SAMPLES:
-                says = f"it is {samples} samples in memory; allowed: {_MOST_SAMPLES}, 90 minutes at 48 kHz"
-                raise BadFile(f"{Path(path)} cannot be played: {says}")
+                allowed = f"{_MOST_SAMPLES}, 90 minutes at 48 kHz"
+                raise _unplayable(path, f"it is {samples} samples in memory; allowed: {allowed}")
             sound = file.read(dtype="float64", always_2d=True)
     except (soundfile.LibsndfileError, OSError, TypeError) as error:
-        raise BadFile(f"{Path(path)} cannot be played: {str(error).rstrip('.')}") from None
+        raise _unplayable(path, str(error).rstrip(".")) from None
     sound = sound[:, 0]
     if not np.isfinite(sound).all():
-        raise BadFile(f"{Path(path)} cannot be played: it has samples that are not finite")
+        raise _unplayable(path, "it has samples that are not finite")
     if own_rate != rate and sound.size:
         frames = sound.size * rate / own_rate
         if not is_loop:  # a second of silence or more, up to where a sample and a frame are at the same time:
@@ -179,3 +179,7 @@ def _samples(path: str, rate: float, is_loop: bool) -> Floats:
 
         sound = resample(sound, count)[: math.ceil(frames)]
     return sound
+
+
+def _unplayable(path: str, why: str) -> BadFile:
+    return BadFile(f"{Path(path)} cannot be played: {why}")
