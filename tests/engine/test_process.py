@@ -305,7 +305,7 @@ def test_no_command_loads_or_compiles_a_kernel_in_the_callback():
 def test_commands_are_taken_while_nobody_reads_what_is_reported(until):
     """A supervisor that sends more than the connection holds would wait for the engine, and the engine for it."""
     with engine_of(hum()) as (engine, ours, _), listening(engine, ours, until):
-        sender = threading.Thread(target=lambda: [ours.send(Level(-20.0 - k % 7)) for k in range(20_000)])
+        sender = threading.Thread(target=lambda: [ours.send(Level(-20.0 - k % 7)) for k in range(8_000)])
         sender.start()
 
         def run():
