@@ -19,7 +19,7 @@ from underfoot.floor.walks import WalkTracker
 FLOOR = touching_floor(6, 12)
 
 
-def count_steps(floor, time_s, force_n, rate_hz, chunk=50):
+def count_steps(floor, time_s, force_n, rate_hz, chunk=200):
     tracker, counter, steps = ContactTracker(floor, rate_hz), WalkTracker(floor), []
     for i in range(0, len(time_s), chunk):
         times = time_s[i : i + chunk]
@@ -27,7 +27,7 @@ def count_steps(floor, time_s, force_n, rate_hz, chunk=50):
     return steps + counter.feed(tracker.finish().finished, time_s[-1]) + counter.finish()
 
 
-def steps_of(feet, seconds=5.0, rate_hz=500.0, floor=FLOOR, chunk=50, **sensors):
+def steps_of(feet, seconds=5.0, rate_hz=500.0, floor=FLOOR, chunk=200, **sensors):
     time_s = np.arange(round(seconds * rate_hz)) / rate_hz
     return count_steps(floor, time_s, read(corner_forces(floor, feet, time_s), rate_hz, **sensors), rate_hz, chunk)
 

@@ -65,8 +65,10 @@ def corner_forces(floor, feet, time_s):
     for foot in feet:
         force, ball = foot.force_n(time_s), foot.ball_share(time_s)
         for place, share in ((foot.heel_m, 1 - ball), (foot.ball_m, ball)):
+            here = (force * share)[:, None]
             for k, tile in enumerate(floor.tiles):
-                forces[:, k] += (force * share)[:, None] * _of_patch(tile, place)
+                if (split := _of_patch(tile, place)).any():
+                    forces[:, k] += here * split
     return forces
 
 
