@@ -140,7 +140,7 @@ def test_every_step_is_known_by_its_events():
 
 @pytest.mark.parametrize("material", MATERIALS)
 def test_twice_the_weight_is_louder(material):
-    light, heavy = ([play(material, seed, weight)[0] for seed in SEEDS] for weight in (500.0, 1000.0))
+    light, heavy = ([play(material, seed, weight)[0] for seed in SEEDS[:2]] for weight in (500.0, 1000.0))
     assert np.std(heavy) > 1.2 * np.std(light)
 
 
