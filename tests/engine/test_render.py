@@ -101,12 +101,12 @@ def test_another_rate_is_played_at_that_rate():
 
 
 def test_a_long_rendering_is_written_as_it_is_played_and_not_kept(tmp_path):
-    job = RenderJob(hum(), seconds=10.0, plates=("accelerometer",))
+    job = RenderJob(hum(), seconds=5.0, plates=("accelerometer",))
     whole = job.run()
     whole.save(tmp_path / "whole.wav")
     files = {"": tmp_path / "played.wav", "accelerometer": tmp_path / "measured.wav"}
     tracemalloc.start()
-    played = RenderJob(hum(), seconds=10.0).run({"": files[""]})
+    played = RenderJob(hum(), seconds=5.0).run({"": files[""]})
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 0.5 * whole.samples.nbytes
@@ -119,14 +119,14 @@ def test_a_long_rendering_is_written_as_it_is_played_and_not_kept(tmp_path):
 
 
 def test_a_long_recording_is_replayed_part_by_part(tmp_path):
-    path = write_recording(tmp_path / "long.underfoot", 30.0)
+    path = write_recording(tmp_path / "long.underfoot", 20.0)
     with Recording(path) as recording:
         whole = recording.force_samples().nbytes
     tracemalloc.start()
     played = replay(path, REGISTRY, files={"": tmp_path / "played.wav"})
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert len(played.samples) == 30 * 48_000
+    assert len(played.samples) == 20 * 48_000
     assert most < 0.5 * whole
 
 

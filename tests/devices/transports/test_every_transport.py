@@ -20,6 +20,7 @@ from underfoot.errors import DeviceError
 from underfoot.floor.layout import default_floor
 
 RATE = 48_000.0
+SECONDS = 0.6
 CONNECTED = ("{} went away: ", "{} is back")
 UNCONNECTED = ("{}: nothing comes", "{} sends again")
 UNPLUGGED = {"udp": UNCONNECTED}
@@ -69,14 +70,14 @@ def emulated(scheme, until, floor, faults=None, seconds=1.5, seed=1, **options):
 
 
 def listened(scheme, until, floor, expected, faults=None, **options):
-    """An emulator that sent 1.2 s, and who listened, once as many frames came as are `expected` of those sent.
+    """An emulator that sent `SECONDS`, and who listened, once as many frames came as are `expected` of those sent.
 
     A port waits only so long for a reader, and a row for its last tile; where this machine keeps them waiting for
     longer, all is sent again.
     """
 
     def run():
-        with emulated(scheme, until, floor, faults, seconds=1.2, **options) as (emulator, listener, hardware):
+        with emulated(scheme, until, floor, faults, seconds=SECONDS, **options) as (emulator, listener, hardware):
             until(lambda: listener.poll() == 0 and emulator.is_finished, "it sends all")
             if emulator.undelivered:
                 return None
@@ -116,11 +117,11 @@ def walked(floor, seconds):
 @EVERY_TRANSPORT
 def test_thirty_six_tiles_at_a_thousand_samples_lose_nothing(scheme, until):
     floor = default_floor(6, 6)
-    _, listener, hardware = listened(scheme, until, floor, lambda sent: 36 * 1200)
+    _, listener, hardware = listened(scheme, until, floor, lambda sent: 36 * 600)
     counts = hardware.counts
     assert (counts.lost, counts.corrupted, counts.doubled, counts.reordered) == (0, 0, 0, 0)
     stamps, forces = listener.samples
-    np.testing.assert_array_equal(forces, walked(floor, 1.2))
+    np.testing.assert_array_equal(forces, walked(floor, SECONDS))
     assert (np.diff(stamps) > 0.0).all()
     assert hardware.late == 0
 
@@ -134,7 +135,7 @@ def test_with_faults_no_wrong_sample_is_taken_and_losses_are_counted_exactly(sch
     )
     counts = expected_counts(np.concatenate(emulator.injector.sent))
     assert {name: getattr(hardware.counts, name) for name in counts} == counts
-    true = walked(floor, 1.2)
+    true = walked(floor, SECONDS)
     _, forces = listener.samples
     # Every sample that was handed over is one that was sent, in order.
     for tile in range(4):
