@@ -70,10 +70,10 @@ def test_turned_tiles_and_gaps_do_not_matter(gap_m, degrees):
         assert late.max() < 0.2
 
 
-@pytest.mark.parametrize("half_ms", [1, 10, 20])
+@pytest.mark.parametrize("half_ms", [1, 20])
 def test_a_loose_wire_takes_no_more_time_the_longer_it_hums(half_ms):
-    """Four tiles whose loads come and go for 5 s: this would take hours if each load were compared with all others."""
-    time_s = np.arange(5000) / 1000.0
+    """Four tiles whose loads come and go for 2 s: this would take hours if each load were compared with all others."""
+    time_s = np.arange(2000) / 1000.0
     hums = (time_s >= 0.5) & (np.arange(len(time_s)) // half_ms % 2 == 1)
     force_n = np.where(hums[:, None, None], 250.0, np.zeros((len(time_s), 4, 4)))
     parts, others = (contacts_of(default_floor(2, 2), time_s, force_n, chunk=chunk) for chunk in (1000, 37))
@@ -102,7 +102,7 @@ def test_chunks_change_nothing_of_loads_that_come_and_go_at_random(seed):
 
 def test_chunks_change_no_bit_where_feet_share_tiles():
     floor = default_floor(3, 3)
-    time_s, force_n = walked(floor, 6.0, people=drawn_people(2, "random"), noise_n=0.0)
+    time_s, force_n = walked(floor, 5.0, people=drawn_people(2, "random"), noise_n=0.0)
     expected = contacts_of(floor, time_s, force_n, chunk=256)
     assert len(finished(expected)) > 10
     for chunk in (1, 37, 100_000):
