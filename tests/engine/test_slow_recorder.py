@@ -1,11 +1,15 @@
 """A recorder that comes too late: what is gone from the rings by then is told, and not only missing."""
 
+import multiprocessing
+
 import numpy as np
 from made_recordings import ABOUT
 
-from underfoot.engine.recorder import Recorder
+from underfoot.engine import recorder as recorder_module
+from underfoot.engine.recorder import Begin, EndRecording, Job, Recorder
 from underfoot.engine.rings import Ring
 from underfoot.records.recording import Gap, Recording
+from underfoot.records.recording_writer import Writer
 
 
 def test_what_is_overwritten_before_it_is_recorded_is_said_once_and_a_new_engine_s_gap_is_not(tmp_path, until):
@@ -50,3 +54,31 @@ def test_what_is_overwritten_while_the_recorder_loads_is_said_too(tmp_path, unti
     ring.close()
     said += recorder.last_notices
     assert [line.partition(": ")[0] for line in said] == [f"{recorder.path} has gaps"]
+
+
+def test_what_a_recorder_that_stood_still_writes_first_does_not_cost_the_rest(tmp_path, monkeypatch):
+    """As by SIGSTOP for 3 s: the ring held as much, and 0.2 s of the last table were overwritten meanwhile."""
+    rings = {table: Ring.create(2, 8_000) for table in ("vibration", "commanded")}
+    rows = np.ones((6_000, 2), np.float32)
+
+    class Slow(Writer):
+        """While it writes the first table, the engine plays on."""
+
+        def put(self, table, first, given):
+            super().put(table, first, given)
+            if table == "vibration":
+                rings["commanded"].write(rows, 4_000)
+
+    monkeypatch.setattr(recorder_module, "Writer", Slow)
+    monkeypatch.setattr(recorder_module, "leave_to_session", lambda *signals: None)  # these are this process's
+    for ring in rings.values():
+        ring.write(rows, 6_000)
+    ours, its = multiprocessing.Pipe()
+    ours.send(Begin(dict.fromkeys(rings, 0)))
+    ours.send(EndRecording(6_000))
+    path = tmp_path / "stopped.uf"
+    recorder_module.run(its, Job(str(path), ABOUT, {table: (ring.where, 0) for table, ring in rings.items()}))
+    for end in (*rings.values(), ours, its):
+        end.close()
+    with Recording(path) as recording:
+        assert recording.ends("commanded") == recording.ends("vibration") == (0, 6_000)

@@ -300,9 +300,10 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
         for reader in readers.values():
             reader.look()
         time.sleep(_SEEN_S)
-        for table, reader in readers.items():
-            for first, rows in _seen(reader):
-                writer.put(table, first, rows)
+        # All are taken before any is written: after a standstill that takes a while, in which others are overwritten.
+        seen = [(table, first, rows) for table, reader in readers.items() for first, rows in _seen(reader)]
+        for table, first, rows in seen:
+            writer.put(table, first, rows)
         if not has_lost and any(reader.lost for reader in readers.values()):
             has_lost = True  # said once: what was too slow is so again
             with suppress(OSError):
