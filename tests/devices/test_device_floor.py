@@ -236,6 +236,16 @@ def test_a_fault_that_begins_late_is_said_within_a_minute_and_so_is_that_of_the_
     ]
 
 
+def test_a_board_that_began_anew_a_moment_ago_is_not_said_to_leap():
+    """Its period is not known again until its second frame; the bytes of its numbers were said to be swapped."""
+    parser = Parser()
+    faults = FrameFaults(parser, default_floor(1, 1), 1000.0, "given", "is it?")
+    for number in (*range(1500), 0, 1):
+        parser.feed(encode([[0, number, 1000 * number, 0, 0, 0, 0]]))
+    assert (parser.counts.restarts, parser.period_us(0)) == (1, 0)
+    assert faults.take_notices(2.0) == []
+
+
 def test_a_board_that_sends_each_frame_from_another_port_is_said():
     """As code that makes a socket for each datagram: all but a frame a second was left out, and nothing was said."""
     parser = Parser()

@@ -107,7 +107,7 @@ class FrameFaults:
         elif falls:
             words = f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
             yield _Fault("falls", words)
-        elif accepted >= FRAMES and period_us == missed == 0:
+        elif accepted >= FRAMES and missed == 0 and parser.only_leaps(row):
             rise = "and must rise by 1 with each of its samples; are their bytes swapped?"
             yield _Fault("leaps", f"{tile} sends frame numbers that leap by {WINDOW} or more, {rise}")
         elif period_us > 0 and abs(period_us * 1e-6 * self._rate_hz - 1.0) > _WRONG_RATE:

@@ -188,6 +188,11 @@ class Parser:
         known = self._state.tiles[tile]
         return int(known["period_us"]) if known["accepted"] >= WINDOW else 0
 
+    def only_leaps(self, tile: int) -> bool:
+        """Return whether none of a tile's frames since it began came next to another, over `WINDOW` numbers or more."""
+        known = self._state.tiles[tile]
+        return bool(known["period_us"] == 0 and known["age"] >= WINDOW)
+
     def stands_still(self, tile: int) -> bool:
         """Return whether a tile's microseconds have been the same in its last `WINDOW` frames or more."""
         known = self._state.tiles[tile]
