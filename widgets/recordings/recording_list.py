@@ -2,7 +2,7 @@
 
 import stat
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 from underfoot.errors import UnderfootError
 from underfoot.files import reason_of
 from underfoot.floor.layout import Floor, grid_of
-from underfoot.quantities import counted
+from underfoot.quantities import counted, first_of
 from underfoot.records.recording_format import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
@@ -40,6 +40,8 @@ from underfoot.widgets.recordings.tracks import time_text
 
 NOTHING = "Nothing was recorded yet. Ctrl+R records what is played."
 NOT_FOUND = "No recording has these words in its name, date or floor."
+MOST_NAMED = 8
+"""Recordings whose names are shown before several are deleted."""
 LIST_PX = 35 * theme.GRID
 PICTURE = QSize(72, 32)
 _ALONE = QItemSelectionModel.SelectionFlag.ClearAndSelect
@@ -117,8 +119,8 @@ class RecordingList(QWidget):
     compared = Signal(list)
     """Carries the paths of recordings to be compared, the earliest first; of a single one, its feet."""
     notified = Signal(str)
-    deleted = Signal(object)
-    """Carries the `Path` of a recording that is about to be deleted, and must be closed."""
+    deleted = Signal(list)
+    """Carries the paths of recordings that are about to be deleted, and must be closed."""
     rename_requested = Signal(object, str)
     """Carries the `Path` of a recording, and the new name that was typed."""
 
@@ -152,7 +154,7 @@ class RecordingList(QWidget):
         self.add_file, self.add_folder = QPushButton("Open…"), QPushButton("Folder…")
         self.add_folder.setToolTip("Show the recordings of another folder, too")
         self.delete = QPushButton("Delete…")
-        self.delete.setToolTip("Move the chosen recording to the trash (Delete)")
+        self.delete.setToolTip("Move the chosen recordings to the trash (Delete)")
         self._lay_out()
         self._connect()
 
@@ -196,7 +198,7 @@ class RecordingList(QWidget):
             for number, item in enumerate(items):
                 how = QItemSelectionModel.SelectionFlag.Select if number else _ALONE
                 self.list.setCurrentItem(item, how)
-        self.delete.setEnabled(self.chosen_path() is not None)
+        self.delete.setEnabled(bool(self.chosen_paths()))
 
     def chosen_path(self) -> Path | None:
         """Return the selected recording; None if none or several are."""
@@ -208,11 +210,11 @@ class RecordingList(QWidget):
         return [item.data(_PATH) for item in reversed(self._items()) if item.isSelected() and not item.isHidden()]
 
     def ask_to_delete(self) -> None:
-        """Delete the selected recording, after a question."""
-        path = self.chosen_path()
-        if path is not None:
-            text = f"Move “{path.stem}” to the trash?"
-            ask(self, "Delete a recording", text, "Move to trash", lambda: self._delete(path))
+        """Delete the selected recordings, after a question."""
+        paths = self.chosen_paths()
+        if paths:
+            text = f"Move {_named(paths)} to the trash?{_names(paths)}"
+            ask(self, "Delete recordings", text, "Move to trash", lambda: self._delete(paths))
 
     def edit_name(self) -> None:
         """Open a field for the name of the selected recording."""
@@ -270,26 +272,32 @@ class RecordingList(QWidget):
         menu.aboutToHide.connect(menu.deleteLater)
         paths = self.chosen_paths()
         menu.addAction("Compare" if len(paths) > 1 else "Compare left and right", lambda: self.compared.emit(paths))
-        for text, do in (("Rename…\tF2", self.edit_name), ("Delete…\tDel", self.ask_to_delete)):
-            menu.addAction(text, do).setEnabled(self.chosen_path() is not None)
+        menu.addAction("Rename…\tF2", self.edit_name).setEnabled(self.chosen_path() is not None)
+        menu.addAction("Delete…\tDel", self.ask_to_delete)
         menu.popup(self.list.viewport().mapToGlobal(at))
 
-    def _delete(self, path: Path) -> None:
-        self.deleted.emit(path)
-        if move_to_trash(path):
-            self.notified.emit(f"{path.name} is in the trash.")
-            self.refresh()
-        else:
-            text = f"There is no trash for “{path.stem}”. Delete it for good?"
-            ask(self, "Delete a recording", text, "Delete", lambda: self._remove(path))
+    def _delete(self, paths: Sequence[Path]) -> None:
+        self.deleted.emit(paths)
+        left = [path for path in paths if not move_to_trash(path)]
+        self._tell_gone([path for path in paths if path not in left], "in the trash")
+        if left:
+            text = f"There is no trash for {_named(left)}. Delete for good?{_names(left)}"
+            ask(self, "Delete recordings", text, "Delete", lambda: self._remove(left))
 
-    def _remove(self, path: Path) -> None:
-        try:
-            path.unlink()
-        except OSError as error:
-            self.notified.emit(f"{path} cannot be deleted: {reason_of(error)}")
-        else:
-            self.notified.emit(f"{path.name} was deleted.")
+    def _remove(self, paths: Sequence[Path]) -> None:
+        gone = []
+        for path in paths:
+            try:
+                path.unlink()
+                gone.append(path)
+            except OSError as error:
+                self.notified.emit(f"{path} cannot be deleted: {reason_of(error)}")
+        self._tell_gone(gone, "deleted")
+
+    def _tell_gone(self, gone: Sequence[Path], where: str) -> None:
+        if gone:
+            what = f"{gone[0].name} is" if len(gone) == 1 else f"{len(gone)} recordings are"
+            self.notified.emit(f"{what} {where}.")
         self.refresh()
 
     def _ask_file(self) -> None:
@@ -353,7 +361,7 @@ class RecordingList(QWidget):
             item.setHidden(not all(word in known for word in words))
         self.empty_text.setText(NOT_FOUND if self.list.count() else NOTHING)
         self.empty_text.setVisible(all(item.isHidden() for item in self._items()))
-        self.delete.setEnabled(self.chosen_path() is not None)
+        self.delete.setEnabled(bool(self.chosen_paths()))
 
     def _choose(self) -> None:
         paths = self.chosen_paths()
@@ -361,7 +369,7 @@ class RecordingList(QWidget):
             self.mark(*self._marked)
             return
         self._marked = paths
-        self.delete.setEnabled(len(paths) == 1)
+        self.delete.setEnabled(True)
         self.show_problem("")
         if len(paths) == 1:
             self.chosen.emit(paths[0])
@@ -390,6 +398,16 @@ class RecordingList(QWidget):
         column.addWidget(self.list, 1)
         column.addWidget(self.problem)
         column.addLayout(line)
+
+
+def _named(paths: Sequence[Path]) -> str:
+    """Return what a question calls these recordings."""
+    return f"“{paths[0].stem}”" if len(paths) == 1 else counted(len(paths), "recording")
+
+
+def _names(paths: Sequence[Path]) -> str:
+    """Return the names of several recordings, for below the question about them."""
+    return "\n\n" + "\n".join(first_of([path.stem for path in paths], MOST_NAMED)) if len(paths) > 1 else ""
 
 
 def summary_text(summary: Summary) -> str:

@@ -155,10 +155,13 @@ class RecordingsWorkspace(Workspace):
 
     def _end_comparison(self) -> None:
         """Go back to the open recording."""
+        self._show_opened_page()
+        self.axis.setFocus()
+
+    def _show_opened_page(self) -> None:
         self._show_page(self._opened_page)
         if self.axis.content is not None:
             self.recordings.mark(self.axis.content.opened.path)
-        self.axis.setFocus()
 
     def _show_page(self, page: QWidget) -> None:
         if page is self._opened_page:
@@ -348,8 +351,11 @@ class RecordingsWorkspace(Workspace):
     def _is_open(self, path: Path) -> bool:
         return self.axis.content is not None and self.axis.content.opened.path == path
 
-    def _close_if_open(self, path: Path) -> None:
-        if self._is_open(path):
+    def _close_deleted(self, paths: Sequence[Path]) -> None:
+        """End a comparison with one of these, and close the open recording if it is one."""
+        if set(paths) & set(self.comparison.paths):
+            self._show_opened_page()
+        if any(map(self._is_open, paths)):
             self._close_recording(NOTHING)
             self.reader.close_file()
 
@@ -382,7 +388,7 @@ class RecordingsWorkspace(Workspace):
         self.comparison.notified.connect(self.notified)
         self.recordings.chosen.connect(self._open_if_other)
         self.recordings.compared.connect(self._compare)
-        self.recordings.deleted.connect(self._close_if_open)
+        self.recordings.deleted.connect(self._close_deleted)
         self.recordings.rename_requested.connect(self._rename)
         self.recordings.notified.connect(self.notified)
         self.exporting.notified.connect(self.notified)

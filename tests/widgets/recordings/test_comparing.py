@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
@@ -73,7 +73,6 @@ def test_two_recordings_that_are_chosen_are_side_by_side_until_escape(two, qtbot
     two.recordings.refresh()  # as when a recording has ended
     two.recordings.search.clear()
     assert [path.stem for path in two.recordings.chosen_paths()] == ["before", "after"]
-    assert not two.recordings.delete.isEnabled()
     view.table.setFocus()
     QTest.keyClick(view.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     lines = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines(), delimiter="\t"))
@@ -155,3 +154,18 @@ def test_steps_that_nobody_has_looked_for_are_found_and_what_is_damaged_is_left_
     assert len(said) == 1
     assert "torn.underfoot" in said[0]
     assert view.copy_button.isEnabled()
+
+
+def test_all_that_are_chosen_are_deleted_at_once_and_no_longer_compared(two, qtbot, folder):
+    click(two, "after", Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(lambda: len(two.comparison.table.groups) == 2)
+    QTest.keyClick(two.recordings.list, Qt.Key.Key_Delete)
+    box = next(one for one in two.recordings.findChildren(QMessageBox) if one.isVisible())
+    assert box.text() == "Move 2 recordings to the trash?\n\nbefore\nafter"
+    with qtbot.waitSignal(
+        two.recordings.notified, check_params_cb=lambda text: text == "2 recordings are in the trash."
+    ):
+        QTest.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
+    assert not list(folder.glob("*.underfoot"))
+    assert not two.comparison.isVisible()
+    assert two.axis.content is None
