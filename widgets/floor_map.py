@@ -29,6 +29,8 @@ from underfoot.widgets.floor_trails import Trails
 from underfoot.widgets.pictures import blank_picture
 from underfoot.widgets.pressed_floor import PressedFloor
 
+NO_FLOOR = "no floor"
+"""What is shown before there is one, as where no recording is open."""
 FULL_SCALE_N = 1000.0
 """Load at which a tile has the full colour."""
 
@@ -63,6 +65,7 @@ class FloorMap(PressedFloor):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName("Floor from above")
+        self.setAccessibleDescription(NO_FLOOR)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)
@@ -227,6 +230,8 @@ class FloorMap(PressedFloor):
         painter = QPainter(self)
         if self._floor is None:
             painter.fillRect(self.rect(), QColor(theme.GROUND))
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, NO_FLOOR)
             return
         if self._background is None:
             self._transform = self.to_screen()

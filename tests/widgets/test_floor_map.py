@@ -35,6 +35,17 @@ def floor_map(qtbot, turned):
     return made
 
 
+def test_a_map_without_a_floor_says_so(qtbot):
+    """As that of Recordings, below its heading, while no recording is open."""
+    made = FloorMap()
+    qtbot.addWidget(made)
+    made.resize(200, 100)
+    image = made.grab().toImage()
+    seen = {image.pixelColor(x, y).name() for x in range(200) for y in range(100)}
+    assert QColor(theme.MUTED).name() in seen
+    assert made.accessibleDescription() == "no floor"
+
+
 def test_a_click_chooses_the_tile_under_it(floor_map, qtbot, turned):
     for tile in (turned.tiles[2], turned.tiles[1], turned.tiles[0]):
         with qtbot.waitSignal(floor_map.tile_chosen) as chosen:
