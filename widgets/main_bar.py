@@ -37,6 +37,8 @@ TAB_PX = 4 * theme.GRID + 2
 
 LEAST_READABLE_PX, BESIDE_WORDS_PX = 7 * theme.GRID, 30
 """Readable width of the target beyond its minimum, and width beside its text."""
+TARGET_PX, WIDEST_TARGET_PX = 22 * theme.GRID, 48 * theme.GRID
+"""Width of the target for which tabs and figures make room, and up to which it shows its words where there is room."""
 
 Choices = Sequence[tuple["str | Choices", str]]
 """Key and text of each choice. The key "" is a separator; choices in place of a key are a submenu."""
@@ -132,6 +134,7 @@ class MainBar(QWidget):
         """Show a description of the target, and mark the choices with these keys."""
         self.target.setText(literal(text))
         self.target.setToolTip(f"Target: {text}. Click to choose another one.")
+        self.target.setMaximumWidth(min(max(self._words_px(), TARGET_PX), WIDEST_TARGET_PX))
         self._target_keys = keys
         self._mark_target()
         self._make_room()
@@ -237,9 +240,12 @@ class MainBar(QWidget):
         for layout in (self._tab_line, self._layout):
             layout.invalidate()  # or it has the size of before what was just hidden
         wide = self._layout.minimumSize().width() - (hidden.width() + self._layout.spacing() if hidden else 0)
-        words = self.target.fontMetrics().horizontalAdvance(self.target.text()) + BESIDE_WORDS_PX
-        readable = max(min(words, self.target.maximumWidth()) - self.target.minimumWidth(), LEAST_READABLE_PX)
+        readable = max(min(self._words_px(), TARGET_PX) - self.target.minimumWidth(), LEAST_READABLE_PX)
         return wide + readable <= self.width()
+
+    def _words_px(self) -> int:
+        """Return the width at which the target is not cut off."""
+        return self.target.fontMetrics().horizontalAdvance(self.target.text()) + BESIDE_WORDS_PX
 
     def _show_tabs(self, with_names: Sequence[str]) -> None:
         """Show names on these tabs, and icons on the others."""
@@ -275,7 +281,7 @@ class MainBar(QWidget):
         self.target.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.target.setMenu(QMenu(self.target))
         self.target.setMinimumWidth(12 * theme.GRID)
-        self.target.setMaximumWidth(22 * theme.GRID)
+        self.target.setMaximumWidth(TARGET_PX)
         self.target.setStyleSheet(
             "QToolButton { padding-right: 18px; }"
             "QToolButton::menu-indicator { subcontrol-position: right center; right: 6px; }"

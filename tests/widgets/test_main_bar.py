@@ -212,6 +212,17 @@ def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):
     assert bar.xruns.text() == "2"
 
 
+def test_a_target_is_not_cut_off_where_there_is_room(qtbot):
+    bar = MainBar(QMenu())
+    qtbot.addWidget(bar)
+    bar.setFixedWidth(1600)
+    show(qtbot, bar)
+    for text in ("Simulated floor  12 × 12", "Replay  walk of participant 12.csv"):
+        bar.set_target(text)
+        bar.layout().activate()
+        assert bar.target.width() >= bar.target.fontMetrics().horizontalAdvance(text) + 29
+
+
 @pytest.mark.parametrize(("wide", "named"), [(1440, 6), (1100, 1), (1024, 0), (984, 0)])
 def test_with_six_workspaces_a_narrow_bar_has_pictures_for_tabs_and_all_that_matters(qtbot, wide, named):
     bar = MainBar(QMenu())
