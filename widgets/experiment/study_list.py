@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QGridLayout, QListWidget, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
@@ -11,6 +12,7 @@ from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.experiment.studies import (
@@ -72,6 +74,10 @@ class StudyList(QWidget):
         self.copy_button.clicked.connect(self.copy_requested)
         self.edit.clicked.connect(self.edit_requested)
         self.delete.clicked.connect(self.ask_to_delete)
+        deleting = QShortcut(QKeySequence.StandardKey.Delete, self.list, self.ask_to_delete)
+        deleting.setContext(Qt.ShortcutContext.WidgetShortcut)
+        self.list.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.list.customContextMenuRequested.connect(self._show_menu)
         self.open.clicked.connect(self._ask_protocol)
         self.setFocusProxy(self.list)
         self._show(0)
@@ -140,6 +146,16 @@ class StudyList(QWidget):
             kept = f" Its {counted(count, 'session stays', 'sessions stay')}." if count else ""
             text = f"Delete the protocol “{study.title}”? Its file goes to the trash.{kept}"
             ask(self.window(), "Delete protocol", text, "Delete", lambda: self._delete(study))
+        else:
+            self.notified.emit(f"Only your own studies are deleted here; “{study.title}” is none of them.")
+
+    def _show_menu(self, at: QPoint) -> None:
+        """Offer what can be done with the chosen study."""
+        menu = Menu(self.list)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for text, button in (("Edit…", self.edit), ("Make a copy…", self.copy_button), ("Delete…\tDel", self.delete)):
+            menu.addAction(text, button.click).setEnabled(button.isEnabled())
+        menu.popup(self.list.viewport().mapToGlobal(at))
 
     def _delete(self, study: StudyFile) -> None:
         if not move_to_trash(study.path):

@@ -24,6 +24,7 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 SHORTCUTS = (
     ("New study, make a copy, edit", "Alt+N, Alt+M, Alt+E"),
+    ("Delete the chosen study of your own", "Delete in the list"),
     ("Making a study: save and go on, close", "Ctrl+S, Esc"),
     ("Making a study: undo, redo", "Ctrl+Z, Ctrl+Shift+Z"),
     ("Making a study: add, copy, remove, move", "Ins, Ctrl+D, Del, Alt+Up and Alt+Down"),
