@@ -4,8 +4,9 @@ import os
 import signal
 
 from made_studies import TD
+from msgspec.structs import replace
 
-from underfoot.engine.reports import OutputChanged
+from underfoot.engine.reports import OutputChanged, Started
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.studies.phase import Phase
 
@@ -48,3 +49,18 @@ def test_a_study_that_is_begun_while_a_sound_card_is_away_is_stopped_until_it_is
     bench.workspace.running.take([back])
     bench.click(bench.workspace.experimenter.pause)
     bench.until(Phase.READY)
+
+
+def test_a_study_on_hardware_whose_sound_card_was_not_there_at_its_start_is_stopped(bench):
+    """The window said so in its last line, and all that was to be felt was silent."""
+    controller = bench.window.controller
+    target = controller.target
+    controller.target = replace(target, kind="udp", source="9000", sound="")
+    try:
+        bench.window.bridge.started.emit(Started("udp, without sound", "there is no sound device"))
+    finally:
+        controller.target = target
+    bench.choose(stages=[{"id": "main", "kind": "trials", "method": {"kind": "rating"}}], stimuli={"TD": TD})
+    bench.until(Phase.STOPPED, Phase.READY)
+    why = "there is no sound device"
+    assert bench.runner.messages == [why, f"{why}; choose another sound card, or no sound, under Audio…"]
