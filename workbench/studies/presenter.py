@@ -83,9 +83,11 @@ class Presenter:
             match report:
                 case CommandApplied(frame, Swap(patch)) if patch in self._awaited:
                     self.since_frame = frame
-                case Started() if self.since_frame is None:  # what was requested while no engine ran is not swapped in
-                    requested, scopes = self._requested
-                    self.session.edit(requested, scopes, anew=True)
+                case Started(notice=notice):
+                    self._silence = self._silence and notice  # an engine that finds all cards has nothing to say
+                    if self.since_frame is None:  # what was requested while no engine ran is not swapped in
+                        requested, scopes = self._requested
+                        self.session.edit(requested, scopes, anew=True)
                 case OutputChanged(silence=silence):
                     self.problem = self._silence = silence
                 case PatchRefused(said):
