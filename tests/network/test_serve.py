@@ -146,25 +146,34 @@ def test_a_tile_that_is_loaded_from_the_first_sample_on_is_named_at_the_end(unde
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
-def test_a_line_of_marks_that_is_unplugged_is_said_while_it_serves(folder):
+def test_a_line_of_marks_that_is_unplugged_is_said_while_it_serves(underfoot, folder):
     far, near = os.openpty()
+
+    def unplug():
+        while b"/underfoot/health" not in hears.recv(65536):
+            pass
+        os.close(near)
+        os.close(far)
+
+    class Told(io.StringIO):
+        def write(self, text):
+            if "marks cannot be read from /dev/" in text:
+                signal.raise_signal(signal.SIGINT)
+            return super().write(text)
+
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hears:
         hears.bind((LOOPBACK, 0))
         hears.settimeout(400.0)
-        command = [
-            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--listen", "off",
-            "--send", f"{LOOPBACK}:{hears.getsockname()[1]}", "--serial-marks", os.ttyname(near), "--seconds", "20",
-        ]  # fmt: skip
-        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-            while b"/underfoot/health" not in hears.recv(65536):
-                pass
-            os.close(near)
-            os.close(far)
-            said = next((line for line in process.stderr if "marks cannot be read from" in line), "")
-            process.send_signal(signal.SIGINT)
-            _, rest = process.communicate()
-    assert said.startswith("underfoot: marks cannot be read from /dev/")
-    assert process.returncode == 0, rest
+        hand = threading.Thread(target=unplug)
+        hand.start()
+        with contextlib.redirect_stderr(Told()) as told:
+            ended = underfoot(
+                "serve", "simulator", "--tuio", "off", "--listen", "off", "--seconds", "3600",
+                "--send", f"{LOOPBACK}:{hears.getsockname()[1]}", "--serial-marks", os.ttyname(near),
+            )  # fmt: skip
+        hand.join()
+    assert "underfoot: marks cannot be read from /dev/" in told.getvalue()
+    assert ended.status == 0, told.getvalue()
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no terminals that are closed")

@@ -40,6 +40,7 @@ def test_the_loop_has_no_seam_and_whole_beats():
 def test_a_card_plays_it_on_its_channel(null_sink, until, hangs):
     """It stops and goes on as it is told. Once its card was gone, or its server hung, the study went on without it."""
     script = """
+from threading import Event
 from underfoot.experiments.protocol import Sounds
 from underfoot.studies.masking import Masking
 masking = Masking(Sounds(noise="pink", noise_db=-20.0, channel=3))
@@ -48,7 +49,7 @@ input()
 masking.stop()
 input()
 while not masking.problem:
-    pass
+    Event().wait(0.02)
 print(masking.problem)
 masking.close()
 """
