@@ -1,6 +1,5 @@
 """A file that cannot be read: what is wrong stands in a dialog, with the place in the file."""
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from windows import choose_file, dialog_of, noise_patch, quiet_window
@@ -9,25 +8,23 @@ from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.session.open_patch import PATCH_FILES
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "says"),
-    [
-        ("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(400), f"It is not JSON: it is not UTF-8 text{PATCH_FILES}"),
+def test_a_file_of_another_kind_that_is_chosen_is_refused_where_one_looks(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path / "kept")
+    png = b"\x89PNG\r\n\x1a\n" + bytes(400)
+    for name, content, says in (
+        ("picture.png", png, f"It is not JSON: it is not UTF-8 text{PATCH_FILES}"),
         ("other.json", b'{"name": "of another program"}', "Line 1: format is null; allowed: 'underfoot-patch'"),
         ("empty.json", b"", "Line 1: it is not JSON: expecting value: line 1 column 1"),
-    ],
-)
-def test_a_file_of_another_kind_that_is_chosen_is_refused_where_one_looks(qtbot, tmp_path, name, content, says):
-    window = quiet_window(qtbot, tmp_path / "kept")
-    path, before = tmp_path / name, window.open_patch.patch
-    path.write_bytes(content)
-    choose_file(window, path, window.actions_by_name["open"].trigger)
-    dialog = dialog_of(window, FileErrorDialog)
-    assert (dialog.file.text(), dialog.error_text.text()) == (str(path), says)
-    assert window.status.message.startswith(str(path))
-    assert window.open_patch.patch is before
-    QTest.keyClick(dialog, Qt.Key.Key_Escape)
-    assert not dialog.isVisible()
+    ):
+        path, before = tmp_path / name, window.open_patch.patch
+        path.write_bytes(content)
+        choose_file(window, path, window.actions_by_name["open"].trigger)
+        dialog = dialog_of(window, FileErrorDialog)
+        assert (dialog.file.text(), dialog.error_text.text()) == (str(path), says)
+        assert window.status.message.startswith(str(path))
+        assert window.open_patch.patch is before
+        QTest.keyClick(dialog, Qt.Key.Key_Escape)
+        assert not dialog.isVisible()
 
 
 def test_an_import_that_cannot_be_read_is_refused_there_too(qtbot, tmp_path):
