@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 from made_studies import TD, protocol_text
+from msgspec import structs
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -77,6 +78,14 @@ def test_a_mistake_is_said_by_its_stage_and_field_and_cannot_be_saved(made):
     assert made.protocol_editor.facts.text() == "rating: 8 trials, begun by key  ·  less than a minute"
 
 
+def telling(stimuli):
+    """The places of the first stimulus with each set of fields, and of the one with most to write in each field."""
+    fields = [structs.astuple(stimulus) for stimulus in stimuli]
+    shapes = [tuple(map(bool, values)) for values in fields]
+    longest = {max(range(len(fields)), key=lambda k: len(str(fields[k][field]))) for field in range(len(fields[0]))}
+    return sorted(longest | {shapes.index(shape) for shape in shapes})
+
+
 @pytest.mark.parametrize("name", preset_files.protocols())
 def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made, name):
     row = [study.name for study in made.workspace.study_list.studies].index(name)
@@ -85,9 +94,10 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
     made.click(made.workspace.study_list.copy_button)
     for at in range(5):
         made.page(at)
-    for page in (made.protocol_editor.stimuli, made.protocol_editor.stages):
-        for place in range(page.list.count()):
-            page.list.setCurrentRow(place)
+    for place in telling([*preset.stimuli.values()]) if preset.stimuli else ():
+        made.protocol_editor.stimuli.list.setCurrentRow(place)
+    for place in range(made.protocol_editor.stages.list.count()):
+        made.protocol_editor.stages.list.setCurrentRow(place)
     assert not made.protocol_editor.is_changed
     made.keep()
     mine = made.workspace.study_list.study.protocol
