@@ -98,15 +98,16 @@ class Command(Action, frozen=True):
 
 
 class Swap(Command, frozen=True):
-    """Replace the program by this patch (JSON text). It is built first, states are kept, and it is faded in. Kernels
-    are cached.
-    """
+    """Replace the program by this patch (JSON text): it is built first, and faded in. Its kernels are in the cache."""
 
     patch: bytes
     scopes: tuple[str, ...] = ()
     together: bool = True
+    """Whether both programs run during the fade; the engine clears it where they would cost too much."""
     anew: bool = False
+    """Whether the patch begins from rest: only nodes that follow the floor keep their state."""
     settle_s: float = 0.0
+    """Time for which a program with new nodes runs silently before the fade."""
 
     def prepared(self, loop: LoopParts) -> "ProgramSwap":
         """Build the program."""

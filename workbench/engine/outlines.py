@@ -18,7 +18,7 @@ Outline = NDArray[np.floating]
 def outlines(
     patch: Patch, nodes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: str = ""
 ) -> tuple[dict[str, Outline], dict[str, Outline]]:
-    """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as in `previewed`.
+    """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as for `previewed`.
 
     Nodes that cannot be computed together are computed one by one, and those that cannot alone are left out.
     """

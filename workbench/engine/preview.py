@@ -35,7 +35,11 @@ def previewed(
     measures: bool = False,
     equalisers: tuple[TileEqualiser, ...] = (),
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
-    """Return the step's force in N (frames,), and `seconds` of signals and events of each scope ("node.port")."""
+    """Return the step's force in N (frames,), and `seconds` of signals and events of each scope ("node.port").
+
+    With `seconds` 0 they end once every node sleeps, after `WHOLE_STEP_S` at the earliest and `longest_s` at the
+    latest. With `measures`, the signals have what the tile was commanded, its response and its drive.
+    """
     ends_by_itself = seconds == 0.0
     force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
     options = LoopOptions(
