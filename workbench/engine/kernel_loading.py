@@ -60,13 +60,13 @@ class KernelParts:
 
     def load(self, progress: Callable[[Compiling], None]) -> None:
         """Load all parts; report how many are ready as soon as one has to be made."""
-        told, collects = _Progress(progress, len(self._parts) + 1), gc.isenabled()
+        listener, collects = _Progress(progress, len(self._parts) + 1), gc.isenabled()
         try:
-            with event.install_listener("numba:compile", told):
+            with event.install_listener("numba:compile", listener):
                 for part in self._parts:
-                    told.ready(part() is True)
+                    listener.ready(was_made=part() is True)
                 self._play()
-                told.ready(False)
+                listener.ready(was_made=False)
         finally:
             if collects:
                 gc.enable()
@@ -155,7 +155,7 @@ class _Progress(event.Listener):
     def on_end(self, event: event.Event) -> None:
         """It was compiled."""
 
-    def ready(self, was_made: bool) -> None:
+    def ready(self, *, was_made: bool) -> None:
         """Count a part."""
         self._state = replace(self._state, ready=self._state.ready + 1)
         self._makes = self._makes or was_made
