@@ -44,9 +44,9 @@ NOMINAL_ACCELERATION = 20.0
 class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What every part has: its date and reference, its error, and whether the error is acceptable.
 
-    `error` is in `error_unit`, measured on data that was not used to fit; `error_allowed` is what the verdict allows.
-    Without a unit the error is not known.
-    `figures` are all that was measured, by name with the unit in it. `simulated` if the tile was.
+    `error` is in `error_unit`, measured on data that was not used to fit, and not known without a unit; `error_allowed`
+    is what the verdict allows. `figures` are all that was measured, by name with the unit in it. `simulated` if the
+    tile was.
     """
 
     made: str
@@ -75,7 +75,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
 
     @property
     def identity(self) -> str:
-        """Its day and a digest (`identity_of`)."""
+        """Its day and a digest."""
         return identity_of(self, self.made)
 
 
@@ -190,14 +190,14 @@ class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     latency: Latency | None = None
     plate: PlateStiffness | None = None
 
+    def __post_init__(self) -> None:
+        _require_date("replaced", self.replaced)
+        require(sum(getattr(self, kind) is not None for kind in PARTS) == 1, "earlier", self.kind, "exactly one part")
+
     @property
     def kind(self) -> str:
         """Which part it was."""
         return next((kind for kind in PARTS if getattr(self, kind) is not None), "")
-
-    def __post_init__(self) -> None:
-        _require_date("replaced", self.replaced)
-        require(sum(getattr(self, kind) is not None for kind in PARTS) == 1, "earlier", self.kind, "exactly one part")
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -222,6 +222,12 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     plate: PlateStiffness | None = None
     earlier: tuple[Earlier, ...] = ()
 
+    def __post_init__(self) -> None:
+        require_identifier("tile", self.tile)
+        as_declared(self)
+        if self.made:
+            _require_date("made", self.made)
+
     def __repr__(self) -> str:
         parts = [kind for kind in PARTS if self.part(kind) is not None]
         return f"<Profile of {self.tile}: {', '.join(parts) or 'not calibrated'}>"
@@ -240,12 +246,6 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
             title = f"Response of {self.tile}"
             drawings.append(Drawing(title, "frequency, Hz", "m/s^2 at full scale", (curve,), x_log=True, y_log=True))
         return Picture(tuple(drawings) or (Drawing(f"Profile of {self.tile}", "", "", note="not calibrated"),))
-
-    def __post_init__(self) -> None:
-        require_identifier("tile", self.tile)
-        as_declared(self)
-        if self.made:
-            _require_date("made", self.made)
 
     @property
     def is_calibrated(self) -> bool:
