@@ -164,8 +164,7 @@ class NodeType(Struct, frozen=True, dict=True):
 
     def compile(self) -> None:
         """Compile the kernels, or load them from the cache."""
-        for kernel in (self.binding.run, self.binding.tail):
-            assert kernel is None or kernel.address
+        _ = self.binding.run, self.binding.tail  # each is compiled as it is first read
 
     def drawings(self, values: Values) -> tuple[Drawing, ...]:
         """Return what `distributions` draws; `BadFile` names the node's file if it fails."""
