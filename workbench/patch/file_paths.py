@@ -28,9 +28,9 @@ def with_files_kept(patch: Patch, registry: Registry, before: Path | None, after
         if before is None and not Path(named).is_absolute():
             continue
         file = Path(named) if before is None else before / named
-        told = file.relative_to(after) if after is not None and file.is_relative_to(after) else file
-        if after is not None or is_text(str(told)):
-            patch = patch.set(id, name, str(told), registry)
+        moved = file.relative_to(after) if after is not None and file.is_relative_to(after) else file
+        if after is not None or is_text(str(moved)):
+            patch = patch.set(id, name, str(moved), registry)
     return patch
 
 
