@@ -95,9 +95,8 @@ def solve(
         if kind == _CLIPPED:
             moved = free_d - a * f0
             force = contact.stiffness * power(x + moved, exponent)
-            if moved <= 0.0 and f0 <= mean_force(
-                x, x + moved, elastic, force, exponent
-            ):  # limited to what the contact returns
+            returned = mean_force(x, x + moved, elastic, force, exponent)
+            if moved <= 0.0 and f0 <= returned:  # no more than the contact returns
                 return f0, 0.0, moved, force
     if x <= 0.0:  # from above, the iteration converges monotonically
         d = min(free_d, ((exponent + 1.0) * free_d**2 / (a * contact.stiffness)) ** (1.0 / (exponent + 1.0)) - x)
