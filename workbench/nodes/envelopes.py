@@ -12,8 +12,6 @@ from underfoot.models.signals.glide import multiply
 from underfoot.parameters import Choice, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
 
-STRAIN_RATES = ("signed", "absolute", "positive")
-
 
 @node("attack-decay", "Shapes", "Attack-decay")
 class AttackDecay:
@@ -134,7 +132,7 @@ class StrainRateEnvelope:
     mass = Number(
         envelopes.STRAIN_MASS_KG, 0.01, 1000.0, unit="kg", scale="log", doc="mass of the layer; divides the output"
     )
-    part = Choice("absolute", options=STRAIN_RATES, doc="treatment of unloading, where the rate is negative")
+    part = Choice("absolute", options=envelopes.PARTS, doc="treatment of unloading, where the rate is negative")
     out = Output()
     state, coefficients = second_order.MOVING_STATE, envelopes.STRAIN_COEFFICIENTS
 

@@ -29,8 +29,9 @@ STRAIN_HZ, STRAIN_DAMPING = 12.5, 1.0
 """Frequency f0 and damping ratio of the compressible layer (6.3.5)."""
 STRAIN_MASS_KG = FULL_FORCE_N * math.exp(-1.0) / (2.0 * math.pi * STRAIN_HZ)
 """M of (6.1), an arbitrary gain in the thesis; here a step of 750 N peaks at 1."""
-SIGNED, ABSOLUTE, POSITIVE = 0, 1, 2
-"""Treatment of the dynamic envelope's negative strain rate while unloading."""
+PARTS = ("signed", "absolute", "positive")
+"""Treatments of the dynamic envelope's negative strain rate while unloading; the index of each is its code."""
+SIGNED, ABSOLUTE, POSITIVE = range(3)
 
 
 def attack_decay(
