@@ -11,9 +11,9 @@ from underfoot.patch.custom_nodes import run_received
 from underfoot.patch.node_files import NodeFile, running
 
 CONNECT_S = 10.0
-_FEWEST, _A_THREAD = 4, 2
-"""Jobs in progress at once: at least `_FEWEST`, and `_A_THREAD` per thread of the cluster. This bounds the results
-held in memory.
+_LEAST_JOBS, _JOBS_PER_THREAD = 4, 2
+"""Jobs in progress at once: at least `_LEAST_JOBS`, and `_JOBS_PER_THREAD` for each thread of the cluster. This bounds
+the results held in memory.
 """
 
 
@@ -41,7 +41,7 @@ def on_cluster(
         nodes = running()
 
         def give() -> None:
-            most = max(_FEWEST, _A_THREAD * sum(client.nthreads().values()))
+            most = max(_LEAST_JOBS, _JOBS_PER_THREAD * sum(client.nthreads().values()))
             while waiting and len(places) < most:
                 number, job = waiting.popleft()
                 future = client.submit(_with_nodes, nodes, work, job, pure=False, retries=MOST_TRIES)
