@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from underfoot.array_cache import ArrayCache
 from underfoot.clock import RATE_HZ
 from underfoot.engine.commands import Play, Strike
-from underfoot.engine.levels import Level
+from underfoot.engine.levels import SECONDS, Level
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
 from underfoot.engine.simulated_step import STEP_S
@@ -22,7 +22,7 @@ from underfoot.patch.patch import Patch
 from underfoot.version import __version__
 
 BINS = 96
-SECONDS = 1.2
+"""Columns of the picture's envelope."""
 _CACHE = ArrayCache("preset-pictures", in_memory=1000, on_disk=1000)
 
 
