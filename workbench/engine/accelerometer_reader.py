@@ -20,6 +20,7 @@ MOST_DELAY_S = 2.0
 TOO_LATE_S = 1.5
 """Delay beyond which the stream is reopened: only a card that lost many blocks and buffers its input is so late."""
 _HISTORY_S = 3.0 * CHUNK_S + 1.0
+"""Length of the input that is kept: the stretches that wait for `align`, and a second to spare."""
 
 
 class CardReader:

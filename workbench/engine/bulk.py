@@ -30,6 +30,7 @@ MANIFEST = "manifest.csv"
 _EVERY_S = 1.0
 """Interval in seconds between writes of the manifest during rendering."""
 _LONGEST_NAME = 120
+"""Characters of a file name before values are replaced by a number: file systems refuse more than 255 bytes."""
 _ONE_AT_A_TIME = threading.Lock()
 
 Summary = dict[str, Any]

@@ -21,6 +21,7 @@ ANSWER_S = 5.0
 SILENT_CARD = "the sound card and its server do not answer; look whether other programs sound, and try again"
 _BEGIN_S = 60.0  # until a process is there and has imported what it needs, on a busy machine
 _END_S, _LOOK_S = 1.0, 0.1
+"""Time that the process has to close what it made, and between two looks whether it lives."""
 
 
 class CardProcess:

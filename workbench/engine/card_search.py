@@ -13,6 +13,7 @@ from underfoot.engine.child_process import ChildProcess
 RETRY_S = 2.0
 """Time in seconds until a missing card is looked for, and the least time between two looks."""
 _LOOK_S, _MOST_S = 0.02, 20.0
+"""Time between two questions whether a look is over, and the longest that it may take."""
 _MOST_RETRY_S = 30.0  # each look takes the processor for some tenths of a second
 
 

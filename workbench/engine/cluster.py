@@ -11,6 +11,7 @@ from underfoot.patch.custom_nodes import run_received
 from underfoot.patch.node_files import NodeFile, running
 
 CONNECT_S = 10.0
+"""Time in seconds that the scheduler has to answer."""
 _LEAST_JOBS, _JOBS_PER_THREAD = 4, 2
 """Jobs in progress at once: at least `_LEAST_JOBS`, and `_JOBS_PER_THREAD` for each thread of the cluster. This bounds
 the results held in memory.

@@ -20,6 +20,7 @@ from underfoot.patch.node import NodeType, RequestedError
 
 _POINTS = ArrayCache("error-curves", in_memory=256, on_disk=2000)
 _BATCH_S, _BATCHES = 2e-3, 5
+"""Least duration of a batch of runs that is timed, and number of batches."""
 
 
 @dataclass(frozen=True)

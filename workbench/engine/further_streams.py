@@ -15,6 +15,7 @@ from underfoot.errors import DeviceError
 _STILL_S = 2.0
 """Time in seconds for which a stream asks for no frames until its tiles are said to be silent."""
 _LOOK_S = 0.1
+"""Most seconds by which one look lengthens the time for which a stream has asked for nothing."""
 _CALM_S = 0.04
 """Least latency in seconds of a further card's stream; it lags behind the first one anyway."""
 

@@ -18,9 +18,11 @@ from underfoot.patch.patch import Patch
 WHOLE_STEP_S = 0.9
 """Duration of a step and its decay: the shortest preview of a patch without a duration of its own."""
 LONGEST_S = 10.0
+"""Duration of the longest preview."""
 _RINGING_S = 1.0
 """Decay time after the last note of a patch, in seconds."""
 DRIVE = "drive"
+"""The name of the shaker's drive, in full scale, among the signals of a preview that `measures`."""
 _BLOCK = 480  # the strike falls between two blocks
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 COMMIT_S = 0.05
 """Interval in seconds between commits: half of the allowed loss at a kill, because a busy machine is late."""
 _LOOK_S, _SEEN_S = 0.02, 0.001
+"""Time between two looks at a recorder that ends; and for which rows wait until every processor sees them."""
 _TOO_SLOW = "it was not written as fast as it was played; record to a faster disk, or end other programs"
 
 

@@ -9,6 +9,7 @@ from underfoot.engine.reports import CommandApplied
 LEAD_S = 0.3
 """Lead in seconds with which a start is sent, so that the engine can build the program in time."""
 SHORTEST_S = 0.1
+"""Shortest time in seconds between starts."""
 
 
 class Starts(Protocol):

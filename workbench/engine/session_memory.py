@@ -13,6 +13,7 @@ from underfoot.engine.status import Status
 RING_S = 4.0
 """Seconds that the rings hold."""
 _LEAST_FORCE_HZ = 2000.0
+"""Least rate of force samples that their ring has room for."""
 
 
 class MemoryNames(Struct, frozen=True):

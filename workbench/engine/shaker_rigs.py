@@ -21,6 +21,7 @@ from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.quantities import counted
 
 _TAIL_S = 0.5
+"""Length of the silence after a sound, which is recorded, too."""
 
 
 def require_channel(device: Mapping[str, Any], kind: str, wanted: int) -> int:

@@ -11,7 +11,9 @@ from underfoot.models import gait
 STEP_S = 0.05
 """Time at which the foot comes down, after the start of a preview or of a patch played from its start."""
 FORCE_HZ = 1000.0
+"""Sample rate of the step's force."""
 _LONGEST_S = 2.0
+"""Time within which an adult's step is over."""
 
 
 def adult_step(tile: Tile, time_s: NDArray[np.float64], start_s: float) -> tuple[NDArray[np.float64], ...]:

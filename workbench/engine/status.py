@@ -37,6 +37,7 @@ class Field(IntEnum):
 
 
 _OF_HEALTH = [(one.name, Field[one.name.upper()], one.type) for one in fields(Health)]
+"""Name, number in memory and type of each field of `Health`."""
 _PANIC = 8 * len(Field)  # offset of the byte
 
 

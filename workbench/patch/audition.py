@@ -13,6 +13,7 @@ LEVEL_M_S2 = 1.0
 CARRIER_HZ = 200.0
 """Frequency of its tone: where a bare sole is most sensitive (Kowalzik et al. 1996)."""
 _TICK_S = 0.02
+"""Duration of the tick that an event is played as."""
 
 
 class Audition(Struct, frozen=True):

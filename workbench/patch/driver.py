@@ -28,6 +28,7 @@ INAUDIBLE = 1e-9
 
 _EXPONENT = 0x7FF0000000000000
 _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
+"""Bits of a float64: the exponent, all set in what is not finite, and everything but the sign."""
 
 
 def blocks_per_timed(block: int) -> int:
