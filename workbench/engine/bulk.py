@@ -109,8 +109,8 @@ def _require_movable(item: Item) -> None:
     """Raise `BadValue` if the job reads files of this computer as it runs: another computer lacks them."""
     if isinstance(item.job, ReplayJob):
         raise BadValue(f"{item.patch} is a recording on this computer; render it without --cluster")
-    for id, _, _ in files_of(item.job.patch, REGISTRY):
-        raise BadValue(f"{item.patch}: node {id} plays a file of this computer; render it without --cluster")
+    if files := list(files_of(item.job.patch, REGISTRY)):
+        raise BadValue(f"{item.patch}: node {files[0][0]} plays a file of this computer; render it without --cluster")
     if item.job.simulation is not None and item.job.simulation.recording:
         raise BadValue("--simulation plays a recording of this computer; render it without --cluster")
 

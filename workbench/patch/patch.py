@@ -180,8 +180,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         allowed = 'a list, such as [("tone.out", "gain.signal")]'
         gone = _set_of(wires, "wires", allowed)
         require(not any(isinstance(wire, str) for wire in gone), "wires", wires, allowed)
-        for wire in sorted(gone.difference(self.wires), key=str):
-            raise BadValue(f"there is no wire {wire}; allowed: {', '.join(map(str, self.wires)) or 'none'}")
+        if unknown := gone.difference(self.wires):
+            known = ", ".join(map(str, self.wires)) or "none"
+            raise BadValue(f"there is no wire {min(unknown, key=str)}; allowed: {known}")
         return replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
@@ -420,8 +421,9 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
 def _ids_of(patch: Patch, ids: Iterable[str]) -> set[str]:
     """Return these ids; `BadValue` for one that the patch does not have, as where a script has a word misspelt."""
     chosen, known = _set_of(ids), patch.ids()
-    for id in sorted(chosen - known, key=str):
-        raise BadValue(f"there is no {id!r}; allowed: {', '.join(sorted(known)) or 'none, the patch is empty'}")
+    if unknown := chosen - known:
+        allowed = ", ".join(sorted(known)) or "none, the patch is empty"
+        raise BadValue(f"there is no {min(unknown, key=str)!r}; allowed: {allowed}")
     return chosen
 
 
