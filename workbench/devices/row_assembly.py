@@ -2,8 +2,9 @@
 
 Each tile has a clock of its own, which `device_clock` maps to the session; tiles whose times equal the leader's to the
 microsecond are behind one hub, and share its clock. The tile heard first leads: each of its samples begins a row, at
-its own time, and a sample of another tile joins the nearest row. Nothing is interpolated. A tile without a sample for
-a row is NaN in it, and a row without any sample is omitted.
+its own time, and a sample of another tile joins the nearest row. Samples that come at twice the rate of rows or faster
+share them, and each row has the last. Nothing is interpolated. A tile without a sample for a row is NaN in it, and a
+row without any sample is omitted.
 """
 
 from typing import Any, NamedTuple
@@ -22,6 +23,7 @@ QUEUE = 1 << 16
 """Capacity of the queue of tile samples."""
 _ROWS = 1024
 _LEFT_S = 0.1  # a leading tile that is silent for this many seconds no longer leads
+_NEARLY = 1e-6  # of a row
 _WAIT_S = 0.1  # seconds for which the newest row waits for missing tiles
 
 QUEUED = np.dtype(
@@ -64,6 +66,7 @@ PROGRESS = np.dtype(
         ("reference_us", np.float64),
         ("reference_clock", np.int64),
         ("reference_epoch", np.int64),
+        ("leader_us", np.float64),
         ("late", np.int64),
         ("latency", np.float64),
     ],
@@ -73,8 +76,9 @@ PROGRESS = np.dtype(
 into rows. Rows are numbered; `next_row` is handed over next, `newest_row` was begun last, at session frame
 `newest_since`, and `last_stamp` is the stamp of the last one handed over. The reference is the newest sample of the
 leading tile: its row, frame and own time, and its clock and epoch. `leader` and `reference_clock` are -1 before the
-first sample. `late` samples arrived after their row was handed over. `latency` is the number of frames from a
-sample's earliest arrival to the first frame that it changes, averaged over a second.
+first sample; `leader_us` is the leader's newest time. `late` samples arrived after their row was handed over.
+`latency` is the number of frames from a sample's earliest arrival to the first frame that it changes, averaged over a
+second.
 """
 
 
@@ -268,17 +272,23 @@ def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin
     if at.reference_clock < 0:
         at.reference_frame = frame
     clock = assembly.tiles[k].clock
-    apart = (frame - at.reference_frame) / period
+    apart, period_us, is_fast = (frame - at.reference_frame) / period, 1e6 * period / assembly.rate, False
     if clock == at.reference_clock and epoch == at.reference_epoch:
-        apart = (entry.time_us - at.reference_us) * assembly.rate * 1e-6 / period  # not affected by slewing
-    row = at.reference_row + int(np.rint(apart))
+        apart = (entry.time_us - at.reference_us) / period_us  # not affected by slewing
+        is_fast = k == at.leader and 0.0 <= entry.time_us - at.leader_us < 0.5 * period_us
+    rows = int(np.floor(apart + _NEARLY)) if is_fast else int(np.rint(apart))
+    row = at.reference_row + rows
     if row >= at.next_row + len(assembly.rows):
         if at.next_row <= at.newest_row:
             return False
         at.next_row = row - len(assembly.rows) // 2
         at.newest_row = at.next_row - 1
-    if k == at.leader or frame - at.reference_frame > _LEFT_S * assembly.rate:
+    if is_fast:  # several samples in a row: it keeps its time, or none would ever begin another
+        at.reference_row, at.reference_us = row, at.reference_us + rows * period_us
+        at.reference_frame, at.leader_us = frame - (apart - rows) * period, entry.time_us
+    elif k == at.leader or frame - at.reference_frame > _LEFT_S * assembly.rate:
         at.leader, at.reference_row, at.reference_frame, at.reference_us = k, row, frame, entry.time_us
+        at.leader_us = entry.time_us
         at.reference_clock, at.reference_epoch = clock, epoch
     if row < at.next_row:
         at.late += 1
