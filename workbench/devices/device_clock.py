@@ -2,8 +2,9 @@
 
 A device's clock is even but has its own rate; samples are never early, but delayed by buffers, radio and schedulers.
 So the line through the earliest arrivals maps the device's clock to the host's: the lower convex hull of the earliest
-arrival of each quarter of a second of the last ten seconds (as fitted by Moon, Skelly and Towsley 1999). The session
-is mapped in the same way: its blocks are requested on time or late. Both lines together give a sample's session frame.
+arrival of each quarter of a second of the last ten seconds (as fitted by Moon, Skelly and Towsley 1999). What
+comes at twice its own pace or faster was held up, and counts for nothing. The session is mapped in the same way: its
+blocks are requested on time or late. Both lines together give a sample's session frame.
 
 Samples are then delayed by a playout delay that 99 of 100 arrivals need, so that they are evenly spaced and present
 when due. Samples that arrive together count as one arrival, as late as the oldest of them: a link that always sends
@@ -36,6 +37,7 @@ CLOCK = np.dtype(
         ("epoch", np.int64),
         ("origin_us", np.float64),
         ("heard", np.float64),
+        ("opened", np.float64),
         ("opened_us", np.float64),
         ("earliest", np.float64),
         ("earliest_us", np.float64),
@@ -57,13 +59,14 @@ CLOCK = np.dtype(
 """State of a device's clock. Fields ending in `_us` are device microseconds since `origin_us`; all others, except
 `epoch` and `count`, are frames of the host. An offset is an arrival's frame minus the device's own time.
 
-`epoch` is -1 before the first arrival; `heard` is the frame of the latest one. The open window began at `opened_us`;
-its `earliest` offset was at `earliest_us`. `count` windows were closed, the latest of which are kept. The line is
-`offset` at `pivot_us`, with `slope` frames per microsecond; `rms_error` is the windows' deviation from it. `delay` is
-the playout delay, from arrivals of frames `began` to `noted`; `applied` is the offset applied to the latest sample, at
-`applied_us`.
+`epoch` is -1 before the first arrival; `heard` is the frame of the latest one. The open window began at `opened_us`,
+which was heard in frame `opened`; its `earliest` offset was at `earliest_us`. `count` windows were closed, the latest
+of which are kept. The line is `offset` at `pivot_us`, with `slope` frames per microsecond; `rms_error` is the windows'
+deviation from it. `delay` is the playout delay, from arrivals of frames `began` to `noted`; `applied` is the offset
+applied to the latest sample, at `applied_us`.
 """
 
+_AT_ONCE = 0.5  # samples that come in less than this share of their time were held up, and tell nothing of the clock
 _FEW = 4  # least number of windows for a rate
 _UP_HZ = 10.0  # relative rate at which the delay grows while every sample comes too late
 _LEAST_DELAY_S = 0.001  # a smaller delay grows as fast as this one
@@ -129,16 +132,9 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
     offset = frame - x * rate * 1e-6
     clock.heard = frame
     if abs(x - clock.opened_us) >= WINDOW_US:
-        if clock.earliest - _line(clock, clock.earliest_us) > JUMP_S * rate:
-            clock.count = 0  # everything is later than before: earlier windows no longer hold
-        before = clock.window_earliest[(clock.count - 1) % WINDOWS]
-        if clock.count > 0 and before - clock.earliest > JUMP_S * rate:
-            clock.count = 0  # earlier samples were held up, and came together: each was less late than the one before
-        at = clock.count % WINDOWS
-        clock.window_us[at], clock.window_earliest[at] = clock.earliest_us, clock.earliest
-        clock.count += 1
-        _refit(clock, rate)
-        clock.opened_us = clock.earliest_us = x
+        if frame - clock.opened >= _AT_ONCE * WINDOW_US * 1e-6 * rate:
+            _close_window(clock, rate)
+        clock.opened, clock.opened_us, clock.earliest_us = frame, x, x
         clock.earliest = offset
     if offset < clock.earliest:
         clock.earliest, clock.earliest_us = offset, x
@@ -146,7 +142,7 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
     if beyond < -JUMP_S * rate:  # earlier samples were held up
         clock.count = 0
         clock.slope = 0.0
-        clock.opened_us = x
+        clock.opened, clock.opened_us = frame, x
     clock.offset += min(beyond, 0.0)
 
 
@@ -216,10 +212,25 @@ def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> N
     clock.delay = clock.delay if clock.epoch >= 0 else 0.0
     clock.epoch, clock.origin_us = epoch, microseconds
     clock.earliest = clock.offset = clock.applied = clock.began = frame
+    clock.opened = frame
     clock.opened_us = clock.earliest_us = 0.0
     clock.count = 0
     clock.pivot_us = clock.slope = clock.rms_error = 0.0
     clock.applied_us = clock.noted = -np.inf
+
+
+@part
+def _close_window(clock: np.record, rate: float) -> None:
+    """Keep the earliest arrival of the open window, and fit the line anew."""
+    if clock.earliest - _line(clock, clock.earliest_us) > JUMP_S * rate:
+        clock.count = 0  # everything is later than before: earlier windows no longer hold
+    before = clock.window_earliest[(clock.count - 1) % WINDOWS]
+    if clock.count > 0 and before - clock.earliest > JUMP_S * rate:
+        clock.count = 0  # earlier samples were held up, and came together: each was less late than the one before
+    at = clock.count % WINDOWS
+    clock.window_us[at], clock.window_earliest[at] = clock.earliest_us, clock.earliest
+    clock.count += 1
+    _refit(clock, rate)
 
 
 @part
