@@ -24,6 +24,7 @@ from underfoot.widgets.controls.tables import offer_copy
 from underfoot.widgets.polled_process import PolledProcess
 
 _COLUMNS = ("", "ms a second", "Share", "")
+_FIGURES = (1, 2)
 
 
 class CostDialog(QDialog):
@@ -48,6 +49,8 @@ class CostDialog(QDialog):
         self.table = QTreeWidget()
         self.table.setAccessibleName("Run time of stages and nodes")
         self.table.setHeaderLabels(_COLUMNS)
+        for figure in _FIGURES:
+            self.table.headerItem().setTextAlignment(figure, Qt.AlignmentFlag.AlignRight)
         self.table.setRootIsDecorated(False)
         self.table.setSelectionMode(QTreeWidget.SelectionMode.ExtendedSelection)
         offer_copy(self.table)
@@ -105,7 +108,8 @@ class CostDialog(QDialog):
         for stage in found.stages:
             self._row(stage.stage, stage.ms, found.whole_ms, STAGES[stage.stage])
         self._row("reading", found.reading_ms, 0.0, "not in the block: readings to newtons, where devices are read")
-        self._heading("NODES")
+        if found.nodes or found.left_out:
+            self._heading("NODES")
         patch = Patch.unchecked(self._measured, "the patch")
         for node in sorted(found.nodes, key=lambda node: -node.ms):
             self._row(patch.name_of(node.node), node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
@@ -121,7 +125,7 @@ class CostDialog(QDialog):
         share = f"{100.0 * ms / whole_ms:.1f} %" if whole_ms else ""
         item = QTreeWidgetItem([name, f"{ms:.3f}", share, text])
         item.setToolTip(len(_COLUMNS) - 1, text)
-        for column in (1, 2):
+        for column in _FIGURES:
             item.setTextAlignment(column, Qt.AlignmentFlag.AlignRight)
         self.table.addTopLevelItem(item)
 

@@ -8,6 +8,7 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
+from underfoot.bench.block_stages import BlockStages
 from underfoot.bench.cost_process import CostRequest
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
@@ -65,6 +66,10 @@ def test_stop_ends_the_measurement_and_another_may_follow(opened, qtbot):
     dialog.feet.setCurrentText("no tile")
     qtbot.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
     assert dialog.start_button.text() == "Stop"
+    dialog.show_cost(BlockStages(4, 0, 128, 1.0, stages=(), nodes=(), left_out=(), reading_ms=0.0))
+    assert names_of(dialog) == ["STAGES", "reading"]  # and no head of nodes that there are not
+    sides = [dialog.table.headerItem().textAlignment(column) for column in (1, 2)]
+    assert sides == [dialog.table.topLevelItem(1).textAlignment(column) for column in (1, 2)]
 
 
 def test_what_cannot_be_measured_is_said_in_one_line(opened, qtbot):
