@@ -5,9 +5,10 @@ from bisect import bisect_left
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import (
     QColor,
+    QContextMenuEvent,
     QKeyEvent,
     QMouseEvent,
     QPainter,
@@ -49,6 +50,8 @@ class Axis(QWidget):
     """The number of a step in the list."""
     tile_chosen = Signal(int)
     """A row of the floor."""
+    menu_requested = Signal(QPoint)
+    """A menu for the time of the cursor is wanted, at this place of the screen."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -224,6 +227,13 @@ class Axis(QWidget):
             if bar.adjusted(-2, 0, 2, 0).contains(event.position()):
                 length_s = contact.end_s - contact.start_s
                 self.set_view(contact.start_s - 0.25 * length_s, contact.end_s + 0.25 * length_s)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Ask for a menu, with the cursor where the mouse was pressed."""
+        if self.content is not None and not self._drag:
+            if event.reason() == QContextMenuEvent.Reason.Mouse:
+                self.set_cursor(self.time_at(event.pos().x()), follow=False)
+            self.menu_requested.emit(event.globalPos())
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.content is None:

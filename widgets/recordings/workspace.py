@@ -1,12 +1,12 @@
 """The Recordings workspace: the list, the open recording on its time axis, its steps, and the floor."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
 
@@ -17,6 +17,7 @@ from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.panels import column, tool_button, with_header
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
@@ -359,6 +360,16 @@ class RecordingsWorkspace(Workspace):
             self._close_recording(NOTHING)
             self.reader.close_file()
 
+    def _show_menu(self, on_axis: Iterable[tuple[str, str, Callable[[], object]]], place: QPoint) -> None:
+        """Offer what can be done at the cursor, or with the stretch."""
+        menu = Menu(self.axis)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for keys, text, do in on_axis:
+            menu.addAction(f"{text}\t{keys}", do)
+        menu.addAction("Show all\t0", self.axis.show_all)
+        menu.addAction(self._export_action)
+        menu.popup(place)
+
     def _enable(self) -> None:
         self._export_action.setEnabled(self.axis.content is not None)
         for widget in self._needs_one:
@@ -395,14 +406,15 @@ class RecordingsWorkspace(Workspace):
         self.playback.notified.connect(self.notified)
         self.exporting.progressed.connect(self.export_state.setText)
         self.exporting.progressed.connect(lambda text: self.stopping.setVisible(bool(text)))
-        on_axis: tuple[tuple[str, Callable[[], object]], ...] = (
-            ("M", self.marks.add),
-            ("Shift+M", self.marks.ask),
-            ("Shift+Backspace", self.marks.remove),
-            ("P", self.playback.play_or_stop),
-            ("L", self.playback.looping.click),
+        on_axis: tuple[tuple[str, str, Callable[[], object]], ...] = (
+            ("M", "Mark", self.marks.add),
+            ("Shift+M", "Mark with words…", self.marks.ask),
+            ("Shift+Backspace", "Remove the mark", self.marks.remove),
+            ("P", "Play or stop", self.playback.play_or_stop),
+            ("L", "Loop", self.playback.looping.click),
         )
-        self._on_axis = [QShortcut(keys, self, do) for keys, do in on_axis]
+        axis.menu_requested.connect(partial(self._show_menu, on_axis))
+        self._on_axis = [QShortcut(keys, self, do) for keys, _, do in on_axis]
         renaming = QShortcut("F2", self, self.recordings.edit_name)
         deleting = QShortcut("Delete", self.recordings, self.recordings.ask_to_delete)
         for shortcut in (*self._on_axis, renaming, deleting):

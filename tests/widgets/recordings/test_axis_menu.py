@@ -1,0 +1,26 @@
+"""What a right click on the time axis of a recording offers."""
+
+from long_recording import write_recording
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
+
+from underfoot.floor.layout import default_floor
+
+
+def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, folder, qtbot):
+    path = folder / "marked.underfoot"
+    write_recording(path, 0.5, default_floor(1, 2), vibration=False)
+    workspace.open_file(path)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
+    axis = workspace.axis
+    place = axis.position_of(0.25, "force").toPoint()
+    for text, left in (("Mark\tM", 1), ("Remove the mark\tShift+Backspace", 0)):
+        event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, axis.mapToGlobal(place))
+        QApplication.sendEvent(axis, event)
+        menu = next(menu for menu in axis.findChildren(QMenu) if menu.isVisible())
+        action = next(action for action in menu.actions() if action.text() == text)
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
+        qtbot.waitUntil(lambda left=left: len(axis.content.opened.marks) == left)
+        assert abs(axis.cursor_s - 0.25) <= axis.seconds_per_px
