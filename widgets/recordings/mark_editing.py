@@ -1,5 +1,7 @@
 """Marks that a person adds to the open recording at the cursor, or removes there."""
 
+from collections.abc import Callable
+
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from underfoot.widgets.recordings.reader import RecordingReader
@@ -11,10 +13,12 @@ _NEAR_PX = 8.0
 
 
 class MarkEditing:
-    """Adds and removes marks at the cursor of `axis`, in the file of `reader`; dialogs are those of `owner`."""
+    """Adds and removes marks at the cursor of `axis`, in the file of `reader`; dialogs are those of `owner`, and
+    `notify` shows a line.
+    """
 
-    def __init__(self, axis: Axis, reader: RecordingReader, owner: QWidget) -> None:
-        self._axis, self._reader, self._owner = axis, reader, owner
+    def __init__(self, axis: Axis, reader: RecordingReader, owner: QWidget, notify: Callable[[str], object]) -> None:
+        self._axis, self._reader, self._owner, self._notify = axis, reader, owner, notify
 
     def add(self, text: str = "") -> None:
         """Mark the cursor's time."""
@@ -43,3 +47,5 @@ class MarkEditing:
         near = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
         if near is not None and abs(near.frame - cursor) <= _NEAR_PX * self._axis.seconds_per_px * opened.rate:
             self._reader.change_marks(lambda recording: recording.remove_mark(near.id))
+        else:
+            self._notify("No mark is near the cursor.")

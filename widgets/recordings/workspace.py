@@ -86,7 +86,7 @@ class RecordingsWorkspace(Workspace):
         self.read_ahead = ReadAhead(self.axis, self.reader, self)
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
-        self.marks = MarkEditing(self.axis, self.reader, self)
+        self.marks = MarkEditing(self.axis, self.reader, self, self.notified.emit)
         yield
         yield from self._build()
         yield

@@ -1,6 +1,7 @@
 """What a right click on the time axis of a recording offers."""
 
 from long_recording import write_recording
+from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -14,7 +15,8 @@ def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, fo
     write_recording(path, 0.5, default_floor(1, 2), vibration=False)
     workspace.open_file(path)
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
-    axis = workspace.axis
+    axis, said = workspace.axis, []
+    workspace.notified.connect(said.append)
     place = axis.position_of(0.25, "force").toPoint()
     for text, left in (("Mark\tM", 1), ("Remove the mark\tShift+Backspace", 0)):
         event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, axis.mapToGlobal(place))
@@ -24,3 +26,8 @@ def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, fo
         QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
         qtbot.waitUntil(lambda left=left: len(axis.content.opened.marks) == left)
         assert abs(axis.cursor_s - 0.25) <= axis.seconds_per_px
+    assert not said
+    show(qtbot, workspace)  # a menu that closes takes the focus along
+    axis.setFocus()
+    QTest.keyClick(axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
+    assert said == ["No mark is near the cursor."]
