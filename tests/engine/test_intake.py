@@ -51,6 +51,19 @@ def test_off_contact_all_is_exactly_zero_and_the_gate_takes_5_ms(rate_hz):
 
 
 @RATES
+def test_who_stands_on_a_tile_from_its_first_sample_on_does_not_land(rate_hz):
+    """The gate that opened was a footfall of ten times the usual strength, as the session began."""
+    stamps = np.arange(round(0.3 * rate_hz)) * RATE / rate_hz
+    source = [GivenForces(rate_hz, stamps, np.full((len(stamps), 2, 4), 150.0)) for _ in range(2)]
+    force, other = (
+        intake_signals(one, 12_000, blocks=blocks)[0] for one, blocks in zip(source, [(512,), (7, 33)], strict=True)
+    )
+    assert force.tobytes() == other.tobytes()
+    assert np.unique(force).tolist() == [0.0, 600.0]
+    assert (np.diff(force) >= 0.0).all()
+
+
+@RATES
 def test_noise_of_an_empty_tile_is_not_let_through(rate_hz):
     stamps, forces = standing_forces(rate_hz)
     forces[:, 1] = 3.0 + np.random.default_rng(2).normal(0.0, 0.4, (len(stamps), 4))

@@ -4,7 +4,8 @@ From frame s to s + period the force ramps to the sample of frame s, so that the
 at audio rate is delayed by exactly one sample period, live and offline. A sample that arrives too late for that is
 ramped to within one period of its arrival; of several that arrive together, only the newest is used. Where samples are
 missing, on the whole floor or on a tile that is NaN, the last force is held for 20 ms and then ramped to 0 in 20 ms. A
-tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms.
+tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms, but is open at once where
+somebody stands from its first sample on.
 
 Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
@@ -306,6 +307,8 @@ def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
         if j > 0 and segment.gate_target == 0.0 and sample.contact:
             segment.from_values[j] = sample.values[j]
     segment.from_values[0] *= held
+    if sample.contact and segment.at_frame == _LONG_AGO:  # who stands there from the first sample on does not land
+        segment.from_values[0], segment.gate = sample.values[0], 1.0
     segment.from_frame, segment.at_frame = now, sample.at_frame
     segment.gate_target = 1.0 if sample.contact else 0.0
     segment.queue_head += 1
