@@ -219,6 +219,7 @@ def test_a_compiler_that_fails_again_and_again_takes_no_restart_from_the_engine(
         playing.complete()
         os.kill(playing.session.pids["compiler"], signal.SIGKILL)
         playing.until(lambda: playing.of(ProcessDied), "the death of the compiler is noticed")
+        assert playing.session.is_compiled, "nothing waited: what plays was compiled and faded in again"
         os.kill(playing.session.pids["engine"], signal.SIGKILL)
         playing.started(2)
         assert playing.of(OutputChanged) == []

@@ -388,7 +388,8 @@ class Session:
             return
         self._handle_compiler_answers()
         if self._may_restart("compiler", self._compiler.reap()):
-            self._request_compile()
+            restart = self._request_compile if self._is_compiling else self._compiler.start
+            restart()
 
     # --- the engine ---
 
