@@ -282,6 +282,15 @@ def test_whatever_else_a_patch_has_is_in_the_list_of_losses_and_shared_in_full(f
         assert Patch.loads(file.read("a/patch.json"), REGISTRY) == more
 
 
+def test_a_click_is_written_by_the_rules_of_each_format(tmp_path):
+    soundfile.write(tmp_path / "click.wav", [1.0, 0.5, -0.3], RATE)
+    patch = Patch().add("wav-player", REGISTRY, file="click.wav").add("tile-output", REGISTRY)
+    patch = patch.connect("wav-player.out", "tile-output.acceleration", REGISTRY)
+    for name, check in RULES.items():
+        FORMATS[name].write(Export(patch, folder=tmp_path, seconds=5e-4), tmp_path / name)
+        check(json.loads((tmp_path / name).read_text()))
+
+
 def test_what_lies_above_the_range_is_left_out_of_bands_and_else_at_its_end_and_the_list_says_which(tmp_path):
     patch = Patch().add("tone", REGISTRY, frequency=2000.0, harmonics=[1.0]).add("tile-output", REGISTRY)
     export = Export(patch.connect("tone.out", "tile-output.acceleration", REGISTRY), seconds=0.3)

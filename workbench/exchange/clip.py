@@ -6,7 +6,7 @@ import numpy as np
 
 from underfoot.clock import RATE_HZ
 from underfoot.exchange.format import Export
-from underfoot.exchange.voices import AMPLITUDE, Voice, analysed, envelope_error_db
+from underfoot.exchange.voices import AMPLITUDE, Voice, analysed, envelope_error_db, lengthened
 from underfoot.kernels import Floats
 
 BURST_S, RISE_S = 22e-3, 2e-3
@@ -25,7 +25,8 @@ class Clip:
 
 def clip_of(export: Export) -> Clip:
     """Return the single channel of an export."""
-    tile, samples = export.loudest
+    tile, moved = export.loudest
+    samples = lengthened(moved, RATE_HZ)
     points = analysed(samples, RATE_HZ)
     full_m_s2 = float(points[:, AMPLITUDE].max())
     points[:, AMPLITUDE] /= full_m_s2

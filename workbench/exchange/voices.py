@@ -78,6 +78,15 @@ def analysed(samples: Floats, rate_hz: float) -> Floats:
     return np.column_stack([frames / rate_hz, amplitude, frequency])
 
 
+def lengthened(samples: Floats, rate_hz: float) -> Floats:
+    """Return a vibration with silence behind it, at least as long as the longer window: a click has no envelope else.
+
+    >>> lengthened(np.ones(3), 1000.0).size
+    20
+    """
+    return np.pad(samples, (0, max(0, round(FREQUENCY_S * rate_hz) - samples.size)))
+
+
 def banded(samples: Floats, rate_hz: float, edges_hz: tuple[float, ...]) -> list[Floats]:
     """Split a vibration into bands between these edges; their sum is the vibration from the first edge to the last."""
     spectrum = np.fft.rfft(samples)

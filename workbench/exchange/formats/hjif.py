@@ -23,6 +23,7 @@ from underfoot.exchange.voices import (
     analysed,
     banded,
     envelope_error_db,
+    lengthened,
     simplify_points,
 )
 from underfoot.files import write_file
@@ -107,6 +108,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     """Write every tile, one channel each; of more than `MOST_CHANNELS`, those that move most."""
     edges = tuple(float(edge) for edge in EDGES_HZ)
     played = _that_move_most(export.acceleration_by_tile)
+    played = {tile: lengthened(samples, RATE_HZ) for tile, samples in played.items()}
     found = {
         tile: [analysed(band, RATE_HZ) for band in banded(samples, RATE_HZ, edges)] for tile, samples in played.items()
     }
