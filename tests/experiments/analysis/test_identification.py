@@ -1,5 +1,7 @@
 """Confusions of stimuli that were told apart, by number or by word."""
 
+from statistics import stdev
+
 import pytest
 from made_studies import TD, made_protocol
 from scipy.stats import f_oneway, ttest_rel
@@ -69,6 +71,9 @@ def compared(rates, who):
         for trial in range(10)
     ]
     found = findings(rows, Settings(given={"identified": ["a", "b"]}))
+    for table in found.tables:
+        if (name := table.title.removeprefix("Set ")) in rates:
+            assert f"Standard deviation of people: {stdev(rates[name]) / 10:.3g}." in table.note
     (tests,) = (table for table in found.tables if table.title == "Do the sets differ?")
     return tests
 

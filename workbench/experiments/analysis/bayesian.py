@@ -57,7 +57,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     lines = [(str(person), estimate) for (person,), part in people.items() for estimate in estimates(part, settings)]
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines))
     thresholds = [(person, one) for person, one in lines if one.name.startswith("threshold")]
-    found.tables.append(estimates_table("Thresholds over people", "in", over_people(thresholds, rows)))
+    found.tables.append(over_people("Thresholds", thresholds, rows))
     found.tables += false_alarms(rows)
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]

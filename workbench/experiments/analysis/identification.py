@@ -37,9 +37,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             lines.append((f"session {block}", _over_people(session)))
         stimuli, answers, counts = confusion(part, settings)
         lines.append(("all people together", information(counts)))
-        found.tables.append(
-            estimates_table(title, "of", lines, f"{PEOPLE_NOTE} {_THESIS if name in thesis.SETS else ''}".rstrip())
-        )
+        notes = (PEOPLE_NOTE, _spread_of_people(part), _THESIS if name in thesis.SETS else "")
+        found.tables.append(estimates_table(title, "of", lines, " ".join(filter(None, notes))))
         found.tables.append(_confusion_table(title, stimuli, answers, counts))
         found.drawings.append(_confusion_drawn(title, counts))
     found.drawings.insert(0, _learning_drawn(sets, 1.0 / counts.shape[1]))
@@ -84,6 +83,12 @@ def _rate(name: str, rows: Sequence[Row]) -> Estimate:
 
 def _over_people(rows: Sequence[Row]) -> Estimate:
     return people_share_interval("rate", shares_by_person(rows, _is_right).values())
+
+
+def _spread_of_people(rows: Sequence[Row]) -> str:
+    """Return the standard deviation of people's rates in a sentence; "" for one person."""
+    rates = [count / of for count, of in shares_by_person(rows, _is_right).values()]
+    return f"Standard deviation of people: {np.std(rates, ddof=1):.3g}." if len(rates) > 1 else ""
 
 
 def _is_right(row: Row) -> bool:

@@ -89,24 +89,29 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if any(math.isnan(one.value) for _, one in lines):
         note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
     found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
-    beside = _beside(rows, settings)
-    found.tables.append(estimates_table(f"{title} over people", "in", over_people(lines, rows), beside))
+    found.tables.append(over_people(title, lines, rows, _beside(rows, settings)))
     found.tables += false_alarms(rows)
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
 
-def over_people(lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row]) -> list[tuple[str, Estimate]]:
-    """Return the mean of each threshold, or PSE, over people, in dB and, where levels are known, in m/s^2."""
-    references, over = _references(rows), []
+def over_people(title: str, lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row], note: str = "") -> Table:
+    """Return the mean of each threshold, or PSE, over people, in dB and, where levels are known, in m/s^2, with the
+    standard deviation of people.
+    """
+    references, over, spreads = _references(rows), list[tuple[str, Estimate]](), list[float]()
     for name in dict.fromkeys(one.name for _, one in lines):
         values = {person: one.value for person, one in lines if one.name == name}
-        over.append(("dB", mean_interval(name, list(values.values()), "dB")))
         at_0_db = {person: references.get((person, name.partition(" ")[2])) for person in values}
         levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
-        if levels:
-            over.append(("m/s^2", mean_interval(name, levels, "m/s^2")))
-    return over
+        for unit, of in (("dB", list(values.values())), ("m/s^2", levels)):
+            if of:
+                over.append((unit, mean_interval(name, of, unit)))
+                there = [value for value in of if math.isfinite(value)]
+                spreads.append(float(np.std(there, ddof=1)) if len(there) > 1 else math.nan)
+    table = estimates_table(f"{title} over people", "in", over, note)
+    with_spreads = tuple((*row, spread) for row, spread in zip(table.rows, spreads, strict=True))
+    return Table(table.title, (*table.columns, "SD of people"), with_spreads, note)
 
 
 def false_alarms(rows: Sequence[Row]) -> list[Table]:
