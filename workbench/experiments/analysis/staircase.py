@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -117,13 +118,14 @@ def over_people(title: str, lines: Sequence[tuple[str, Estimate]], rows: Sequenc
 def false_alarms(rows: Sequence[Row]) -> list[Table]:
     """Return a table of each person's answers of yes to nothing; [] without catch trials.
 
-    >>> rows = [{"participant": "P1", "catch": True, "felt": felt} for felt in ("no", "yes", "no")]
-    >>> false_alarms(rows)[0].rows
-    (('P1', 1, 3),)
+    >>> rows = [{"participant": f"P{k}", "catch": True, "felt": felt} for k in (1, 2) for felt in ("no", "yes", "no")]
+    >>> false_alarms(rows)[0].rows, false_alarms(rows[:5])[0].note
+    ((('P1', 1, 3), ('P2', 1, 3)), 'Median: 1.')
     """
     people = grouped((row for row in rows if row.get("catch")), "participant").items()
     alarms = [(str(who), sum(row.get("felt") == YES for row in part), len(part)) for (who,), part in people]
-    return [Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms))] if alarms else []
+    note = f"Median: {median(count for _, count, _ in alarms):g}." if len(alarms) > 1 else ""
+    return [Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms), note)] if alarms else []
 
 
 def _point(rows: Sequence[Row], settings: Settings) -> str:
@@ -151,7 +153,8 @@ def _beside(rows: Sequence[Row], settings: Settings) -> str:
     if any(row.get("comparison_at") for row in rows):
         return "Thesis 6.3.5, equal intensity: the peaks of table 6.1."
     level, spread = thesis.THRESHOLD_M_S2, thesis.THRESHOLD_SD_M_S2
-    return f"Thesis 6.4.2: {level:g} m/s^2 peak, standard deviation {spread:g}." if "TD" in names else ""
+    found = f"Thesis 6.4.2: {level:g} m/s^2 peak, standard deviation {spread:g}; median of false alarms"
+    return f"{found} {thesis.FALSE_ALARMS_MEDIAN:g}." if "TD" in names else ""
 
 
 def _references(rows: Sequence[Row]) -> dict[tuple[str, str], float]:

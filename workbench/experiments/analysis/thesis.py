@@ -33,6 +33,8 @@ INTERCEPT = {0.0: -2.50, 0.43: -2.70, 0.86: -2.77}
 
 THRESHOLD_M_S2, THRESHOLD_SD_M_S2 = 0.46, 0.18
 """Detection of TD: mean and standard deviation over 20 people (6.4.2)."""
+FALSE_ALARMS_MEDIAN = 1.5
+"""How often people said yes to nothing, of catch trials (6.3.6)."""
 
 WIDTHS_M = (0.045, 0.165)
 """The smallest and the largest button (5.6.1)."""
