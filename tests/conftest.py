@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 gc.disable()  # collected between tests, in the main thread: Qt crashes where another one deletes a widget
@@ -26,6 +27,16 @@ def pytest_collect_file():
 def pytest_collection_finish(session):
     gc.freeze()
     linecache.clearcache()  # of the sources of all docstrings: each example would look at each of these files
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_modifyitems(config):
+    """One worker after another: the first keeps the constants of all modules, from which Hypothesis draws, on disk.
+
+    In a new clone to read all modules for them takes a worker four seconds.
+    """
+    with FileLock(config.rootpath / ".hypothesis" / "constants.lock"):
+        return (yield)
 
 
 pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes", "examples")
