@@ -74,7 +74,7 @@ def test_one_walker_on_a_large_floor_has_every_step_once_with_its_side():
     ("count", "path", "seed"), [(1, "turn", 1), (1, "straight", 1), (2, "crossing", 1), (2, "crossing", 2)]
 )
 def test_people_who_turn_and_cross_are_told_apart(count, path, seed):
-    walked = simulate_walk(default_floor(6, 6), drawn_people(count, path, seed), 40.0)
+    walked = simulate_walk(default_floor(6, 6), drawn_people(count, path, seed), 40.0 / count)
     assert walked.splits + walked.joins <= 0.01 * walked.feet
     assert walked.contacts.idf1 > 0.98
     assert walked.contacts.switches == 0
