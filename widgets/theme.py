@@ -326,12 +326,13 @@ QPushButton[role="tab"], QToolButton[role="tab"] {{
     background: transparent; border-color: transparent; color: {MUTED}; }}
 QPushButton[role="tab"]:hover, QToolButton[role="tab"]:hover {{ color: {TEXT}; }}
 QPushButton[role="tab"]:disabled, QToolButton[role="tab"]:disabled {{ color: {FAINT}; }}
-QToolButton[role="chip"] {{
+QToolButton[role="chip"], QPushButton[role="chip"] {{
     background: transparent; border-color: transparent; color: {MUTED}; padding: 1px 2px; font-size: {SMALL_PX}px; }}
-QToolButton[role="chip"]:hover {{ color: {TEXT}; }}
-QToolButton[role="chip"]:checked {{ background: {RAISED}; color: {TEXT}; }}
-QToolButton[role="chip"]:disabled {{ color: {FAINT}; }}
-QToolButton[role="chip"]:focus {{ border: 1px solid {VIBRATION}; }}
+QPushButton[role="chip"] {{ padding: 1px 6px; }}
+QToolButton[role="chip"]:hover, QPushButton[role="chip"]:hover {{ color: {TEXT}; }}
+QToolButton[role="chip"]:checked, QPushButton[role="chip"]:checked {{ background: {RAISED}; color: {TEXT}; }}
+QToolButton[role="chip"]:disabled, QPushButton[role="chip"]:disabled {{ color: {FAINT}; }}
+QToolButton[role="chip"]:focus, QPushButton[role="chip"]:focus {{ border: 1px solid {VIBRATION}; }}
 QComboBox[role="chip"] {{ padding: 1px 6px; font-size: {SMALL_PX}px; }}
 QPushButton[role="tab"]:checked, QToolButton[role="tab"]:checked {{ background: {RAISED}; color: {TEXT}; }}
 QPushButton[role="tab"]:focus, QToolButton[role="tab"]:focus {{ border: 1px solid {VIBRATION}; }}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.drawing.look import heat_table
 from underfoot.quantities import number
@@ -70,6 +70,19 @@ def chip(
     button.setChecked(checked)
     button.setProperty("role", "chip")
     button.setToolTip(tip)
+    return button
+
+
+def one_of_several(text: str, tip: str, role: str = "tab", parent: QWidget | None = None) -> QPushButton:
+    """Return a button of which one among several is down: a radio button to a screen reader, to which Qt calls every
+    tool button that stays down a check box.
+    """
+    button = QPushButton(text, parent)
+    button.setProperty("role", role)
+    button.setToolTip(tip)
+    button.setCheckable(True)
+    button.setAutoExclusive(True)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
 
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton,
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.menu import literal
-from underfoot.widgets.controls.panels import chip
+from underfoot.widgets.controls.panels import chip, one_of_several
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -50,7 +50,7 @@ class ListenBar(QWidget):
         self.length.setAccessibleName("Length of the preview")
         self.length.setToolTip("How long the preview and the loop last; whole: until the patch has come to its end")
         self.length.activated.connect(self.length_chosen)
-        self.slots = {slot: chip(slot, f"Edit and play {slot} (X switches)", self) for slot in SLOTS}
+        self.slots = {slot: one_of_several(slot, f"Edit and play {slot} (X switches)", "chip", self) for slot in SLOTS}
         group = QButtonGroup(self)
         for slot, button in self.slots.items():
             group.addButton(button)
@@ -166,8 +166,10 @@ class ListenBar(QWidget):
         for widget in (self.start_button, self.loop, self.length):
             row.addWidget(widget)
         row.addSpacing(2 * theme.GRID)
-        for widget in (*self.slots.values(), self.copy, self.overlay, self.match, self.blind_button):
-            row.addWidget(widget)
+        for slot in self.slots.values():
+            row.addWidget(slot)
+        for button in (self.copy, self.overlay, self.match, self.blind_button):
+            row.addWidget(button)
         row.addSpacing(theme.GRID)
         row.addWidget(self.state)
         row.addStretch()

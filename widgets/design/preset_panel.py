@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QVBoxLayout, QWidget
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset, all_presets, ranked
 from underfoot.widgets import theme
-from underfoot.widgets.controls.panels import chip
+from underfoot.widgets.controls.panels import chip, one_of_several
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.design.node_list import SearchField
@@ -102,7 +102,7 @@ class PresetPanel(QWidget):
         chips = QHBoxLayout()
         chips.setSpacing(4)
         for text, tip in _FILTERS.items():
-            button = chip(text, tip, self)
+            button = one_of_several(text, tip, "chip", self)
             button.setAccessibleName(tip)
             self.filters.addButton(button)
             chips.addWidget(button)

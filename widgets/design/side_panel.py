@@ -1,8 +1,9 @@
 """The column beside the canvas: nodes to add, or presets to open."""
 
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QStackedWidget, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import one_of_several
 from underfoot.widgets.design.node_palette import NodePalette
 from underfoot.widgets.design.preset_panel import PresetPanel
 
@@ -19,17 +20,13 @@ class SidePanel(QWidget):
         self._pages: dict[str, QWidget] = {NODES: palette, PRESETS: presets}
         self.presets = presets
         self._stack = QStackedWidget()
-        self.tabs: dict[str, QToolButton] = {}
+        self.tabs: dict[str, QPushButton] = {}
         group, line = QButtonGroup(self), QHBoxLayout()
         line.setContentsMargins(8, 8, 4, 0)
         line.setSpacing(4)
         for name, page in self._pages.items():
             self._stack.addWidget(page)
-            tab = self.tabs[name] = QToolButton()
-            tab.setText(name)
-            tab.setToolTip(_TIPS[name])
-            tab.setCheckable(True)
-            theme.set_role(tab, "tab")
+            tab = self.tabs[name] = one_of_several(name, _TIPS[name])
             tab.clicked.connect(lambda _=False, name=name: self.show_page(name))
             group.addButton(tab)
             line.addWidget(tab)

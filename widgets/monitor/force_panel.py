@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
-from PySide6.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.drawing.look import CORNERS
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import fixed, number
 from underfoot.widgets import theme
-from underfoot.widgets.controls.panels import tool_button, with_header
+from underfoot.widgets.controls.panels import one_of_several, tool_button, with_header
 from underfoot.widgets.monitor.force_history import ForceHistory
 from underfoot.widgets.monitor.force_plot import ForcePlot
 from underfoot.widgets.monitor.shown_time import ShownTime
@@ -125,9 +125,9 @@ class ForcePanel(QWidget):
         self.following = tool_button("crosshairs", "Follow", "Select the tile of each new footstep", checkable=True)
         self.pausing = tool_button("pause", "", "Pause the display (P)", checkable=True)
         self.pausing.clicked.connect(self.pause_toggled)
-        self.span_buttons: dict[float, QToolButton] = {}
+        self.span_buttons: dict[float, QPushButton] = {}
         for span_s in DURATIONS_S:
-            button = tool_button("", f"{span_s:.0f} s", f"Show the last {span_s:.0f} seconds", checkable=True)
+            button = one_of_several(f"{span_s:.0f} s", f"Show the last {span_s:.0f} seconds")
             button.clicked.connect(lambda _, span_s=span_s: self.duration_chosen.emit(span_s))
             self.span_buttons[span_s] = button
         QShortcut("P", self, self.pausing.click)
