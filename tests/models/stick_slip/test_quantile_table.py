@@ -39,7 +39,7 @@ def draw_many(table, key, out):
         out[i, 0], out[i, 1] = draw(table, key, i)
 
 
-def looked_up(table, count=400_000):
+def looked_up(table, count=100_000):
     out = np.empty((count, 2))
     look_up_evenly(table, out)
     return out.T
@@ -54,7 +54,7 @@ def difference(values, of, distribution):
 
 @cache
 def solved(zeta, noise, x0, v0):
-    return SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, v0), LONGEST, 1e-4)
+    return SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, v0), LONGEST, 2e-4)
 
 
 @pytest.mark.parametrize("error", [1e-2, 1e-3])
@@ -109,12 +109,11 @@ def test_slips_that_last_for_long_are_where_others_are_that_last_as_long():
     """What has lasted for many relaxation times has forgotten when it began: only how many are left depends on that."""
     block = BlockOnBelt(1.0, 0.2, 0.02, 1.0, 0.0, 0.0)
     x = np.linspace(-1.2, 1.2, 500)
-    for error in (1e-3, 3e-4):
-        shares = []
-        for t_end in (LONGEST, 0.7 * LONGEST):
-            positions = SlipDistribution.solve(block, t_end, error).lasting_positions()
-            shares.append(density_and_cdf(positions, x)[1] / positions.weights.sum())
-        assert np.abs(shares[1] - shares[0]).max() < 1e-4
+    shares = []
+    for t_end in (LONGEST, 0.7 * LONGEST):
+        positions = SlipDistribution.solve(block, t_end, 1e-3).lasting_positions()
+        shares.append(density_and_cdf(positions, x)[1] / positions.weights.sum())
+    assert np.abs(shares[1] - shares[0]).max() < 1e-4
 
 
 def test_a_slip_that_never_ends_is_a_table_too():

@@ -14,7 +14,7 @@ FIG_8_10 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=0.45, x0=0.9, 
 
 @cache
 def solved(block):
-    return SlipDistribution.solve(block, t_end=20.0, error=1e-4)
+    return SlipDistribution.solve(block, t_end=20.0, error=2e-4)
 
 
 # Proportion of slips that ended by t, and with a distance up to d, of 1e7 drawn by `paths` at error 1e-5 (run once);
