@@ -217,6 +217,26 @@ def test_output_ramps_up_after_the_engine_stood_still(monkeypatch):
         np.testing.assert_allclose(np.concatenate(out[-6:]), computed[-768:] * ramp[:, None], atol=1e-6)
 
 
+def test_a_standstill_is_told_of_a_card_and_of_the_clock(monkeypatch):
+    """As of a sink that is suspended for 2 s, or of this process: nothing was said, and what was lost not known."""
+    with engine_of(hum()) as (engine, _, _):
+        now_s, _ = clock_of(engine, monkeypatch, 8.0)
+        for stood_s in (0.0, 2.0, 0.0):
+            now_s[0] += stood_s
+            engine.pacer.fill()
+        run, stands_s = engine.runner.run, [3.0]
+
+        def run_block():
+            run()
+            now_s[0] += stands_s.pop() if stands_s and now_s[0] > 4.0 else 0.0
+
+        engine.runner.run = run_block
+        engine.pacer.run()
+        monkeypatch.undo()
+        told = [notice.text[:9] for notice in engine.listener.notices]
+    assert told == ["for 2.0 s", "for 3.0 s"]
+
+
 THREADS = {"commands", "reports", "supervisor"}
 
 

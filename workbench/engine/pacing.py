@@ -51,6 +51,7 @@ class Pacer:
         self._ramped = FADE  # frames of the ramp from silence that have been played
         self._is_ending, self._ended = False, 0  # whether it is to end in a ramp, and the frames of that played
         self._filled_s = math.inf
+        self._stood_s = 0.0  # how long no block was asked for, until it is told
         self._stream: Stream | None = None
         self._status.put(Field.LATENCY_S, runner.block_s + SPAN / target.rate)
 
@@ -126,7 +127,7 @@ class Pacer:
         self._runner.has_input = True
         now_s = time.monotonic()
         if now_s - self._filled_s > _STOOD_S:
-            self._ramped = 0
+            self._ramped, self._stood_s = 0, now_s - self._filled_s
         self._filled_s = now_s
         self._run_block()
         if self._out is not self._runner.loop.out:
@@ -183,14 +184,18 @@ class Pacer:
         self._late += ended.underruns
         ended.close()
         self.open()
-        self._ramped = 0
+        self._ramped, self._filled_s = 0, math.inf
         if self._stream is None:
             self._tell_loss()
         self._start()
 
     def _keep(self) -> None:
-        """Look after further cards, and publish whether a card is to be looked for."""
+        """Look after further cards, publish whether a card is to be looked for, and tell what stood still."""
         self._further.keep()
+        if self._stood_s:
+            lost = f"for {self._stood_s:.1f} s nothing was played, nor taken from the floor"
+            self._notify(Notice(f"{lost}: the sound card, its server or this program stood still"))
+            self._stood_s = 0.0
         is_missing = (self._is_away or self._further.any_missing) and is_loaded()
         self._status.put(Field.MISSING, float(is_missing))
 
@@ -254,7 +259,7 @@ class Pacer:
         """Play on the cards that are there now: from silence, in a ramp."""
         before, was_away = self._refusal, self._is_away
         self.open()
-        self._ramped = 0
+        self._ramped, self._filled_s = 0, math.inf
         if self._first is None:
             return
         if self._stream is None and not was_away:
@@ -293,7 +298,7 @@ class Pacer:
 
         What opening cards takes is caught up: the session's clock would lose it, every time.
         """
-        due, late_s = time.monotonic(), _LATE_S
+        due, late_s, self._filled_s = time.monotonic(), _LATE_S, math.inf
         self._runner.has_input = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
@@ -315,4 +320,5 @@ class Pacer:
                 time.sleep(wait)
             elif wait < -late_s:
                 self._late += 1
+                self._stood_s = -wait if wait < -_STOOD_S else 0.0
                 due, late_s = time.monotonic(), _LATE_S
