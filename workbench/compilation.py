@@ -7,6 +7,7 @@ from functools import wraps
 from types import FunctionType
 from typing import Any
 
+import llvmlite.binding as llvm
 import numpy as np
 from numba import config, types
 from numba.core.caching import NullCache
@@ -38,6 +39,9 @@ class _Dispatcher(CPUDispatcher):
         """Return the call template that Numba uses where one kernel calls another."""
         return super().get_call_template([types.unliteral(arg) for arg in args], kws)
 
+
+llvm.ffi.lib._lock._cblist.clear()
+"""Numba tells of each of LLVM's tens of thousands of calls twice, for timers that nobody reads."""
 
 IS_DISABLED = bool(config.DISABLE_JIT)
 """Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1)."""

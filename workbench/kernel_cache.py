@@ -236,6 +236,14 @@ class _Library(JITCodeLibrary):
         super().__init__(codegen, name)
         self._is_part = _IS_PART.get()
 
+    def _optimize_functions(self, module: llvm.ModuleRef) -> None:
+        """Optimise what a module defines. Numba also sets up the passes for what it only declares: nine of ten."""
+        module.data_layout = self._codegen._data_layout
+        for function in module.functions:
+            if not function.is_declaration:
+                passes, builder = self._codegen._function_pass_manager()
+                passes.run(function, builder)
+
     def _optimize_final_module(self) -> None:
         if not self._is_part:
             super()._optimize_final_module()
