@@ -168,11 +168,12 @@ def test_a_tile_that_the_floor_does_not_have_and_a_wrong_rate_are_said(until):
     assert "tile t1 sends 500 samples a second by its microseconds, not 1000" in said
 
 
-def test_a_tile_that_sends_ten_times_as_often_as_said_is_felt_all_the_same(until):
+@pytest.mark.parametrize("times", [2, 10])
+def test_a_tile_that_sends_twice_or_ten_times_as_often_as_said_is_felt_all_the_same(until, times):
     """Each of its samples belonged to the row of the one before, so that the first row was the last."""
     with device_floor(default_floor(1, 1)) as (source, send):
-        send([(0, i, 100 * i, 1000 + i) for i in range(3000)])
-        stamps, forces, _ = pulled(source, until, 3000)
+        send([(0, i, 1000 * i // times, 1000 + i) for i in range(300 * times)])
+        stamps, forces, _ = pulled(source, until, 300 * times)
     assert len(stamps) == 300
     np.testing.assert_allclose(np.diff(stamps), 48.0, atol=1e-6)
     assert (np.diff(forces[:, 0, 0]) > 0.0).all()

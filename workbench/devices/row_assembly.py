@@ -275,7 +275,7 @@ def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin
     apart, period_us, is_fast = (frame - at.reference_frame) / period, 1e6 * period / assembly.rate, False
     if clock == at.reference_clock and epoch == at.reference_epoch:
         apart = (entry.time_us - at.reference_us) / period_us  # not affected by slewing
-        is_fast = k == at.leader and 0.0 <= entry.time_us - at.leader_us < 0.5 * period_us
+        is_fast = k == at.leader and 0.0 <= entry.time_us - at.leader_us <= 0.5 * period_us
     rows = int(np.floor(apart + _NEARLY)) if is_fast else int(np.rint(apart))
     row = at.reference_row + rows
     if row >= at.next_row + len(assembly.rows):
