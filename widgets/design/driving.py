@@ -119,27 +119,31 @@ class DriverMenus:
         menu.insertSeparator(before)
 
     def drive(self, id: str, name: str, by: str) -> None:
-        """Drive a parameter by a new node of type `by`; or, for "port" and "no port", show or hide its port; or, for
-        "no wire", take its wire away.
-        """
+        """Drive a parameter by a new node of type `by`."""
         patch, registry = self._document.patch, self._scene.registry
         self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
-        if by in registry:
-            label = registry[patch.node(id).type].parameters[name].label.lower()
-            shown = self._scene.group_view.shown_as[id]
-            place = self._scene.movable()[shown].pos()
-            after = with_driver(patch, registry, id, name, by, (place.x(), place.y()))
-            new = after.nodes[len(patch.nodes) :]
-            for node in new:
-                frame = self._scene.frame_around(QPointF(*node.at))
-                if around := frame.shown_group.id if frame else self._scene.inside:
-                    after = put_into(after, [node.id], around)
-            self._document.edit(after, f"Drive {label} with {registry[by].label}")
-            self._parent.ensure_visible([shown, *(node.id for node in new)])
-        elif by == "no wire":
-            self._document.edit(patch.disconnect([w for w in patch.wires if w[1] == f"{id}.{name}"]), "Disconnect")
-        else:
-            self._scene.nodes[id].show_port(name, by == "port")
+        label = registry[patch.node(id).type].parameters[name].label.lower()
+        shown = self._scene.group_view.shown_as[id]
+        place = self._scene.movable()[shown].pos()
+        after = with_driver(patch, registry, id, name, by, (place.x(), place.y()))
+        new = after.nodes[len(patch.nodes) :]
+        for node in new:
+            frame = self._scene.frame_around(QPointF(*node.at))
+            if around := frame.shown_group.id if frame else self._scene.inside:
+                after = put_into(after, [node.id], around)
+        self._document.edit(after, f"Drive {label} with {registry[by].label}")
+        self._parent.ensure_visible([shown, *(node.id for node in new)])
+
+    def _disconnect(self, target: str) -> None:
+        """Take away the wire that drives a parameter, "node.parameter"."""
+        patch = self._document.patch
+        self._parent.setFocus()
+        self._document.edit(patch.disconnect([wire for wire in patch.wires if wire[1] == target]), "Disconnect")
+
+    def _show_port(self, id: str, name: str, *, wanted: bool) -> None:
+        """Show or hide a parameter's port."""
+        self._parent.setFocus()
+        self._scene.nodes[id].show_port(name, wanted=wanted)
 
     def _menu(self, id: str, name: str, parent: QWidget) -> QMenu:
         patch, registry = self._document.patch, self._scene.registry
@@ -149,10 +153,10 @@ class DriverMenus:
                 menu.addAction(registry[type].label, partial(self.drive, id, name, type))
         menu.addSeparator()
         if name in drivers(patch).get(id, {}):
-            menu.addAction("Disconnect its wire", partial(self.drive, id, name, "no wire"))
+            menu.addAction("Disconnect its wire", partial(self._disconnect, f"{id}.{name}"))
         elif id in self._scene.nodes:  # a sub-patch has ports for wires alone
             if name in self._scene.nodes[id].shown_ports:
-                menu.addAction("Hide its port", partial(self.drive, id, name, "no port"))
+                menu.addAction("Hide its port", partial(self._show_port, id, name, wanted=False))
             else:
-                menu.addAction("A wire: show its port", partial(self.drive, id, name, "port"))
+                menu.addAction("A wire: show its port", partial(self._show_port, id, name, wanted=True))
         return menu

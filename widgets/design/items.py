@@ -85,7 +85,7 @@ class NodeItem(QGraphicsItem):
             self.driven, self.shows_all_ports = driven, shows_all
             self._reshape()
 
-    def show_port(self, name: str, wanted: bool) -> None:
+    def show_port(self, name: str, *, wanted: bool) -> None:
         """Show a parameter's port even without a wire, or stop doing so."""
         self.shown_ports = tuple(port for port in self.shown_ports if port != name) + ((name,) if wanted else ())
         self._reshape()
