@@ -237,8 +237,10 @@ def test_a_file_that_is_there_is_not_written_over(rings, record):
     rings.write(4_800)
     recorder.end(4_800)
     assert recorder.has_ended(10.0)
-    with pytest.raises(BadFile, match="there already"):
-        record()
+    os.mkfifo(recorder.path.with_name("pipe.uf"))  # which is as empty as a file that keeps the name of a recording
+    for name in (recorder.path.name, "pipe.uf"):
+        with pytest.raises(BadFile, match="there already"):
+            record(name)
 
 
 @pytest.mark.parametrize("other", [b"", b"of a program that keeps folders alike"])

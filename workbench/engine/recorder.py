@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from underfoot.engine.child_process import ChildProcess, leave_to_session, wait_for_any
 from underfoot.engine.rings import Reader, Ring, RingName
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.records.recording_writer import Writer, require_free
+from underfoot.records.recording_writer import Writer, keeps_name, require_free
 
 if TYPE_CHECKING:
     from underfoot.engine.commands import Command
@@ -266,7 +266,7 @@ def run(connection: Connection, job: Job) -> None:
         if log is not None:
             why += f"; what was recorded is in it and {log.name} together, until it is opened where its disk has room"
         with suppress(OSError):
-            if not os.path.getsize(job.path):  # nothing but its name was kept
+            if keeps_name(job.path):
                 os.unlink(job.path)
         with suppress(OSError):
             connection.send(f"{job.path} is not recorded any further: {why}")

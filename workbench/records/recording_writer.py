@@ -38,7 +38,7 @@ class Writer:
         if not resume:
             require_free(path)
         try:
-            if not _is_taken(path):
+            if not os.path.exists(path) or keeps_name(path):
                 _create(path, about)
             self._base = sqlite3.connect(path, isolation_level=None, timeout=_LOCKED_S)
             self._base.execute("pragma journal_mode = wal")
@@ -175,12 +175,13 @@ class Writer:
 
 def require_free(path: Path) -> None:
     """Raise `BadFile` if there is a file that a recording would replace; an empty one keeps its name for it."""
-    if _is_taken(path):
+    if os.path.exists(path) and not keeps_name(path):
         raise BadFile(f"{path} is there already; choose another name for the recording")
 
 
-def _is_taken(path: Path) -> bool:
-    return os.path.exists(path) and os.path.getsize(path) > 0
+def keeps_name(path: str | Path) -> bool:
+    """Return whether an empty file keeps the name of a recording that is not there yet; a pipe or a device does not."""
+    return os.path.isfile(path) and not os.path.getsize(path)
 
 
 def _create(path: Path, about: dict[str, str]) -> None:
