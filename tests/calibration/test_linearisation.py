@@ -98,19 +98,32 @@ def test_hysteresis_bounds_the_curve_and_the_hysteresis_model_goes_past_it():
     assert over_time < 0.8 * static
 
 
-def test_creep_is_measured_and_repeated_loads_repeat():
-    time_s, force = made_sensors.loadings(100.0, 3)
-    hold = np.concatenate([np.linspace(0.0, 120.0, 100), np.full(3000, 120.0), np.linspace(120.0, 0.0, 100)])
-    slow = np.concatenate([np.linspace(0.0, 120.0, 1500), np.linspace(120.0, 0.0, 1500)])  # too slow to look moving
-    force = np.concatenate([force, slow, hold, np.zeros(50)])
+@pytest.mark.parametrize(
+    ("creep", "rise_s", "hold_s", "width", "above"),
+    [(0.0, 0.4, 2.0, 0.08, 0.5), (0.05, 0.4, 2.0, 0.0, 0.2), (0.05, 20.0, 3.0, 0.0, 0.4), (0.05, 2.0, 10.0, 0.08, 1.0)],
+)
+def test_creep_is_found_however_a_load_rose_and_a_hand_trembles(creep, rise_s, hold_s, width, above):
+    """By how much at most it is stated too large: a loop of 8 % adds to it."""
+    time_s, force = made_sensors.loadings(100.0, 3, 3)
+    for _ in range(2):
+        rise = np.linspace(0.0, 150.0, round(100.0 * rise_s))
+        force = np.concatenate([force, rise, np.full(round(100.0 * hold_s), 150.0), rise[::-1], np.zeros(30)])
     time_s = np.arange(force.size) / 100.0
-    held = np.clip(time_s - time_s[-3150], 0.01, None)
-    felt = np.where(force > 119.0, force * (1.0 + 0.05 * np.log10(np.maximum(held, 0.1) / 0.1)), force)
-    felt[: force.size - hold.size - 50] = force[: force.size - hold.size - 50]
-    rows = np.stack([time_s, np.zeros(force.size), 32768.0 + 60.0 * felt, force], axis=1)
-    figures = {name: value for name, value, _ in quantities_of(linearise(pairs(rows), hysteresis=False))}
-    assert figures["creep_percent_decade"] == pytest.approx(5.0, rel=0.15)
+    tremor = np.convolve(np.random.default_rng(3).standard_normal(force.size), np.ones(6) / 6.0**0.5, "same")
+    force *= 1.0 + 0.005 * tremor
+    felt = made_sensors.creeping(made_sensors.lagging(force, width), 100.0, creep)
+    rows = np.stack([time_s, np.zeros(force.size), np.round(5000.0 + 200.0 * felt), force], axis=1)
+    found = linearise(pairs(rows))
+    figures = {name: value for name, value, _ in quantities_of(found)}
+    assert 0.0 < figures["creep_percent_decade"] - 100.0 * creep < above
+    drawn = next(one for one in drawings_of(found) if one.title.startswith("Creep"))
+    assert drawn.series[0].x[-1] == pytest.approx(hold_s, abs=1.5)  # a rise of 20 s looks held at each moment
+
+
+def test_repeated_loads_repeat():
+    figures = {name: value for name, value, _ in quantities_of(fitted("straight, with an offset"))}
     assert figures["repeatability_percent"] < 0.3
+    assert "creep_percent_decade" not in figures  # nothing is left for it
 
 
 def test_rest_is_nought_and_nothing_is_wild_beyond_the_pairs():

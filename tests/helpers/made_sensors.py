@@ -38,6 +38,12 @@ def lagging(force_n, width=0.08):
     return felt
 
 
+def creeping(force_n, rate_hz, creep):
+    """Return what a sensor feels on which each increment of the load creeps by the logarithm of its age (Boltzmann)."""
+    age_s = np.maximum(np.arange(force_n.size) / rate_hz, 0.01)
+    return np.convolve(np.diff(force_n, prepend=0.0), 1.0 + creep * np.log10(age_s))[: force_n.size]
+
+
 def read(curve, felt_n, seed, gain=1.0, noise=3.0):
     counts = CURVES[curve](gain * felt_n) + noise * np.random.default_rng(seed).standard_normal(felt_n.size)
     return np.clip(np.round(counts), 0.0, 65535.0)

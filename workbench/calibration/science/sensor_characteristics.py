@@ -23,11 +23,7 @@ from underfoot.kernels import Floats
 from underfoot.models.tile.fsr_curves import rising
 
 _LEAST_HOLD_S = 1.5
-"""Shortest hold of a load that shows creep."""
-_MOST_DRIFT = 0.1
-"""Share of full scale by which a held load may change: a load that rises slowly for long is held at each moment."""
-_SETTLED_S = 0.1
-"""Time after which a held load has settled, and creep counts."""
+"""Shortest hold of a load whose creep is drawn."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +33,11 @@ class SensorCharacteristics:
     `error_percent` is the RMS error on held-out loadings, all forces weighted alike; `bound_percent` the smallest error
     of any rising curve on the same data; `memory_error_percent` as `error_percent`, with hysteresis and creep
     compensated. `hysteresis_percent` is the widest gap between falling and rising loads, `creep_percent_decade` the
-    growth of a held load's reading per decade of time (% of itself), `repeatability_percent` the standard deviation
-    between loadings, `noise_n` that of one reading of the empty tile.
+    growth of a held load's reading per decade of time (% of itself), by the compensation, `repeatability_percent` the
+    standard deviation between loadings, `noise_n` that of one reading of the empty tile.
+
+    A held load alone does not tell creep: the rise took seconds, earlier loads are still felt, and what a trembling
+    hand lets go, hysteresis keeps. The compensation is fitted to all of this at once.
     """
 
     error_percent: float
@@ -81,7 +80,7 @@ def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estim
         mean_error_percent=100.0 * float((w * errors).sum() / w.sum()) / full,
         worst_error_percent=100.0 * float(errors.max()) / full,
         hysteresis_percent=_hysteresis_percent(pairs, apparent),
-        creep_percent_decade=_creep_percent(pairs, apparent),
+        creep_percent_decade=100.0 * curve.compensation.creep if curve.compensation else np.nan,
         repeatability_percent=_repeatability_percent(pairs, apparent),
         noise_n=_noise_n(pairs, apparent),
     )
@@ -114,19 +113,21 @@ def spread_percent(curves: Sequence[Curve]) -> float:
 
 
 def creep_runs(pairs: SensorPairs) -> list[slice]:
-    """Return stretches over which a load above a fifth of full scale is held, and stays what it is."""
+    """Return stretches over which a load above a fifth of full scale is held: they show creep."""
     if not pairs.timed:
         return []
     held = (pairs.direction == HELD) & (pairs.force_n > 0.2 * pairs.full_scale_n)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
     runs = [slice(int(a), int(b)) for a, b in pairwise(edges.tolist())][::2]
-    drift_n = _MOST_DRIFT * pairs.full_scale_n
-    return [
-        run
-        for run in runs
-        if pairs.time_s[run.stop - 1] - pairs.time_s[run.start] >= _LEAST_HOLD_S
-        and np.ptp(pairs.force_n[run]) <= drift_n
-    ]
+    runs = [_at_one_load(pairs, run) for run in runs]
+    return [run for run in runs if pairs.time_s[run.stop - 1] - pairs.time_s[run.start] >= _LEAST_HOLD_S]
+
+
+def _at_one_load(pairs: SensorPairs, run: slice) -> slice:
+    """Return the part of a stretch that is at its commonest load: one that rises slowly is held at each moment."""
+    level = force_bin(pairs.force_n[run], pairs.full_scale_n)
+    there = np.flatnonzero(level == np.bincount(level).argmax())
+    return slice(run.start + int(there[0]), run.start + int(there[-1]) + 1)
 
 
 def held_s(pairs: SensorPairs, run: slice) -> Floats:
@@ -153,20 +154,6 @@ def hysteresis_gap_percent(pairs: SensorPairs, apparent: Floats) -> Floats:
 def _hysteresis_percent(pairs: SensorPairs, apparent: Floats) -> float:
     gap = hysteresis_gap_percent(pairs, apparent)
     return float(gap[np.argmax(np.abs(gap))]) if gap.size else np.nan
-
-
-def _creep_percent(pairs: SensorPairs, apparent: Floats) -> float:
-    slopes, spans = [], []
-    for run in creep_runs(pairs):
-        since = held_s(pairs, run)
-        later = since >= _SETTLED_S
-        decades = np.log10(since[later])
-        ratio = apparent[run][later] / pairs.force_n[run][later]
-        # On a logarithmic axis samples are dense at the end of a hold; the weights make all decades count alike.
-        weight = 1.0 / np.sqrt(since[later])
-        slopes.append(float(np.polyfit(decades, ratio, 1, w=weight)[0] / ratio.mean()))
-        spans.append(float(np.ptp(decades)))
-    return 100.0 * float(np.average(slopes, weights=spans)) if slopes else np.nan
 
 
 def _repeatability_percent(pairs: SensorPairs, apparent: Floats) -> float:
