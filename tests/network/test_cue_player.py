@@ -82,6 +82,7 @@ def stage(until, recorded):
         with closing(NetworkServer(plan, target.floor, target.rate, playing.session.force_rate_hz)) as server:
             playing.started()
             playing.session.edit(hum(), anew=True)  # starts the compiler
+            playing.done(Swap)  # until it plays, a cue is answered with the frame from which it does
             playing.session.send(Level(0.0))
             yield Stage(playing, server, port, client)
 
