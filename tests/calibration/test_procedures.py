@@ -17,7 +17,6 @@ from underfoot.floor.simulated_tile import SimulatedTile
 
 TILE = default_floor(1, 1).tiles[0]
 QUICK = {"loadings": 2, "hold_s": 2.0, "full_scale_n": 400.0}
-THRICE = QUICK | {"loadings": 3}
 RATE_HZ = 100.0
 
 
@@ -70,7 +69,7 @@ def walked(procedure, rig, values=None, until="result"):
 def test_both_procedures_run_on_the_simulator_from_first_to_last_page():
     hand = SimulatedHand(SimulatedTile(TILE, seed=5), seed=5, rate_hz=250.0)
     seen = []
-    result = run(FsrProcedure(TILE), hand, THRICE, lambda page: seen.append(page))
+    result = run(FsrProcedure(TILE), hand, QUICK | {"loadings": 3}, lambda page: seen.append(page))
     assert (seen[0].key, seen[-1].press.sensor) == ("setup", 3)
     assert [page.share for page in seen] == sorted(page.share for page in seen)
     figures = result.figures
@@ -213,7 +212,7 @@ def test_a_load_cell_that_jumps_costs_its_page_and_not_the_calibration(jump_n, s
 def test_a_page_begins_again_after_a_line_that_was_gone(page, again, after):
     """A falling force with its rise: whoever let go meanwhile has nothing left that could fall."""
     procedure, hand = FsrProcedure(TILE), Hand()
-    walked(procedure, hand, THRICE, f"sensor1-{page}")
+    walked(procedure, hand, QUICK | {"loadings": 3}, f"sensor1-{page}")
     assert step(procedure, hand)
     hand.time += 4.0
     with pytest.raises(BadMeasurement, match=r"nothing was read for 4\.0 s"):
