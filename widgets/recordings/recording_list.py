@@ -285,14 +285,16 @@ class RecordingList(QWidget):
             ask(self, "Delete recordings", text, "Delete", lambda: self._remove(left))
 
     def _remove(self, paths: Sequence[Path]) -> None:
-        gone = []
+        gone, refusals = [], []
         for path in paths:
             try:
                 path.unlink()
                 gone.append(path)
             except OSError as error:
-                self.notified.emit(f"{path} cannot be deleted: {reason_of(error)}")
+                refusals.append(f"{path} cannot be deleted: {reason_of(error)}")
         self._tell_gone(gone, "deleted")
+        if refusals:  # last: the window shows one line
+            self.notified.emit("; ".join(first_of(refusals, 1)))
 
     def _tell_gone(self, gone: Sequence[Path], where: str) -> None:
         if gone:

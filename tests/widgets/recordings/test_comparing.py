@@ -169,3 +169,20 @@ def test_all_that_are_chosen_are_deleted_at_once_and_no_longer_compared(two, qtb
     assert not list(folder.glob("*.underfoot"))
     assert not two.comparison.isVisible()
     assert two.axis.content is None
+
+
+def test_of_several_the_one_that_cannot_be_deleted_is_told_last(two, qtbot, folder, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "file" / "share"))  # so that there is no trash
+    click(two, "after", Qt.KeyboardModifier.ControlModifier)
+    said = []
+    two.recordings.notified.connect(said.append)
+    QTest.keyClick(two.recordings.list, Qt.Key.Key_Delete)
+    (folder / "before.underfoot").unlink()
+    (folder / "before.underfoot").mkdir()
+    for question in ("Move 2 recordings to the trash?", "There is no trash for 2 recordings."):
+        box = next(one for one in two.recordings.findChildren(QMessageBox) if one.isVisible())
+        assert box.text().startswith(question)
+        QTest.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
+    assert said[0] == "after.underfoot is deleted."
+    assert "before.underfoot cannot be deleted" in said[-1]
