@@ -124,15 +124,15 @@ class RecordingList(QWidget):
     rename_requested = Signal(object, str)
     """Carries the `Path` of a recording, and the new name that was typed."""
 
-    def __init__(self, folder: Callable[[], Path], added: list[str]) -> None:
+    def __init__(self, folder: Callable[[], Path], added: list[str], is_written: Callable[[Path], bool]) -> None:
         """Create the list. `folder` returns the program's folder of recordings.
 
-        `added` are further files and folders; `add` appends to it.
+        `added` are further files and folders; `add` appends to it. `is_written` tells what is being recorded.
         """
         super().__init__()
         theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
-        self._folder, self._added = folder, added
+        self._folder, self._added, self._is_written = folder, added, is_written
         self.summaries = Summaries(self)
         self._known: dict[Path, Summary] = {}
         self._rows: dict[Path, _Row] = {}
@@ -210,9 +210,12 @@ class RecordingList(QWidget):
         return [item.data(_PATH) for item in reversed(self._items()) if item.isSelected() and not item.isHidden()]
 
     def ask_to_delete(self) -> None:
-        """Delete the selected recordings, after a question."""
+        """Delete the selected recordings, after a question; none while one of them is being recorded."""
         paths = self.chosen_paths()
-        if paths:
+        written = next(filter(self._is_written, paths), None)
+        if written is not None:
+            self.show_problem(f"{written.name} is being recorded; stop that with Ctrl+R, then delete it")
+        elif paths:
             text = f"Move {_named(paths)} to the trash?{_names(paths)}"
             ask(self, "Delete recordings", text, "Move to trash", lambda: self._delete(paths))
 
@@ -236,7 +239,7 @@ class RecordingList(QWidget):
             self.mark(new)
 
     def show_problem(self, why: str) -> None:
-        """Say below the list why a recording could not be renamed; "" for no reason."""
+        """Say below the list why a recording could not be renamed or deleted; "" for no reason."""
         self.problem.setText(why)
         self.problem.setVisible(bool(why))
 

@@ -72,17 +72,17 @@ class RecordingsWorkspace(Workspace):
         self.make(self._parts(settings))
 
     def _parts(self, settings: Settings) -> Iterator[None]:
-        self.recordings = RecordingList(recordings_folder, settings.recordings)
+        self.reader = RecordingReader(self)
+        self.follower = RecordingFollower(self.reader, self)
+        self.recordings = RecordingList(recordings_folder, settings.recordings, self.follower.is_written)
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         yield
         self.steps = RecordedSteps()
         yield
         self.comparison = ComparisonView()
-        self.reader = RecordingReader(self)
         self.surveyor = Surveyor(self)
         self.exporting = Exporting(self)
-        self.follower = RecordingFollower(self.reader, self)
         self.read_ahead = ReadAhead(self.axis, self.reader, self)
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
