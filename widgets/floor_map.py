@@ -65,7 +65,7 @@ class FloorMap(PressedFloor):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName("Floor from above")
-        self.setAccessibleDescription(NO_FLOOR)
+        self._describe()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)
@@ -102,6 +102,12 @@ class FloorMap(PressedFloor):
         self._pressed_tile = ""
         self._background = None
         self.choose_tile(floor.ids[0])
+
+    def clear(self) -> None:
+        """Show no floor, as before there was one."""
+        self._floor, self._chosen_tile = None, ""
+        self._describe()
+        self.update()
 
     def choose_tile(self, tile: str) -> None:
         """Choose a tile; `tile_chosen` is emitted if it changes."""
@@ -219,6 +225,10 @@ class FloorMap(PressedFloor):
 
     def _describe(self) -> None:
         """Say what is selected, in the tooltip and to screen readers."""
+        if self._floor is None:
+            self.setToolTip("")
+            self.setAccessibleDescription(NO_FLOOR)
+            return
         press = f" Hold the mouse button to press a tile with {quantity(self._press_n, 'N')}." if self.can_press else ""
         text = f"Tile {self._chosen_tile} is selected. Click a tile to select it.{press}"
         self.setToolTip(text)

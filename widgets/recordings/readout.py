@@ -34,11 +34,10 @@ class CursorReadout(QObject):
         reader.cursor_values_read.connect(self._show)
 
     def clear(self) -> None:
-        """Show no values, and nobody on the floor."""
+        """Show no values, and no floor."""
         self.text.set_full_text("")
         self._describe()
-        if self._axis.content is not None:
-            self._show_unloaded(self._axis.content, 0.0)
+        self.map.clear()
 
     def choose_tile(self, row: int) -> None:
         """Show the vibration of a tile, by its row of the floor."""

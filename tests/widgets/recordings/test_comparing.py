@@ -169,6 +169,7 @@ def test_all_that_are_chosen_are_deleted_at_once_and_no_longer_compared(two, qtb
     assert not list(folder.glob("*.underfoot"))
     assert not two.comparison.isVisible()
     assert two.axis.content is None
+    assert two.readout.map.accessibleDescription() == "no floor"  # and not the one of what is gone
 
 
 def test_of_several_the_one_that_cannot_be_deleted_is_told_last(two, qtbot, folder, tmp_path, monkeypatch):
