@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from contextlib import redirect_stdout
 
 import pytest
 
@@ -46,6 +47,16 @@ def test_a_full_disk_is_one_line(arguments, unbuffered):
     assert process.returncode == 1
     found = [line for line in lines_of(error) if "kernels compiled" not in line]
     assert found == ["underfoot: what is printed cannot be written: no space left on device"]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+@pytest.mark.parametrize("arguments", COMMANDS[:-1], ids=" ".join)
+def test_no_command_keeps_to_itself_that_its_first_line_is_refused(underfoot, arguments):
+    with open("/dev/full", "w") as full, redirect_stdout(full):
+        full.reconfigure(write_through=True)
+        done = underfoot(*arguments)
+    refused = "underfoot: what is printed cannot be written: no space left on device\n"
+    assert (done.status, done.error) == (1, refused)
 
 
 def test_a_sign_that_an_output_has_not_is_replaced():

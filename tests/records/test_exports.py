@@ -415,10 +415,11 @@ def test_an_export_for_which_there_is_no_room_leaves_nothing_and_says_so(path, t
                 pytest.raises(BadFile, match=r"cut\S* cannot be written: (file|only)") as refused,
             ):
                 format_of(whole).write(ExportSource(recording), tmp_path / f"cut{suffix}")
+                pytest.fail(f"{share} of what is written was room enough")
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        assert "\n" not in str(refused.value)
-        assert not [file.name for file in tmp_path.iterdir() if "cut" in file.name]
+        assert "\n" not in str(refused.value), share
+        assert not [file.name for file in tmp_path.iterdir() if "cut" in file.name], share
 
 
 @pytest.mark.parametrize("suffix", formats())

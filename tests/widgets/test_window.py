@@ -136,8 +136,8 @@ def test_a_key_of_its_own_is_panic_whatever_is_open(window, qtbot, over):
             qtbot.keyClick(canvas, opens[over])
         target = dialog_of(window, ShortcutsDialog) if over == "a dialog" else window.focusWidget()
         qtbot.keyClick(target, key, modifiers)
-        assert window.controller.session.memory.status.panic
-        assert not window.controller.is_playing
+        assert window.controller.session.memory.status.panic, key
+        assert not window.controller.is_playing, key
         canvas.inline.finish(commit=False)
         for dialog in window.findChildren(ShortcutsDialog):
             dialog.close()
