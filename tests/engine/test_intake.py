@@ -51,6 +51,17 @@ def test_off_contact_all_is_exactly_zero_and_the_gate_takes_5_ms(rate_hz):
 
 
 @RATES
+def test_a_step_begins_at_the_load_that_was_too_small_for_a_foot(rate_hz):
+    stamps, forces = standing_forces(rate_hz)
+    forces[(stamps >= 0.27 * RATE) & (stamps < 0.3 * RATE), 0] = 3.0
+    force = intake_signals(GivenForces(rate_hz, stamps, forces), 30_000)[0, 0]
+    first = np.flatnonzero(force)[0]
+    line = np.interp(np.arange(first, first + 300) - RATE / rate_hz, stamps, forces[:, 0].sum(axis=1))
+    gate = np.minimum(np.arange(1, 301) / (GATE * RATE), 1.0)
+    np.testing.assert_allclose(force[first : first + 300], line * gate, atol=1e-9)
+
+
+@RATES
 def test_who_stands_on_a_tile_from_its_first_sample_on_does_not_land(rate_hz):
     """The gate that opened was a footfall of ten times the usual strength, as the session began."""
     stamps = np.arange(round(0.3 * rate_hz)) * RATE / rate_hz
@@ -61,6 +72,9 @@ def test_who_stands_on_a_tile_from_its_first_sample_on_does_not_land(rate_hz):
     assert force.tobytes() == other.tobytes()
     assert np.unique(force).tolist() == [0.0, 600.0]
     assert (np.diff(force) >= 0.0).all()
+    later = Intake(GivenForces(rate_hz, stamps + RATE, np.full((len(stamps), 2, 4), 150.0)), RATE, 480)
+    later.take(round(1.2 * RATE))
+    assert {contact.start_s for contact in later.tracker.ongoing()} == {1.0}
 
 
 @RATES
@@ -183,5 +197,6 @@ def test_without_centroid_the_force_is_the_same_and_the_centroid_continues_where
         intake.take(at + n)
         intake.fill(at, n, with_centroid)
         np.testing.assert_array_equal(intake.signals[0, :, :n], wanted[0, :, at : at + n])
+        assert intake.zero_rows.tolist() == (~wanted[0, :, at : at + n].any(axis=1)).tolist()
         if with_centroid:
             np.testing.assert_array_equal(intake.signals[:, :, :n], wanted[:, :, at : at + n])

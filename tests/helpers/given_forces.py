@@ -1,12 +1,13 @@
 """A source of given force samples, a person who stands and sways, and the intake's output for them."""
 
 import numpy as np
+from msgspec.structs import replace
 
 from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.engine.intake import Intake
-from underfoot.floor.layout import default_floor
+from underfoot.floor.layout import Floor, default_floor
 
-FLOOR = default_floor(1, 2)
+FLOOR = Floor(tuple(replace(tile, rotation_deg=30.0) for tile in default_floor(1, 2).tiles))
 RATE = 48_000.0
 QUIET_S, STAND_S = 0.3, 1.0
 

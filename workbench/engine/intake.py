@@ -43,7 +43,7 @@ SAMPLE = np.dtype(
     align=True,
 )
 """A tile's queued sample. The signals ramp to its `values` (force in newtons, then the centroid's x and y in metres,
-tile frame) from `from_frame` to `at_frame`; `contact` is whether somebody stands on the tile.
+tile frame) from `from_frame` to `at_frame`; `contact` is whether somebody stands on the tile: else x and y mean nothing.
 """
 
 SEGMENT = np.dtype(
@@ -226,8 +226,8 @@ def _enqueue(
     sample.contact = tile.on
     sample.values[0] = tile.load_n
     dx, dy = tile.x_m - plate.centre_m[0], tile.y_m - plate.centre_m[1]
-    sample.values[1] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy if tile.on else 0.0
-    sample.values[2] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy if tile.on else 0.0
+    sample.values[1] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy
+    sample.values[2] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
     segment.last_frame = sample.at_frame
 
 
