@@ -1,6 +1,8 @@
 """A small picture with handles to drag or move by keys, the base class of editors of modes, bars and curves."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
@@ -110,9 +112,9 @@ class HandlePad(QWidget):
 
     def _handle_at(self, place: QPointF) -> int:
         """Return the index of the nearest handle within reach; -1 if there is none."""
-        away = [(QPointF(place - at).manhattanLength(), i) for i, at in enumerate(self.handles())]
-        near = [(far, i) for far, i in away if far <= NEAR_PX]
-        return min(near)[1] if near else -1
+        distances = [(QPointF(place - at).manhattanLength(), i) for i, at in enumerate(self.handles())]
+        distance, nearest = min(distances, default=(math.inf, -1))
+        return nearest if distance <= NEAR_PX else -1
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         found = self._handle_at(event.position())
@@ -137,10 +139,7 @@ class HandlePad(QWidget):
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton and self._handle_at(event.position()) < 0:
-            self._edit_name = ""
-            self.begin_edit("add")
-            self.add(event.position())
-            self._edit_name = ""
+            self._edit_alone("add", partial(self.add, event.position()))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         # Scrolling the inspector with the wheel must not change values.
@@ -168,21 +167,22 @@ class HandlePad(QWidget):
             self.begin_edit(f"turn {self.chosen}")
             self.turn_wheel(self.chosen, step if key == Qt.Key.Key_PageUp else -step)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self._edit_name = ""
-            self.begin_edit("add")
-            self.add(None)
-            self._edit_name = ""
+            self._edit_alone("add", partial(self.add, None))
         elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and is_chosen:
             self._remove_chosen()
         else:
             super().keyPressEvent(event)
         self.update()
 
+    def _edit_alone(self, edit_name: str, edit: Callable[[], None]) -> None:
+        """Do a change that is an undo step of its own, also beside others with its name."""
+        self._edit_name = ""
+        self.begin_edit(edit_name)
+        edit()
+        self._edit_name = ""
+
     def _remove_chosen(self) -> None:
-        self._edit_name = ""
-        self.begin_edit("remove")
-        self.remove(self.chosen)
-        self._edit_name = ""
+        self._edit_alone("remove", partial(self.remove, self.chosen))
         self.chosen = min(self.chosen, len(self.handles()) - 1)
         self.update()
 
