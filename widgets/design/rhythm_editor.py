@@ -32,13 +32,13 @@ def placed(notes: Sequence[Note], index: int, note: Note) -> list[Note] | None:
     >>> placed([(0, 4, 1.0), (6, 2, 0.5)], 0, (0, 7, 1.0)) is None
     True
     """
-    step, length, loud = note
+    step, length, amplitude = note
     if step < 0 or length < 1 or step + length > STEPS:
         return None
     others = [other for i, other in enumerate(notes) if i != index]
     if any(step < other[0] + other[1] and other[0] < step + length for other in others):
         return None
-    return sorted([*others, (step, length, min(max(loud, MIN_AMPLITUDE), 1.0))])
+    return sorted([*others, (step, length, min(max(amplitude, MIN_AMPLITUDE), 1.0))])
 
 
 class RhythmBar(QWidget):
@@ -60,7 +60,7 @@ class RhythmBar(QWidget):
         self._chosen = -1
         self._drag = ""
         self._drag_start = QPointF()
-        self._notes_before: Note = (0.0, 1.0, 1.0)
+        self._note_before: Note = (0.0, 1.0, 1.0)  # as the drag began
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -90,9 +90,9 @@ class RhythmBar(QWidget):
 
     def _note_rect(self, note: Note) -> QRectF:
         bar = self.area()
-        wide = bar.width() / STEPS
+        step_px = bar.width() / STEPS
         height = note[2] * bar.height()
-        return QRectF(bar.x() + note[0] * wide + 0.5, bar.bottom() - height, note[1] * wide - 1.0, height)
+        return QRectF(bar.x() + note[0] * step_px + 0.5, bar.bottom() - height, note[1] * step_px - 1.0, height)
 
     def _step_at(self, place: QPointF) -> int:
         bar = self.area()
@@ -131,7 +131,7 @@ class RhythmBar(QWidget):
                 self._chosen = found
                 self._drag = "length" if self._on_edge(place, found) else "body"
             if self._chosen >= 0:
-                self._notes_before = self._notes[self._chosen]
+                self._note_before = self._notes[self._chosen]
             self._drag_start = place
         self.update()
 
@@ -142,15 +142,15 @@ class RhythmBar(QWidget):
             edge = over >= 0 and self._on_edge(place, over)
             self.setCursor(Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor)
             return
-        wide = self.area().width() / STEPS
-        by = round((place.x() - self._drag_start.x()) / wide)
+        step_px = self.area().width() / STEPS
+        by = round((place.x() - self._drag_start.x()) / step_px)
         rise = (self._drag_start.y() - place.y()) / self.area().height()
-        step, length, loud = self._notes_before
+        step, length, amplitude = self._note_before
         if self._drag == "length":
-            new = (step, max(length + by, 1.0), loud)
+            new = (step, max(length + by, 1.0), amplitude)
         else:
             up = rise if abs(place.y() - self._drag_start.y()) > 3 else 0.0
-            new = (step + by, length, round(min(max(loud + up, MIN_AMPLITUDE), 1.0), 2))
+            new = (step + by, length, round(min(max(amplitude + up, MIN_AMPLITUDE), 1.0), 2))
         self._set_notes(placed(self._notes, self._chosen, new), new)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
@@ -174,8 +174,8 @@ class RhythmBar(QWidget):
             by, longer, louder = moves[Qt.Key(key)]
             if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
                 by, longer = 0, by
-            step, length, loud = self._notes[self._chosen]
-            new = (step + by, length + longer, round(min(max(loud + louder, MIN_AMPLITUDE), 1.0), 2))
+            step, length, amplitude = self._notes[self._chosen]
+            new = (step + by, length + longer, round(min(max(amplitude + louder, MIN_AMPLITUDE), 1.0), 2))
             self._set_notes(placed(self._notes, self._chosen, new), new)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._add_in_gap()
@@ -220,11 +220,11 @@ class RhythmBar(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         bar = self.area()
         paint_ground(painter, bar)
-        wide = bar.width() / STEPS
+        step_px = bar.width() / STEPS
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         for step in range(1, STEPS):
             painter.setPen(QPen(QColor(theme.LINE if step % 6 else theme.FAINT), 1.0))
-            x = round(bar.x() + step * wide)
+            x = round(bar.x() + step * step_px)
             painter.drawLine(x, int(bar.top()) + 1, x, int(bar.bottom()) - 1)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for i, note in enumerate(self._notes):
@@ -237,7 +237,7 @@ class RhythmBar(QWidget):
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.MUTED))
         for step in range(0, STEPS, 6):
-            place = QRectF(bar.x() + step * wide, bar.bottom() + 2.0, 6 * wide, 14.0)
+            place = QRectF(bar.x() + step * step_px, bar.bottom() + 2.0, 6 * step_px, 14.0)
             painter.drawText(place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, str(step + 1))
 
 
