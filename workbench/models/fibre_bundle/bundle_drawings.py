@@ -16,8 +16,7 @@ _BEYOND = 1.05
 
 def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
     """Return the bundle of a node with these `values`."""
-    names = ("fibres", "shape", "scale", "stiffness", "mass", "damping", "creep", "model", "thresholds")
-    return FibreBundle(**{name: values[name] for name in (*names, "restructurings", "stiffening")})
+    return FibreBundle(**{name: values[name] for name in FibreBundle.__struct_fields__ if name in values})
 
 
 def bundle_drawings(values: Mapping[str, Any], title: str = "Load over strain") -> tuple[Drawing, ...]:
