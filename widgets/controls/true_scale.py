@@ -86,7 +86,9 @@ class TrueScaleWindow(FullScreenWindow):
             f"Scale {quantities.number(100 * self.placement.scale, 4)} %  (+ and −; with Ctrl finer)",
             f"Moved {right} right, {up} up  (arrows)",
             f"Turned {quantities.number(self.placement.turn_deg, 4)}°  (, and .)",
-            *("0: reset", more, "Esc: close"),
+            "0: reset",
+            more,
+            "Esc: close",
         )
         return "      ".join(part.replace(" ", "\u00a0") for part in parts)
 

@@ -21,9 +21,8 @@ MIME = "application/x-underfoot-node"
 NO_NODE = "."
 """The type of a row that is a choice, but not a node."""
 FAMILIES = (
-    *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
-    *("Modulation", "Outputs"),
-)
+    "Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters", "Modulation", "Outputs",
+)  # fmt: skip
 """The order of the families; others follow."""
 
 
