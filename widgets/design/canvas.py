@@ -312,11 +312,11 @@ class Canvas(AskingView):
                 scene.select(())
             scene.choose(clicked, extends=extends)
         elif result is not None:
-            gone = drag.displaced(self.document.patch)
+            displaced = drag.displaced(self.document.patch)
             self.document.edit(*result)
-            if gone:
-                gone = with_names(self.document.patch, self.registry, gone)
-                self.show_message(f"The wire from {gone} gave way: an input takes one. Mix and Join add several.")
+            if displaced:
+                source = with_names(self.document.patch, self.registry, displaced)
+                self.show_message(f"The wire from {source} gave way: an input takes one. Mix and Join add several.")
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene
@@ -372,8 +372,8 @@ class Canvas(AskingView):
         elif event.key() in _ARROWS:
             dx, dy = _ARROWS[Qt.Key(event.key())]
             if self.patch_scene.selected():
-                far = 4 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-                self._act("nudge", partial(self.nudge, dx * far, dy * far))
+                steps = 4 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+                self._act("nudge", partial(self.nudge, dx * steps, dy * steps))
             else:
                 self.pan(64 * dx, 64 * dy)
         else:

@@ -65,8 +65,8 @@ class EdgeScrolling(QObject):
         if event.button() == Qt.MouseButton.LeftButton:  # it goes down or up
             self._pressed_at, self._scrolled = at, QPoint()
         is_drag = event.type() == QEvent.Type.MouseMove and event.buttons() == Qt.MouseButton.LeftButton
-        far = (at - self._pressed_at).manhattanLength() >= QApplication.startDragDistance()
-        self._scroll_for(event.clone() if is_drag and (far or self.is_scrolling) else None)
+        has_moved = (at - self._pressed_at).manhattanLength() >= QApplication.startDragDistance()
+        self._scroll_for(event.clone() if is_drag and (has_moved or self.is_scrolling) else None)
 
     def _follow_from_list(self, event: QDragMoveEvent) -> None:
         at = event.position().toPoint()

@@ -116,11 +116,11 @@ class GroupFrameItem(QGraphicsItem):
         zoom = option.levelOfDetailFromTransform(painter.worldTransform())
         if zoom < MIN_ZOOM:
             return
-        far = zoom < MIN_LEGIBLE_SCALE
-        painter.setFont(theme.font(round(theme.SMALL_PX / zoom), bold=True) if far else theme.font(bold=True))
+        is_far = zoom < MIN_LEGIBLE_SCALE
+        painter.setFont(theme.font(round(theme.SMALL_PX / zoom), bold=True) if is_far else theme.font(bold=True))
         painter.setPen(QColor(theme.mixed(colour, theme.TEXT, 0.6)))
         title, metrics = self.shown_group.title or "Group", painter.fontMetrics()
-        room = self._title_room(metrics.horizontalAdvance(title), TITLE + FRAME_PAD - 1.0 if far else TITLE)
+        room = self._title_room(metrics.horizontalAdvance(title), TITLE + FRAME_PAD - 1.0 if is_far else TITLE)
         text = metrics.elidedText(title, Qt.TextElideMode.ElideRight, int(room.width()))
         painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
 

@@ -394,8 +394,8 @@ class WireItem(QGraphicsItem):
 
     def paint_line(self, painter: QPainter) -> None:
         """Paint the line, as straight segments, which Qt paints much faster; its width depends on the zoom."""
-        far = painter.worldTransform().m11() < MIN_SHARP_SCALE
-        painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, 1.0 if far else 2.0, lit=self._hovered))
+        width = 1.0 if painter.worldTransform().m11() < MIN_SHARP_SCALE else 2.0
+        painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, width, lit=self._hovered))
         if not self._lines:
             self._lines = _straight_lines(self._path)
         painter.drawLines(self._lines)

@@ -132,9 +132,8 @@ class EnvelopePicture(NodePicture):
 
     def nudge(self, index: int, across: float, up: float) -> None:
         name = self.NAMES[index]
-        way = -across if index == 1 else across
         if across:
-            self.set(name, self.value(name) * 1.1**way)
+            self.set(name, self.value(name) * 1.1 ** (-across if index == 1 else across))
         else:
             self.set("amplitude", self.value("amplitude") + 0.05 * up)
 

@@ -74,23 +74,23 @@ def aligned(places: Mapping[str, Place], side: str, sizes: Sizes) -> dict[str, P
     if len(places) < 2:
         return dict(places)
     axis = 0 if side in ("left", "right", "across") else 1
-    near = {id: at[axis] for id, at in places.items()}
-    far = {id: near[id] + sizes[id][axis] for id in places}
+    starts = {id: at[axis] for id, at in places.items()}
+    lengths = {id: sizes[id][axis] for id in places}
     if side in ("left", "top"):
-        moved = dict.fromkeys(places, min(near.values()))
+        moved = dict.fromkeys(places, min(starts.values()))
     elif side in ("right", "bottom"):
-        end = max(far.values())
-        moved = {id: end - sizes[id][axis] for id in places}
+        end = max(starts[id] + lengths[id] for id in places)
+        moved = {id: end - lengths[id] for id in places}
     else:
-        moved = _evenly_spaced(near, {id: sizes[id][axis] for id in places})
+        moved = _evenly_spaced(starts, lengths)
     return {id: snapped(*((moved[id], at[1]) if axis == 0 else (at[0], moved[id]))) for id, at in places.items()}
 
 
-def _evenly_spaced(near: Mapping[str, float], lengths: Mapping[str, float]) -> dict[str, float]:
-    order = sorted(near, key=near.__getitem__)
-    room = near[order[-1]] - near[order[0]] - sum(lengths[id] for id in order[:-1])
+def _evenly_spaced(starts: Mapping[str, float], lengths: Mapping[str, float]) -> dict[str, float]:
+    order = sorted(starts, key=starts.__getitem__)
+    room = starts[order[-1]] - starts[order[0]] - sum(lengths[id] for id in order[:-1])
     gap = max(room / (len(order) - 1), 2.0 * GRID)
-    moved, place = {}, near[order[0]]
+    moved, place = {}, starts[order[0]]
     for id in order:
         moved[id] = place
         place += lengths[id] + gap
@@ -168,8 +168,7 @@ def outputs_with_wired_units(patch: Patch, registry: Registry, id: str) -> tuple
 
 def _wired_unit(patch: Patch, registry: Registry, end: str) -> str:
     """Return the unit of what is wired to a port, "" for none or several."""
-    far = [target for source, target in patch.wires if source == end]
-    units = {port_of(patch, registry, other, "in").unit for other in far}
+    units = {port_of(patch, registry, target, "in").unit for source, target in patch.wires if source == end}
     units |= {port_of(patch, registry, source, "out").unit for source, target in patch.wires if target == end}
     return units.pop() if len(units) == 1 else ""
 

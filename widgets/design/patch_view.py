@@ -213,8 +213,8 @@ class PatchView(QGraphicsView):
         left, self.inside = self.inside, group
         is_fitted, centre = self._keeps_fitting, self.mapToScene(self.viewport().rect().center())
         self._show()
-        way = self._levels_to(left)
-        below = way[way.index(group) + 1 :] if group in way else way if not group else []
+        levels = self._levels_to(left)
+        below = levels[levels.index(group) + 1 :] if group in levels else levels if not group else []
         self.patch_scene.select(below[:1])
         if not below:
             self._views_around[left] = None if is_fitted else (self.transform(), centre)
@@ -242,9 +242,9 @@ class PatchView(QGraphicsView):
 
     def leave_group(self) -> None:
         """Show the sub-patch that encloses the open one, or the whole patch."""
-        way = self._levels_to(self.inside)
-        if way:
-            self.open_group(way[-2] if len(way) > 1 else "")
+        levels = self._levels_to(self.inside)
+        if levels:
+            self.open_group(levels[-2] if len(levels) > 1 else "")
 
     def _levels_to(self, group: str) -> list[str]:
         """Return a group and the sub-patches around it, the outermost first. A frame around it is no level of its own:

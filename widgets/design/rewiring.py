@@ -96,12 +96,11 @@ def types_for_wire(patch: Patch, registry: Registry, wire: Wire) -> list[str]:
 
 def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     """Return the patch with the unwired node `id` inserted into this wire; unchanged if it does not fit."""
-    way = insertion_ports(patch, registry, patch.node(id).type, wire)
-    if way is None:
+    ports = insertion_ports(patch, registry, patch.node(id).type, wire)
+    if ports is None:
         return patch
-    wires = tuple((f"{id}.{way.output}", wire[1]) if other == wire else other for other in patch.wires)
-    through = (*wires, (wire[0], f"{id}.{way.input}"))
-    return msgspec.structs.replace(patch, wires=through).check(registry)
+    wires = tuple((f"{id}.{ports.output}", wire[1]) if other == wire else other for other in patch.wires)
+    return msgspec.structs.replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
 
 
 def fed_alike(patch: Patch, registry: Registry, copies: Mapping[str, str]) -> Patch:

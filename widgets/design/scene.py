@@ -182,9 +182,9 @@ class PatchScene(QGraphicsScene):
             inner, side = (start, "out") if start is not None else (end, "in")
             assert inner is not None
             self.wires[wire] = StubItem(wire, inner, side, colour, self._other_end_names(wire, side))
-            far = wire[1 if side == "out" else 0]
-            name = self.patch.node(node_id(far)).name_in(self.registry)
-            self.wires[wire].outside = f"{name}: {display_name(port_name(far))}"
+            other_end = wire[1 if side == "out" else 0]
+            name = self.patch.node(node_id(other_end)).name_in(self.registry)
+            self.wires[wire].outside = f"{name}: {display_name(port_name(other_end))}"
         self.wires[wire].unit, self.wires[wire].signal_range = port.unit, self._signal_ranges.get(wire[0])
         self.addItem(self.wires[wire])
 

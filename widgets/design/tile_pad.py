@@ -80,9 +80,9 @@ class TilePad(QWidget):
         if self._began is None:
             return
         self._mouse = event.position()
-        far = QLineF(self._began, self._mouse).length()
-        if far > CLICK_PX or self._force_n > 0:
-            self._force_n = min(max(far - CLICK_PX, 0.0) / self._area().height(), 1.0) * FULL_SCALE_N
+        length_px = QLineF(self._began, self._mouse).length()
+        if length_px > CLICK_PX or self._force_n > 0:
+            self._force_n = min(max(length_px - CLICK_PX, 0.0) / self._area().height(), 1.0) * FULL_SCALE_N
             self.pressed.emit(self.tile.id, *self._place(self._began), max(self._force_n, 1.0))
         self.update()
 
