@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
-import msgspec
+from msgspec.structs import replace
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
@@ -130,7 +130,7 @@ def as_sub_patch(patch: Patch, title: str) -> Patch:
     at = min(item.at[0] for item in items), min(item.at[1] for item in items)
     ids, title = tuple(item.id for item in items), title[:LONGEST_LABEL]
     whole = Group(patch.free_id("preset"), ids, title, collapsed=True, at=at)
-    return msgspec.structs.replace(patch, groups=(whole, *patch.groups))
+    return replace(patch, groups=(whole, *patch.groups))
 
 
 class PresetDialog(QDialog):
@@ -172,7 +172,7 @@ class PresetDialog(QDialog):
     def named(self) -> Patch:
         """Return the patch with the typed texts."""
         tags = tuple(dict.fromkeys(tag.strip() for tag in self.tags.text().split(",") if tag.strip()))
-        return msgspec.structs.replace(
+        return replace(
             self._patch,
             title=self.title.text().strip(),
             comment=self.comment.text().strip(),

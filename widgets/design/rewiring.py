@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-import msgspec
+from msgspec.structs import replace
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Number, Parameter
@@ -100,14 +100,14 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     if ports is None:
         return patch
     wires = tuple((f"{id}.{ports.output}", wire[1]) if other == wire else other for other in patch.wires)
-    return msgspec.structs.replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
+    return replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
 
 
 def fed_alike(patch: Patch, registry: Registry, copies: Mapping[str, str]) -> Patch:
     """Return the patch in which copies of nodes, by the ids of those, are also fed by what feeds those from outside."""
     fed = [wire for wire in patch.wires if node_id(wire[1]) in copies and node_id(wire[0]) not in copies]
     wires = (*patch.wires, *((source, renamed_end(target, copies)) for source, target in fed))
-    return msgspec.structs.replace(patch, wires=wires).check(registry)
+    return replace(patch, wires=wires).check(registry)
 
 
 def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) -> Patch:
@@ -150,10 +150,10 @@ def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patc
         moved = _moved(patch, registry, wire, id, PlacedNode(new, type), used)
         lost += moved is None
         wires += [moved] if moved else []
-    node = msgspec.structs.replace(old, id=new, type=type, parameters={**registry[type].initial, **kept})
+    node = replace(old, id=new, type=type, parameters={**registry[type].initial, **kept})
     nodes = tuple(node if other.id == id else other for other in patch.nodes)
     groups = renamed([_without_published(group, id) for group in patch.groups], {id: new})
-    after = msgspec.structs.replace(patch, nodes=nodes, wires=tuple(wires), groups=groups)
+    after = replace(patch, nodes=nodes, wires=tuple(wires), groups=groups)
     return after.check(registry), new, lost
 
 
@@ -161,7 +161,7 @@ def _without_published(group: Group, id: str) -> Group:
     if not group.published:
         return group
     kept = tuple(end for end in group.published if node_id(end) != id)
-    return msgspec.structs.replace(group, published=kept)
+    return replace(group, published=kept)
 
 
 def _accepts_value(old: Parameter, new: Parameter | None, value: object) -> bool:

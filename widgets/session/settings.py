@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.devices.outputs import outputs_of
 from underfoot.documents import placed, plain_json
@@ -146,7 +147,7 @@ class Settings(msgspec.Struct):
         """
         names = Settings.__struct_fields__
         merged = {name: _merged(*(getattr(one, name) for one in (before, self, there))) for name in names}
-        made = msgspec.structs.replace(there, **merged)
+        made = replace(there, **merged)
         del made.recent[RECENT_FILES:]
         return made
 
