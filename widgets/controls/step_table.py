@@ -76,12 +76,12 @@ COLUMNS = (
 """The columns of the step table in files (docs/contracts.md#files)."""
 
 TEXT_COLUMNS = ("tile", "side")
-SIDES = tuple(
+ALIGNMENTS = tuple(
     Qt.AlignmentFlag.AlignVCenter
     | (Qt.AlignmentFlag.AlignLeft if column.name in TEXT_COLUMNS else Qt.AlignmentFlag.AlignRight)
     for column in COLUMNS
 )
-"""Alignment of each column's text."""
+"""That of each column's text."""
 
 UNKNOWN = "–"
 
@@ -147,7 +147,7 @@ class StepModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             return column.doc
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return SIDES[section]
+            return ALIGNMENTS[section]
         return None
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
@@ -160,7 +160,7 @@ class StepModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return self.texts[index.row()][index.column()]
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return SIDES[index.column()]
+            return ALIGNMENTS[index.column()]
         if role == Qt.ItemDataRole.ToolTipRole and spike:
             return "The first peak is the impact transient: it rises more steeply than weight is taken on."
         return None
@@ -173,7 +173,7 @@ class StepTable(QTableView):
     stays.
     """
 
-    def __init__(self, max_steps: int = MAX_STEPS, sortable: bool = False) -> None:
+    def __init__(self, max_steps: int = MAX_STEPS, *, sortable: bool = False) -> None:
         super().__init__()
         self.setAccessibleName("Footsteps")
         self.steps = StepModel(max_steps)
@@ -262,7 +262,7 @@ class StepTable(QTableView):
             plain = self.palette().highlightedText().color() if is_selected else theme.TEXT
             painter.setPen(theme.FORCE if text.endswith(_SPIKE) else theme.MUTED if text == UNKNOWN else plain)
             left, width = header.sectionPosition(column) + _MARGIN_PX, header.sectionSize(column) - 2 * _MARGIN_PX
-            painter.drawText(QRect(left, 0, width, height), SIDES[column], text)
+            painter.drawText(QRect(left, 0, width, height), ALIGNMENTS[column], text)
         painter.end()
         return picture
 
@@ -295,7 +295,7 @@ class StepTable(QTableView):
         """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
         lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in COLUMNS)]
         for step in self.selected_steps() or self.steps_in_order():
-            lines.append("\t".join(_cell(getattr(step, column.name)) for column in COLUMNS))
+            lines.append("\t".join(_plain_text(getattr(step, column.name)) for column in COLUMNS))
         QGuiApplication.clipboard().setText("\n".join(lines))
 
     def _follow(self) -> None:
@@ -342,6 +342,7 @@ def _row_texts(step: Step) -> tuple[str, ...]:
 
 
 def _cell_text(value: str | float, column: Column) -> str:
+    """Return a value as the table shows it."""
     if isinstance(value, str):
         return UNKNOWN if value == "unknown" else value
     if not math.isfinite(value):
@@ -349,7 +350,8 @@ def _cell_text(value: str | float, column: Column) -> str:
     return fixed(value, column.decimals)
 
 
-def _cell(value: str | float) -> str:
+def _plain_text(value: str | float) -> str:
+    """Return a value as a spreadsheet reads it."""
     if isinstance(value, float):
         return f"{value:.10g}" if math.isfinite(value) else ""
     return str(value)
