@@ -230,7 +230,7 @@ def test_a_message_over_the_canvas_follows_the_colours(qtbot):
         for name in ("light", "dark"):
             recolour.apply_colours(app, Settings(theme=name))
             if name == "light":
-                message.show_text("It cannot be bypassed", alarm)
+                message.show_text("It cannot be bypassed", alarm=alarm)
             assert message.grab().toImage().pixelColor(4, 12).name() == theme.colours(name)[ground]
 
 

@@ -133,7 +133,7 @@ class PlatePage(QWidget):
             least_hz=of["least_mode"],
         )
 
-    def _show_verdict(self, text: str, good: bool) -> None:
+    def _show_verdict(self, text: str, *, good: bool) -> None:
         self.verdict.setText(text[:1].upper() + text[1:])
         theme.set_role(self.verdict, "good" if good else "alarm")
 

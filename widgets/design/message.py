@@ -21,7 +21,7 @@ class Message(QLabel):
         self._timer = QTimer(self, singleShot=True, interval=VISIBLE_MS)
         self._timer.timeout.connect(self.hide)
 
-    def show_text(self, text: str, alarm: bool) -> None:
+    def show_text(self, text: str, *, alarm: bool) -> None:
         """Show a line, in red or green; "" hides it."""
         self.setVisible(bool(text))
         if not text:

@@ -274,7 +274,7 @@ class PatchView(QGraphicsView):
 
     def show_message(self, text: str, *, alarm: bool = True) -> None:
         """Show a line over the canvas for a few seconds; "" clears it."""
-        self._message.show_text(text, alarm)
+        self._message.show_text(text, alarm=alarm)
         if text and alarm:
             self.refused.emit(text)
 

@@ -48,7 +48,7 @@ class PresetList(HeadedList):
         self._on_star = False
 
     def show_presets(
-        self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str], headed: bool
+        self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str], *, headed: bool
     ) -> None:
         """Show these presets by name under headings of their families, or, if not `headed`, by title.
 

@@ -106,7 +106,7 @@ class PreviewRequests(QObject):
         self._preview_timer.start()
         self._idle_timer.start()
 
-    def update_tiles(self, tile_changed: bool) -> None:
+    def update_tiles(self, *, tile_changed: bool) -> None:
         """Request a pending preview again, as its tile may be gone, or all if another tile is previewed now."""
         if self._requested:
             self._request(self._requested)
@@ -122,7 +122,7 @@ class PreviewRequests(QObject):
             self._requested = ""
             self._timeout_timer.stop()
         if self.slots is not None:
-            self.slots.use_preview(preview, node, node == self._previewed)
+            self.slots.use_preview(preview, node, is_shown=node == self._previewed)
         if node.startswith(OTHER_PREFIX):
             self._idle_timer.start()
             return

@@ -101,7 +101,7 @@ class SlotListening(QObject):
             patch, node, tile, seconds, distributions=distributions, name=name
         )
 
-    def use_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
+    def use_preview(self, preview: Preview, name: str, *, is_shown: bool) -> None:
         """Store the loudness of a preview; the other slot's is drawn over the visible one."""
         slot, is_other = self._open_patch.slot, name.startswith(OTHER_PREFIX)
         node, patch = name.removeprefix(OTHER_PREFIX), self._patch_of(name)

@@ -46,7 +46,7 @@ class Playback(QObject):
             begin_s, end_s = axis.selection or (axis.cursor_s, axis.length_s)
             if end_s - begin_s < 0.05:
                 begin_s = 0.0
-            self.player.play(content.opened, begin_s, end_s, self.patch.currentIndex() == 0)
+            self.player.play(content.opened, begin_s, end_s, recorded_patch=self.patch.currentIndex() == 0)
         self._show_button()
 
     def stop(self) -> None:

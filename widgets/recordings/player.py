@@ -40,7 +40,7 @@ class RecordingPlayer(QObject):
         """Whether a recording is playing, or about to play."""
         return self._target_before is not None
 
-    def play(self, opened: OpenedRecording, begin_s: float, end_s: float, recorded_patch: bool) -> None:
+    def play(self, opened: OpenedRecording, begin_s: float, end_s: float, *, recorded_patch: bool) -> None:
         """Play from `begin_s` to `end_s`, through the recording's patch or the one in Design."""
         if self._controller.target_is_locked:
             self.notified.emit("A study, a scene or a calibration has the floor: end that first.")

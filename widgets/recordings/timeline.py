@@ -262,7 +262,8 @@ class Axis(QWidget):
     # --- keys ---
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if not self.handle_key(Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)):
+        is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if not self.handle_key(Qt.Key(event.key()), is_fine=is_fine):
             super().keyPressEvent(event)
 
     def forward_keys_of(self, widget: QWidget) -> None:
@@ -272,12 +273,12 @@ class Axis(QWidget):
                 Qt.ShortcutContext.WidgetWithChildrenShortcut
             )
 
-    def handle_key(self, key: Qt.Key, shift: bool = False) -> bool:
+    def handle_key(self, key: Qt.Key, *, is_fine: bool = False) -> bool:
         """Handle a key; return whether it had an effect."""
-        fine_s = 0.001 if shift else 5.0 * self.seconds_per_px
+        step_s = 0.001 if is_fine else 5.0 * self.seconds_per_px
         acts: dict[Qt.Key, Callable[[], None]] = {
-            Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
-            Qt.Key.Key_Right: lambda: self.set_cursor(self.cursor_s + fine_s),
+            Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - step_s),
+            Qt.Key.Key_Right: lambda: self.set_cursor(self.cursor_s + step_s),
             Qt.Key.Key_Home: lambda: self.set_cursor(0.0),
             Qt.Key.Key_End: lambda: self.set_cursor(self.length_s),
             Qt.Key.Key_PageUp: lambda: self.scroll(-0.8),

@@ -186,7 +186,7 @@ class SessionController(QObject):
         else:
             self.set_target(self.target)
 
-    def lend(self, only_patch: bool = False) -> "Session | None":
+    def lend(self, *, only_patch: bool = False) -> "Session | None":
         """Hand the session to a study; edits, level, play and stop wait until `take_back`. None without a session.
 
         A scene takes `only_patch`: level, play and stop still act. Also None while somebody else has the session.

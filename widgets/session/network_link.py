@@ -63,7 +63,7 @@ class NetworkLink(QObject):
         self._serve(plan)
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
 
-    def close(self, wait: bool = True) -> None:
+    def close(self, *, wait: bool = True) -> None:
         """Stop serving; `wait` until all has ended."""
         if self._server is not None:
             self._server.close(wait=wait)
