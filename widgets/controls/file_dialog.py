@@ -1,5 +1,8 @@
 """File dialogs: the desktop's own, or Qt's with the program's buttons if there is none."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
@@ -21,6 +24,15 @@ def save_dialog(parent: QWidget, title: str, name: str, filter: str, suffix: str
     dialog = file_dialog(parent, title, name, filter)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setDefaultSuffix(suffix.removeprefix("."))
+    return dialog
+
+
+def ask_file(parent: QWidget, title: str, filter: str, then: Callable[[Path], object], folder: str = "") -> QFileDialog:
+    """Ask for a file that is there, and call `then` with its path; return the dialog, which is open."""
+    dialog = file_dialog(parent, title, folder, filter)
+    dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+    dialog.fileSelected.connect(lambda name: then(Path(name)))
+    dialog.open()
     return dialog
 
 

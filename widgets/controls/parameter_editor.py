@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton
+from PySide6.QtWidgets import QHBoxLayout, QToolButton
 
 from underfoot.errors import BadValue
 from underfoot.files import no_file
@@ -15,7 +15,7 @@ from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Param
 from underfoot.widgets import theme
 from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import ask_file
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
 from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.controls.number_editor import EXACT_DIGITS, NumberEditor
@@ -178,19 +178,16 @@ class FileEditor(TextEditor):
 
     def dropEvent(self, event: QDropEvent) -> None:
         event.acceptProposedAction()
-        self.choose(str(local_files(event.mimeData())[0]))
+        self.choose(local_files(event.mimeData())[0])
 
     def _look(self) -> None:
-        dialog = file_dialog(self.window(), self.parameter.label, str(self._folder or ""))
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(self.choose)
-        dialog.open()
+        ask_file(self.window(), self.parameter.label, "", self.choose, str(self._folder or ""))
 
-    def choose(self, path: str) -> None:
+    def choose(self, path: Path) -> None:
         """Use this file, as a change by the user."""
-        if self._folder is not None and Path(path).is_relative_to(self._folder):
-            path = str(Path(path).relative_to(self._folder))
-        self._typed(path)
+        if self._folder is not None and path.is_relative_to(self._folder):
+            path = path.relative_to(self._folder)
+        self._typed(str(path))
 
 
 editor_for.register(Number, NumberEditor)

@@ -4,10 +4,10 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.widgets.controls.file_dialog import file_dialog, save_dialog
+from underfoot.widgets.controls.file_dialog import ask_file, save_dialog
 
 
 class FileChooser:
@@ -40,12 +40,12 @@ class FileChooser:
         suffix gets `suffix`. A question `over` a dialog ends with it: nobody waits for an answer then.
         """
 
-        def chosen(name: str) -> None:
+        def chosen(path: Path) -> None:
             try:
-                then(Path(name))
+                then(path)
             except UnderfootError as error:
                 if self._refuse is not None and not save_as:
-                    self._refuse(Path(name), str(error))
+                    self._refuse(path, str(error))
                 else:
                     self._notify(str(error))
 
@@ -53,8 +53,7 @@ class FileChooser:
         if save_as:
             dialog = save_dialog(parent, title, self._folder(), filter, suffix)
             dialog.selectFile(re.sub(r'[/\\:*?"<>|]', "-", save_as))
+            dialog.fileSelected.connect(lambda name: chosen(Path(name)))
+            dialog.open()
         else:
-            dialog = file_dialog(parent, title, self._folder(), filter)
-            dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(chosen)
-        dialog.open()
+            ask_file(parent, title, filter, chosen, self._folder())

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
-from pathlib import Path
 
 import msgspec
 from PySide6.QtCore import Qt
@@ -12,7 +11,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QGridLayout,
     QLineEdit,
     QPushButton,
@@ -31,7 +29,7 @@ from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.controls.choice_box import name_control
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import ask_file
 
 DEFAULT_DEVICE = "the default device"
 _TRIED_HZ = 1000.0
@@ -184,10 +182,8 @@ class EquipmentDialog(QDialog):
                 part.setEnabled(self.check_boxes[name].isChecked())
 
     def _look(self) -> None:
-        dialog = file_dialog(self, "Calibration of the plate", "", "Calibrations (*.json)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda path: self.calibration.setText(str(Path(path))))
-        dialog.open()
+        title, filter = "Calibration of the plate", "Calibrations (*.json)"
+        ask_file(self, title, filter, lambda path: self.calibration.setText(str(path)))
 
     def _lay_out(self) -> None:
         grid = QGridLayout()

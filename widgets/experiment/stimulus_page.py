@@ -8,7 +8,6 @@ import msgspec
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QComboBox,
-    QFileDialog,
     QHBoxLayout,
     QMessageBox,
     QPushButton,
@@ -29,7 +28,7 @@ from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.choice_box import ChoiceBox, name_control
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import ask_file
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.controls.undo_actions import DocumentLine
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, LEAST_CONTROL_PX, FieldRows
@@ -110,10 +109,7 @@ class StimulusPage(ItemList):
     # --- a table of conditions ---
 
     def _ask_table(self) -> None:
-        dialog = file_dialog(self.window(), "A table of conditions", "", "Tables (*.csv *.tsv *.txt)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda path: self.import_table(Path(path)))
-        dialog.open()
+        ask_file(self.window(), "A table of conditions", "Tables (*.csv *.tsv *.txt)", self.import_table)
 
     def import_table(self, path: Path) -> None:
         """Replace all stimuli by the rows of a table, after a question; show errors."""
@@ -314,11 +310,8 @@ class StimulusForm(QWidget):
     def _choose_patch(self, at: int) -> None:
         chosen = self.patch.itemData(at)
         if chosen == FILE:
-            dialog = file_dialog(self.window(), "A patch", "", "Patches (*.json)")
-            dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-            dialog.fileSelected.connect(lambda path: self.patch_requested.emit(Path(path)))
+            dialog = ask_file(self.window(), "A patch", "Patches (*.json)", self.patch_requested.emit)
             dialog.rejected.connect(lambda: self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"])))
-            dialog.open()
         elif isinstance(chosen, Path):
             self.patch_requested.emit(chosen)
         else:

@@ -4,14 +4,14 @@ from pathlib import Path
 
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QFileDialog, QGridLayout, QListWidget, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QListWidget, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import node_files_of
 from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import ask_file
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
@@ -166,10 +166,7 @@ class StudyList(QWidget):
         self._show(min(index, len(self.studies) - 1))
 
     def _ask_protocol(self) -> None:
-        dialog = file_dialog(self, "A protocol", "", "Protocols (*.json)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda path: self.open_protocol(Path(path)))
-        dialog.open()
+        ask_file(self, "A protocol", "Protocols (*.json)", self.open_protocol)
 
     def _show(self, index: int) -> None:
         """List the studies, and select one."""

@@ -29,7 +29,7 @@ from underfoot.quantities import counted, first_of
 from underfoot.records.recording_format import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.file_dialog import ask_file, file_dialog
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
@@ -306,10 +306,8 @@ class RecordingList(QWidget):
         self.refresh()
 
     def _ask_file(self) -> None:
-        dialog = file_dialog(self, "Open a recording", str(self._folder()), "Recordings (*.underfoot *.uf)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda name: self.chosen.emit(Path(name)))
-        dialog.open()
+        suffixes = "Recordings (*.underfoot *.uf)"
+        ask_file(self, "Open a recording", suffixes, self.chosen.emit, str(self._folder()))
 
     def _ask_folder(self) -> None:
         dialog = file_dialog(self, "A folder of recordings", str(self._folder()))

@@ -144,9 +144,9 @@ def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     qtbot.addWidget(editor)
     assert "Look for a file" in [button.toolTip() for button in editor.findChildren(QToolButton)]
     editor.set_folder(tmp_path)
-    editor.choose(str(tmp_path / "sounds" / "rain.wav"))
+    editor.choose(tmp_path / "sounds" / "rain.wav")
     assert editor.value() == str(Path("sounds") / "rain.wav")
-    editor.choose("/elsewhere/rain.wav")
+    editor.choose(Path("/elsewhere/rain.wav"))
     assert editor.value() == "/elsewhere/rain.wav"
 
 
@@ -161,7 +161,7 @@ def test_the_field_of_a_file_says_that_there_is_no_such_file(qtbot, tmp_path):
     said.append(editor.label.text())
     editor.set_folder(tmp_path)
     said.append(editor.label.text())
-    editor.choose(str(tmp_path))
+    editor.choose(tmp_path)
     said.append(editor.label.text())
     editor.set_value("")
     said.append(editor.label.text())
