@@ -47,7 +47,8 @@ def step(weight_n):
     time = np.arange(FRAMES) / RATE
     force = footfall.force_n(time)
     x, y = footfall.centre_m(time)
-    return {"force_n": force, "x_m": np.where(force > 0.0, x, 0.0), "y_m": np.where(force > 0.0, y, 0.0)}
+    x, y = np.where(force > 0.0, (x, y), 0.0)
+    return {"force_n": force, "x_m": x, "y_m": y, "cut": np.zeros(FRAMES)}
 
 
 def play(material, seed=1, weight_n=700.0):

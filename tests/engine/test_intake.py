@@ -15,7 +15,7 @@ RATES = pytest.mark.parametrize("rate_hz", [1000.0, 240.0, 160.0])
 @RATES
 def test_force_is_linear_between_samples_and_late_by_exactly_one_period(rate_hz):
     stamps, forces = standing_forces(rate_hz)
-    force, x, y = intake_signals(GivenForces(rate_hz, stamps, forces), 90_000)[:, 0]
+    force, x, y = intake_signals(GivenForces(rate_hz, stamps, forces), 90_000)[:3, 0]
     period = RATE / rate_hz
     frames = np.arange(90_000)
     onset, off = stamps[forces[:, 0].any(axis=1)][[0, -1]]
@@ -62,16 +62,33 @@ def test_a_step_begins_at_the_load_that_was_too_small_for_a_foot(rate_hz):
 
 
 @RATES
-def test_who_stands_on_a_tile_from_its_first_sample_on_does_not_land(rate_hz):
-    """The gate that opened was a footfall of ten times the usual strength, as the session began."""
-    stamps = np.arange(round(0.3 * rate_hz)) * RATE / rate_hz
-    source = [GivenForces(rate_hz, stamps, np.full((len(stamps), 2, 4), 150.0)) for _ in range(2)]
-    force, other = (
-        intake_signals(one, 12_000, blocks=blocks)[0] for one, blocks in zip(source, [(512,), (7, 33)], strict=True)
+def test_the_force_of_who_stood_there_before_the_first_sample_or_a_gap_is_marked_while_it_comes_in(rate_hz):
+    """It comes in as in a landing, which it is not: within one sample, and through the gate."""
+    stamps = np.arange(round(0.9 * rate_hz)) * RATE / rate_hz
+    forces = np.zeros((len(stamps), 2, 4))
+    forces[:, 0] = 150.0
+    forces[stamps >= 0.8 * RATE, 1] = 150.0  # a landing, in a gap
+    there = (stamps < 0.5 * RATE) | (stamps > 0.8 * RATE)
+    source = [GivenForces(rate_hz, stamps[there], forces[there]) for _ in range(2)]
+    signals, other = (
+        intake_signals(one, 43_000, blocks=blocks) for one, blocks in zip(source, [(512,), (7, 33)], strict=True)
     )
-    assert force.tobytes() == other.tobytes()
-    assert np.unique(force).tolist() == [0.0, 600.0]
-    assert (np.diff(force) >= 0.0).all()
+    assert signals.tobytes() == other.tobytes()
+    force, cut = signals[0], signals[3]
+    assert np.abs(np.diff(force)).max() < 5.1  # no jump
+    begins = np.flatnonzero((force[0, 1:] != 0.0) & (force[0, :-1] == 0.0)) + 1
+    assert len(begins) == 2
+    for begin in begins:
+        rises = slice(begin, begin + int(GATE * RATE))
+        assert cut[0, rises].all()
+    assert cut[0].sum() <= 2 * (RATE / rate_hz + GATE * RATE + 2)
+    assert force[1].max() == 600.0
+    assert not cut[1].any()
+
+
+@RATES
+def test_stamps_of_a_later_start_are_those_of_contacts(rate_hz):
+    stamps = np.arange(round(0.3 * rate_hz)) * RATE / rate_hz
     later = Intake(GivenForces(rate_hz, stamps + RATE, np.full((len(stamps), 2, 4), 150.0)), RATE, 480)
     later.take(round(1.2 * RATE))
     assert {contact.start_s for contact in later.tracker.ongoing()} == {1.0}

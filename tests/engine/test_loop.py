@@ -183,7 +183,7 @@ def test_a_node_that_makes_nan_is_silenced_and_named():
     out = played(loop, 48_000)
     assert np.isfinite(out).all()
     name, tile, frame = loop.program.fault()
-    force = np.zeros((3, 4, 48_000))
+    force = np.zeros((4, 4, 48_000))
     other = loop_of(hum())
     for at in range(0, 48_000, 240):
         other.intake.take(at + 240)

@@ -43,9 +43,9 @@ def standing_forces(rate_hz, rate=RATE, seconds=2.0):
 
 
 def intake_signals(source, frames, rate=RATE, blocks=(512,)):
-    """Return force, x and y [signal, tile, frame] from the intake, in blocks of these sizes."""
+    """Return force, x, y and cut [signal, tile, frame] from the intake, in blocks of these sizes."""
     intake = Intake(source, rate, max(blocks))
-    out = np.zeros((3, 2, frames))
+    out = np.zeros((4, 2, frames))
     at = turn = 0
     while at < frames:
         n = min(blocks[turn % len(blocks)], frames - at)

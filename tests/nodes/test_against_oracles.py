@@ -194,6 +194,20 @@ def test_a_footfall_has_the_loading_rate_of_its_wait_as_strength_wherever_it_beg
         assert strength == pytest.approx(1.0, abs=1e-6)
 
 
+def test_only_a_rise_whose_beginning_was_seen_is_a_footfall():
+    program = Program(
+        chain("tile-force", "footfall"), REGISTRY, TILE, rate=RATE, block=9_600, scopes=["footfall.onset"]
+    )
+    frames = np.arange(9_600)
+    program.engine_signals["force_n"][0] = np.interp(
+        frames, [100, 340, 4_000, 4_240, 5_000, 5_240], [0, 600, 600, 0, 0, 600]
+    )
+    program.engine_signals["cut"][0] = frames <= 388
+    program.run(0, 9_600)
+    ((time, *_),) = program.events("footfall.onset")
+    assert 5_000 < time < 5_300
+
+
 def test_a_rhythm_has_one_note_a_step_the_loudest():
     notes = ((6.2, 3, 0.3), (5.8, 2.4, 0.9), (0, 4, 1.0), (6, 5, 0.3))
     patch = Patch().add("rhythm", REGISTRY, notes=notes, bar=0.1, repeats=1)

@@ -126,8 +126,9 @@ def engine_signals(at, walks=False):
     if walks:
         of_a_step = np.arange(at, at + BLOCK) % 2400 / 1800
         force_n = 800.0 * np.sin(np.pi * np.minimum(of_a_step, 1.0)).clip(0.0) * (of_a_step < 1.0)
-    brought = {"force_n": force_n, "x_m": 0.1 * np.cos(3.0 * share)}
-    return np.array([brought.get(name, 0.1 * np.sin(3.0 * share))[None] for name in ENGINE_SIGNALS])
+    y_m = 0.1 * np.sin(3.0 * share)
+    brought = {"force_n": force_n, "x_m": 0.1 * np.cos(3.0 * share), "y_m": y_m, "cut": np.zeros(BLOCK)}
+    return np.array([brought[name][None] for name in ENGINE_SIGNALS])
 
 
 def build(patch, scopes):

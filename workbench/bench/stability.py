@@ -296,7 +296,7 @@ def _inputs(full: float) -> NDArray[np.float64]:
     return signals
 
 
-_INPUTS = {"force_n": _inputs(FULL_N), "x_m": _inputs(FULL_M), "y_m": _inputs(-FULL_M)}
+_INPUTS = {"force_n": _inputs(FULL_N), "x_m": _inputs(FULL_M), "y_m": _inputs(-FULL_M), "cut": _inputs(0.0)}
 
 
 def _write_inputs(program: Program, rows: slice, at: int, n: int) -> None:

@@ -4,8 +4,8 @@ From frame s to s + period the force ramps to the sample of frame s, so that the
 at audio rate is delayed by exactly one sample period, live and offline. A sample that arrives too late for that is
 ramped to within one period of its arrival; of several that arrive together, only the newest is used. Where samples are
 missing, on the whole floor or on a tile that is NaN, the last force is held for 20 ms and then ramped to 0 in 20 ms. A
-tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms, but is open at once where
-somebody stands from its first sample on.
+tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms. Where it opens for somebody
+who stood there already, from a tile's first sample on or in a gap, the signal `cut` is 1 meanwhile: that is no landing.
 
 Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
@@ -39,11 +39,18 @@ _LEAST_QUEUE = 1024  # samples of a tile that can wait, beside those of the bloc
 _LONG_AGO = -1e18
 
 SAMPLE = np.dtype(
-    [("from_frame", np.float64), ("at_frame", np.float64), ("values", np.float64, (3,)), ("contact", np.bool_)],
+    [
+        ("from_frame", np.float64),
+        ("at_frame", np.float64),
+        ("values", np.float64, (3,)),
+        ("contact", np.bool_),
+        ("untared", np.bool_),
+    ],
     align=True,
 )
 """A tile's queued sample. The signals ramp to its `values` (force in newtons, then the centroid's x and y in metres,
-tile frame) from `from_frame` to `at_frame`; `contact` is whether somebody stands on the tile: else x and y mean nothing.
+tile frame) from `from_frame` to `at_frame`; `contact` is whether somebody stands on the tile (else x and y mean
+nothing), `untared` whether since its first sample.
 """
 
 SEGMENT = np.dtype(
@@ -58,11 +65,13 @@ SEGMENT = np.dtype(
         ("queue_tail", np.int64),
         ("last_frame", np.float64),
         ("zeros", np.int64),
+        ("cut_until", np.float64),
     ],
     align=True,
 )
 """Line segment that a tile's signals follow, its gate (0 to 1) and the gate's target, and its queue: samples removed
-and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero.
+and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero. Up to
+`cut_until` the force rises that was there before the tile's first sample, or before a gap.
 """
 
 TIMING = np.dtype(
@@ -93,15 +102,15 @@ class IntakeMemory(NamedTuple):
 class Intake:
     """Turns the samples of `source` into the force and centroid (tile frame) of each tile, frame by frame.
 
-    `signals`, float64 [signal, tile, frame], holds `block` frames: force in newtons, and the centroid's x and y in
-    metres, if they were asked for. Nothing else may write to it: zeros are not rewritten. `zero_rows` marks tiles whose
-    signals are zero in all frames filled last. `on_samples` is called with the number of samples whenever some arrive,
-    while the source still holds them as read, without the added `steps`.
+    `signals`, float64 [signal, tile, frame], holds `block` frames: force in newtons, the centroid's x and y in metres,
+    if they were asked for, and `cut`. Nothing else may write to it: zeros are not rewritten. `zero_rows` marks tiles
+    whose signals are zero in all frames filled last. `on_samples` is called with the number of samples whenever some
+    arrive, while the source still holds them as read, without the added `steps`.
     """
 
     def __init__(self, source: ForceSource, rate_hz: float, block: int) -> None:
         self.source = source
-        self.signals = np.zeros((3, len(source.floor.tiles), block))
+        self.signals = np.zeros((4, len(source.floor.tiles), block))
         self.zero_rows = np.ones(len(source.floor.tiles), np.uint8)
         self.tracker = ContactTracker(source.floor, source.rate_hz)
         self.on_samples: Callable[[int], None] = _ignore
@@ -117,7 +126,7 @@ class Intake:
         waiting = 1 << math.ceil(math.log2(_LEAST_QUEUE + block * source.rate_hz / rate_hz))
         self._queue = np.zeros((tiles, waiting), SAMPLE)
         self._segments = np.zeros(tiles, SEGMENT)
-        for name in ("from_frame", "at_frame", "last_frame"):
+        for name in ("from_frame", "at_frame", "last_frame", "cut_until"):
             self._segments[name] = _LONG_AGO
         followed = self.tracker.memory._replace(time_s=np.zeros(MAX_SAMPLES), force_n=source.forces)
         self._memory = IntakeMemory(
@@ -223,7 +232,7 @@ def _enqueue(
         sample.from_frame = start
         sample.at_frame = stamp if stamp > start else start + period
         segment.queue_tail += 1
-    sample.contact = tile.on
+    sample.contact, sample.untared = tile.on, tile.untared
     sample.values[0] = tile.load_n
     dx, dy = tile.x_m - plate.centre_m[0], tile.y_m - plate.centre_m[1]
     sample.values[1] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy
@@ -262,9 +271,9 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
                 if first > begin:
                     end = min(n, first)
                     break
-                _next_segment(segment, sample, timing[0].hold)
+                _next_segment(segment, sample, timing[0])
             if segment.gate == 0.0 and segment.gate_target == 0.0:
-                for j in range(3):
+                for j in range(4):
                     for i in range(max(begin, segment.zeros), end):
                         signals[j, k, i] = 0.0
                 if begin <= segment.zeros < end:
@@ -274,6 +283,8 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
                 if not with_centroid:
                     x_m, y_m = x_m[:0], y_m[:0]
                 _write_frames(force_n, x_m, y_m, segment, timing[0], frame + begin)
+                for i in range(begin, end):
+                    signals[3, k, i] = 1.0 if frame + i - timing[0].period <= segment.cut_until else 0.0
                 segment.zeros = min(segment.zeros, begin)
             begin = end
         m.zero_rows[k] = segment.zeros >= n
@@ -295,11 +306,14 @@ def _first_frame(start: float, period: float) -> int:
 
 
 @part
-def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
+def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> None:
     """Begin the segment to a sample, from the present values of the signals."""
     now = sample.from_frame
     share = _share(segment, now)
-    held = _held(segment, now, hold)
+    held = _held(segment, now, timing.hold)
+    stood = segment.gate_target == 1.0 and held < 1.0
+    if sample.contact and (stood or (sample.untared and segment.at_frame == _LONG_AGO)):
+        segment.cut_until = sample.at_frame + 1.0 / timing.gate_step
     for j in range(3):
         segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
         # Hold the centroid where there is no contact: ramping to 0, it would wander over the tile.
@@ -307,8 +321,6 @@ def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
         if j > 0 and segment.gate_target == 0.0 and sample.contact:
             segment.from_values[j] = sample.values[j]
     segment.from_values[0] *= held
-    if sample.contact and segment.at_frame == _LONG_AGO:  # who stands there from the first sample on does not land
-        segment.from_values[0], segment.gate = sample.values[0], 1.0
     segment.from_frame, segment.at_frame = now, sample.at_frame
     segment.gate_target = 1.0 if sample.contact else 0.0
     segment.queue_head += 1

@@ -45,23 +45,25 @@ class Footfall:
     """Event when a foot lands: when the force rises through the threshold, after it had fallen below half of it.
 
     The event is delayed by the wait, over which the loading rate is measured; the strength is 1 at the reference rate.
-    A foot that already stands on the tile when the patch starts gives no event, nor does a force that rises from
-    exactly 0 to the threshold within one frame, which looks alike; of two rises within the wait the second does.
+    A foot that already stands on the tile when the session or the patch starts gives no event, nor one that stood there
+    before a gap in the samples, nor does a force that rises from exactly 0 to the threshold within one frame, which
+    looks alike; of two rises within the wait the second does.
     """
 
     accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
     force = Input("N", doc="usually from Tile force")
+    cut = Input(from_engine=True)
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force above which a foot is down")
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading rate is measured")
     reference = Number(8000.0, 100.0, 200_000.0, unit="N/s", scale="log", doc="loading rate that gives strength 1")
     onset = Output(kind="event", doc="footfalls; strength is loading rate over reference, at most 10")
     state = Layout("footfall", "force_before", "is_down", "due", "waits", "crossed_at")
 
-    def run(force, threshold, wait, reference, rate, frame, state, onset):
+    def run(cut, force, threshold, wait, reference, rate, frame, state, onset):
         wait = max(1.0, wait * rate)
         for i in range(force.size):
             now, before = force[i], state.force_before
-            if before == 0.0 and now >= threshold:
+            if now >= threshold and (before == 0.0 or cut[i] != 0.0):
                 state.is_down = 1.0
             elif state.is_down == 0.0 and now >= threshold:
                 state.is_down = 1.0

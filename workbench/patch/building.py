@@ -18,8 +18,10 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.tables import NODE, Tables
 from underfoot.patch.wiring import node_id
 
-ENGINE_SIGNALS = ("force_n", "x_m", "y_m")
-"""Signals from the engine: a tile's tared force, and the contact position in the tile's frame."""
+ENGINE_SIGNALS = ("force_n", "x_m", "y_m", "cut")
+"""Signals from the engine: a tile's tared force, the contact position in the tile's frame, and 1 while the force of a
+contact comes in whose beginning was not seen.
+"""
 
 
 class Part(Struct, frozen=True):
