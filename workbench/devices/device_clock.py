@@ -12,7 +12,7 @@ bursts gets the delay that it needs, but a single stall, which delays everything
 quantile is estimated recursively (Robbins and Monro 1951): an arrival that is later raises it by 1 % of itself (at 1
 kHz), any other lowers it by a 99th of that, 10 % in a second; faster in a clock's first ten seconds. The applied
 mapping is slewed by at most 5 % of the elapsed time, and so never runs backwards; only a step of more than 50 ms is
-applied at once, and not under a foot, whose samples it would squeeze together or tear apart.
+applied at once; under a foot, whose samples it would squeeze together or tear apart, one of more than 0.2 s.
 """
 
 import numpy as np
@@ -29,6 +29,8 @@ MAX_DELAY_S = 0.020
 (docs/contracts.md#signals-events-rows).
 """
 MAX_SLEW, JUMP_S = 0.05, 0.050
+LOADED_JUMP_S = 0.2
+"""Largest step that is slewed under a foot, for 4 s: until then vibration lags by it."""
 MAX_DRIFT = 0.02
 """Largest drift: ceramic resonators are within half a percent, and no clock that counts microseconds exceeds this."""
 

@@ -215,7 +215,7 @@ def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool
     jump = device_clock.JUMP_S * assembly.rate
     step = device_clock.step_to(clock, entry.time_us, sent + delay, assembly.rate)
     if abs(step) > jump and _is_loaded(assembly.tiles, assembly.tiles[entry.tile].clock):
-        jump = 0.5 * len(assembly.rows) * assembly.period  # rows that wait for longer have no space
+        jump = min(device_clock.LOADED_JUMP_S * assembly.rate, 0.5 * len(assembly.rows) * assembly.period)
     frame = device_clock.slewed(clock, entry.time_us, sent + delay, assembly.rate, jump)
     if not _place(assembly, entry, frame, clock.epoch, begin):
         return False
