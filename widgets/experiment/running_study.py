@@ -128,9 +128,6 @@ class RunningStudy(QObject):
             session.target.floor, f"{title}  ·  {self.runner.study.participant}", presses=is_simulated
         )
         self.begun.emit()
-        changed, plays = waiting.controller.output_changed, any(one.patch for one in protocol.stimuli.values())
-        if changed is not None and changed.silence and plays:
-            self.take([changed])  # a card that is away from before would not stop what is not felt
 
     def _do_not_begin(self) -> None:
         """Wait for no equipment any more; what is opened by now is closed again."""

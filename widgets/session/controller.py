@@ -10,7 +10,6 @@ import platformdirs
 from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
 from underfoot.engine.reports import SOUND_CARD, OutputChanged, RecordingFile, Started
@@ -77,8 +76,6 @@ class SessionController(QObject):
         self._profiles = profiles
         self.target = self._with_profiles(target)
         self.is_playing = self.has_sound = True  # whether a card plays is known once the engine has started
-        self.output_changed: OutputChanged | None = None
-        """What became of the sound cards last; None where all that were there play, or nothing is to be felt."""
         self._is_silent_start = False
         self._registry, self._settings = registry, settings
         self._patch = Patch()
@@ -385,11 +382,6 @@ class SessionController(QObject):
 
     def _use_output(self, report: Started | OutputChanged) -> None:
         self.has_sound = report.where == SOUND_CARD
-        self.output_changed = report if isinstance(report, OutputChanged) else None
-        is_to_be_felt = self.target.sound is not None and self.target.kind not in WITHOUT_HARDWARE
-        if isinstance(report, Started) and not self.has_sound and is_to_be_felt:
-            silence = f"{report.notice}; choose another sound card, or no sound, under Audio…"
-            self.output_changed = OutputChanged(report.notice, report.where, silence)
 
     def _end_silent_start(self, report: Started) -> None:
         """End the silent start: without a sound card, nobody is startled by sound."""

@@ -62,6 +62,14 @@ class Pacer:
         plays = self._stream is not None or self._further.any_playing
         return SOUND_CARD if plays else f"{forces_from}, without sound"
 
+    @property
+    def silence(self) -> str:
+        """Which cards do not play that should; "" for none."""
+        silent = self._further.silence
+        if self._is_away and self._first is not None:
+            silent = (f"{self._first.name} is not there", *silent)
+        return "; ".join(silent)
+
     def open(self) -> str:
         """Open the sound card, if one is wanted; return the reason if that fails."""
         target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
@@ -280,10 +288,7 @@ class Pacer:
     def _tell_output(self, line: str) -> None:
         """Report the state of a card, and the tiles that are silent now."""
         self._is_pause_told = False
-        silence = self._further.silence
-        if self._is_away and self._first is not None:
-            silence = (f"{self._first.name} is not there", *silence)
-        self._notify(OutputChanged(line, self.where, "; ".join(silence)))
+        self._notify(OutputChanged(line, self.where, self.silence))
 
     def _without_sound(self) -> str:
         """Return the tiles that are silent without the first card, as text."""

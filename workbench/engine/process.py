@@ -124,7 +124,8 @@ class Engine:
             source.start()
         self.memory.status.put(Field.RUNNING, 1.0)
         channels = tuple(self.loop.channels)
-        self._connection.send(Started(self.pacer.where, notice, os.getpid(), channels, *self.begin()))
+        begun = *self.begin(), self.pacer.silence
+        self._connection.send(Started(self.pacer.where, notice, os.getpid(), channels, *begun))
         self.listener.start()
         self.pacer.run()
         self.memory.status.put(Field.RUNNING, 0.0)

@@ -19,7 +19,9 @@ NO_ANSWER = "the sound card and its server do not answer; nothing plays until th
 
 
 class Started(Struct, frozen=True):
-    """The engine has started: the output in words, and the reason if it is not the requested one."""
+    """The engine has started: the output in words, and the reason if it is not the requested one; `silence` as in
+    `OutputChanged`.
+    """
 
     where: str
     notice: str = ""
@@ -27,6 +29,7 @@ class Started(Struct, frozen=True):
     channels: tuple[int, ...] = ()
     level_db: float = 0.0
     playing: bool = True
+    silence: str = ""
 
 
 class CommandApplied(Struct, frozen=True):
@@ -90,7 +93,7 @@ class PatchRefused(Notice, frozen=True):
 
 class OutputChanged(Notice, frozen=True):
     """A sound card does not answer, has disappeared or returned, or cannot be reopened after a panic; or no engine
-    plays any more.
+    plays any more. `silence` says which cards do not play that should, "" for none.
     """
 
     where: str

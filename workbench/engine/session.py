@@ -15,6 +15,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.calibrations import calibration_texts, calibrations_in_use, with_responses
 from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import Command, Level, Play, Set, Start, Swap, TileEqualiser, Walk, equalisers_of
@@ -31,6 +32,7 @@ from underfoot.engine.reports import (
     Compiling,
     Health,
     Notice,
+    OutputChanged,
     PatchRefused,
     ProcessDied,
     RecordingFile,
@@ -82,6 +84,8 @@ class Session:
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
+        self.silence = ""
+        """Which sound cards do not play that should; "" for none, and where a simulator has begun without one."""
         profiles = profiles_of(target.profiles, target.floor)
         is_of_the_card = target.kind != "simulator" or not is_simulated(target)  # or measured on the simulated tile
         if is_of_the_card and not target.round_trip_frames:
@@ -155,6 +159,11 @@ class Session:
         self._restart_compiler()
         self._restart_recorder()
         reports, self._reports = self._reports, []
+        for report in reports:
+            if isinstance(report, Started) and self.target.kind in WITHOUT_HARDWARE and not self.silence:
+                continue  # without a card a simulator begins all the same
+            if isinstance(report, Started | OutputChanged):
+                self.silence = report.silence
         return reports
 
     @property

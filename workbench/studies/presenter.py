@@ -29,8 +29,9 @@ class Presenter:
     `take` receives the session's reports, and `read` reads the played signal; neither blocks.
     """
 
-    def __init__(self, session: Session) -> None:
-        self.session = session
+    def __init__(self, session: Session, *, is_felt: bool = True) -> None:
+        """Present through a session; `is_felt` says whether anything will be: only then does a silent card matter."""
+        self.session, self._is_felt = session, is_felt
         tiles, rate = len(session.target.floor.tiles), session.target.rate
         self._played = _Kept(Reader(session.memory.vibration), tiles, rate)
         self._measured = _Kept(Reader(session.memory.measured), tiles, rate)
@@ -48,7 +49,11 @@ class Presenter:
         """The frame from which the wanted patch plays; None until it does."""
         self.problem = ""
         """Why a patch is not played; "" where all is well."""
-        self._silence = ""
+
+    @property
+    def _silence(self) -> str:
+        """Why nothing would be felt; "" where all cards play, or nothing is to be."""
+        return self.session.silence if self._is_felt else ""
 
     def begin(self) -> None:
         """Set the session's level to 0 dB and start playback, so that stimuli play at their own levels."""
@@ -83,13 +88,13 @@ class Presenter:
             match report:
                 case CommandApplied(frame, Swap(patch)) if patch in self._awaited:
                     self.since_frame = frame
-                case Started(notice=notice):
-                    self._silence = self._silence and notice  # an engine that finds all cards has nothing to say
+                case Started():
+                    self.problem = self._silence
                     if self.since_frame is None:  # what was requested while no engine ran is not swapped in
                         requested, scopes = self._requested
                         self.session.edit(requested, scopes, anew=True)
-                case OutputChanged(silence=silence):
-                    self.problem = self._silence = silence
+                case OutputChanged():
+                    self.problem = self._silence
                 case PatchRefused(said):
                     self.problem = said
 

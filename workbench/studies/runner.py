@@ -56,7 +56,7 @@ class Runner:
         self.session, self.file, self.protocol = session, file, protocol
         self.study: Study = file.study(protocol)
         target = session.target
-        self.presenter = Presenter(session)
+        self.presenter = Presenter(session, is_felt=any(one.patch for one in protocol.stimuli.values()))
         self.watch = FloorWatch(
             ForceReader(session.memory.force), target.floor, float(target.rate), session.force_rate_hz
         )
