@@ -376,6 +376,8 @@ def test_a_damaged_session_is_not_told_as_a_bad_table_and_the_others_count(damag
     assert [row["participant"] for row in found.rows] == ["P2"]
     said = found.findings(Settings(bootstrap=0))[0].remarks[-1]
     assert said.startswith(f"Cannot be read, and does not count: {path} is not a session of a study")
+    with pytest.raises(BadFile, match=r"P3.session cannot be read: no such file$"):  # a name typed wrong
+        results_of([tmp_path / "P3.session", good])
 
 
 def test_bids_of_a_long_title_is_written_and_an_id_of_signs_only_is_refused(tmp_path):

@@ -127,6 +127,8 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         try:
             one = _session(path, shared, text)
         except UnderfootError as error:
+            if not path.exists():  # a name that was typed wrong is no damaged session
+                raise
             unread.append(error)
             continue
         if not one.is_of_study:
