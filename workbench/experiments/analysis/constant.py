@@ -322,11 +322,11 @@ def _lacking(name: str, values: Mapping[str, Sequence[float]], people: Iterable[
     """Return who is in no test, for lack of an estimate in a condition.
 
     >>> _lacking("slope", {"slope 0.0": [0.02, 0.03], "slope 0.43": [0.02, math.nan]}, ["P1", "P2"])
-    'Without P2: no slope in one of them.'
+    'Left out, with no slope in some condition: P2.'
     """
     of_people = zip(people, zip(*values.values(), strict=True), strict=True)
     lack = ", ".join(str(who) for who, of in of_people if not all(map(math.isfinite, of)))
-    return f"Without {lack}: no {_CALLED.get(name, name)} in one of them." if lack else ""
+    return f"Left out, with no {_CALLED.get(name, name)} in some condition: {lack}." if lack else ""
 
 
 _CALLED = {"pse": "PSE"}
