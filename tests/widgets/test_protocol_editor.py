@@ -223,6 +223,7 @@ def controls_of(made):
     found = {"Protocol": {*protocol_editor.rows["study"].controls, "participant", "sounds", "stimuli", "stages"},
              "Sounds": {*protocol_editor.rows["sounds"].controls}, "Question": set(question_table.COLUMNS),
              "Stage": set(), "FootAnswer": set(), "Stimulus": set()}  # fmt: skip
+    made.page(3)
     for place in range(protocol_editor.stages.list.count()):
         protocol_editor.stages.list.setCurrentRow(place)
         form = protocol_editor.stages.form
@@ -230,6 +231,7 @@ def controls_of(made):
             found["Stage"] |= set(rows.controls)
         found["Stage"] |= {name for name in ("method", "foot", "questions") if getattr(form, name) is not None}
         found["FootAnswer"] |= set(form.foot_rows.controls if form.foot_rows else ())
+    made.page(2)
     for place in range(protocol_editor.stimuli.list.count()):
         protocol_editor.stimuli.list.setCurrentRow(place)
         found["Stimulus"] |= {

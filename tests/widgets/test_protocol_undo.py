@@ -96,8 +96,11 @@ def test_a_method_and_its_numbers_come_back_and_what_is_edited_then_is_the_draft
     assert stages.form.parameters.controls["blocks"].text() == "12"
     undo(made)
     assert stages.form.parameters.controls["blocks"].text() == "1"
+    stages.form.parameters.controls["blocks"].setFocus()
     made.type(stages.form.parameters.controls["blocks"], "3")
     assert raw(made)["stages"][0]["method"]["parameters"]["blocks"] == 3
+    undo(made)
+    assert stages.form.parameters.controls["blocks"].hasFocus()
 
 
 def test_a_stimulus_is_renamed_back_wherever_it_is_named(made):

@@ -81,6 +81,7 @@ class ItemList(QWidget):
         row.addWidget(side)
         row.addWidget(self.detail, 1)
         self.setFocusProxy(self.list)
+        self.chosen.connect(self._show_form)
         self.list.currentRowChanged.connect(self.chosen)
         self.add.clicked.connect(self.add_requested)
         self.copy.clicked.connect(lambda: self.copy_requested.emit(self.list.currentRow()))
@@ -88,18 +89,23 @@ class ItemList(QWidget):
         self.up.clicked.connect(lambda: self._ask_to_move(-1))
         self.down.clicked.connect(lambda: self._ask_to_move(1))
 
-    def show_item(self, chosen: int) -> None:
-        """Show the names of all items, and the form of one: each owner's."""
+    def names(self) -> Sequence[str]:
+        """Return the names of all items, in order: each owner's."""
         raise AssertionError(f"{type(self).__name__} has no items")
 
-    def show_names(self, names: Sequence[str], chosen: int) -> None:
-        """Show these names and select one, without a signal."""
+    def show_names(self, chosen: int) -> None:
+        """Show the names of all items and select one, without a signal: its form is built by `refresh`."""
+        names = self.names()
         with QSignalBlocker(self.list):
             self.list.clear()
-            self.list.addItems(list(names))
+            self.list.addItems(names)
             self.list.setCurrentRow(min(max(chosen, 0), len(names) - 1))
         for button in (self.copy, self.remove, self.up, self.down):
             button.setEnabled(bool(names))
+
+    def refresh(self) -> None:
+        """Build the form of the selected item anew."""
+        self._show_form(self.list.currentRow())
 
     def rename(self, index: int, name: str) -> None:
         """Change the name at an index."""
@@ -130,8 +136,13 @@ class ItemList(QWidget):
             old.deleteLater()
         self.detail.setWidget(form)
 
+    def _show_form(self, index: int) -> None:
+        """Build the form of an item, and show it: each owner's."""
+        raise AssertionError(f"{type(self).__name__} has no forms")
+
     def _show_edited(self, chosen: int) -> None:
-        self.show_item(chosen)
+        self.show_names(chosen)
+        self.refresh()
         self.changed.emit()
 
     def _ask_to_move(self, by: int) -> None:

@@ -3,7 +3,6 @@
 import json
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +34,7 @@ from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.experiment.draft_copy import DraftCopy
 from underfoot.widgets.experiment.draft_history import DraftHistory
 from underfoot.widgets.experiment.field_rows import FieldRows
+from underfoot.widgets.experiment.item_list import ItemList
 from underfoot.widgets.experiment.overview import facts_of
 from underfoot.widgets.experiment.question_table import QuestionTable
 from underfoot.widgets.experiment.stage_page import StagePage
@@ -198,10 +198,12 @@ class ProtocolEditor(QWidget):
         self._show_rows()
         self.questions.show_questions(raw["participant"])
         for part, page in (("stimuli", self.stimuli), ("stages", self.stages)):
-            index = edit.index if edit.part == part else page.list.currentRow()
-            page.rebuild_detail(partial(page.show_item, index))
+            page.show_names(edit.index if edit.part == part else page.list.currentRow())
+        shown = _PAGE_OF_FIELD.get(edit.part, 0)
+        if isinstance(current := self.pages.widget(shown), ItemList):
+            current.rebuild_detail(current.refresh)
         self.history.settle(self.draft.raw)
-        self.show_page(_PAGE_OF_FIELD.get(edit.part, 0))
+        self._turn_to(shown)
         self._focus_on(edit)
         self._check()
         self.copy.update_soon()
@@ -214,11 +216,14 @@ class ProtocolEditor(QWidget):
             controls.get(edit.merge.rpartition(".")[2], page).setFocus()
 
     def show_page(self, index: int) -> None:
-        """Show the page with this index."""
+        """Show the page with this index, with what other pages have renamed."""
         if index == 0:
-            self._show_rows()  # a stage that is named there may have got another id
-        if index == _PAGE_OF_FIELD["stages"]:
-            self.stages.refresh()
+            self._show_rows()
+        if isinstance(page := self.pages.widget(index), ItemList):
+            page.refresh()
+        self._turn_to(index)
+
+    def _turn_to(self, index: int) -> None:
         self.tabs.button(index).setChecked(True)
         self.pages.setCurrentIndex(index)
 

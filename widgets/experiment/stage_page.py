@@ -36,26 +36,19 @@ class StagePage(ItemList):
         super().__init__("stage", "Stages")
         self.draft = draft
         self.form: StageForm | None = None
-        self.chosen.connect(self._show_form)
         self.add_requested.connect(self._add)
         self.copy_requested.connect(self._copy)
         self.remove_requested.connect(self._remove)
         self.move_requested.connect(self._move)
-        self.show_item(0)
+        self.show_names(0)
 
     @property
     def _stages(self) -> list[dict[str, Any]]:
         found: list[dict[str, Any]] = self.draft.raw["stages"]
         return found
 
-    def refresh(self) -> None:
-        """Rebuild the form of the selected stage with the current stimuli."""
-        self._show_form(self.list.currentRow())
-
-    def show_item(self, chosen: int) -> None:
-        """Show the names of all stages, and the form of one."""
-        self.show_names([_words(stage) for stage in self._stages], chosen)
-        self._show_form(self.list.currentRow())
+    def names(self) -> list[str]:
+        return [_words(stage) for stage in self._stages]
 
     def _show_form(self, index: int) -> None:
         if not 0 <= index < len(self._stages):

@@ -63,14 +63,13 @@ class StimulusPage(ItemList):
         self.table.setToolTip("Stimuli from a table of conditions (CSV): one a line")
         self.table.clicked.connect(self._ask_table)
         self.buttons.addWidget(self.table, 1, 2)
-        self.chosen.connect(self._show_form)
         self.add_requested.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
         self.copy_requested.connect(lambda index: self._add(dict(self._stimuli[self._name(index)])))
         self.remove_requested.connect(self._remove)
         self.move_requested.connect(self._move)
         self.background.found.connect(self._show_measured)
         self.background.failed.connect(self._show_measuring_error)
-        self.show_item(0)
+        self.show_names(0)
 
     @property
     def _stimuli(self) -> dict[str, dict[str, Any]]:
@@ -80,10 +79,8 @@ class StimulusPage(ItemList):
     def _name(self, index: int) -> str:
         return list(self._stimuli)[index]
 
-    def show_item(self, chosen: int) -> None:
-        """Show the names of all stimuli, and the form of one."""
-        self.show_names(list(self._stimuli), chosen)
-        self._show_form(self.list.currentRow())
+    def names(self) -> list[str]:
+        return list(self._stimuli)
 
     def _show_form(self, index: int) -> None:
         if not 0 <= index < len(self._stimuli):
