@@ -101,13 +101,8 @@ def all_presets(user_folder: Path | None = None) -> list[Preset]:
     >>> next(preset.title for preset in all_presets() if preset.name == "Ice")
     'Ice'
     """
-    found = []
-    for name, path in patches().items():
-        first, _, rest = name.partition("-")
-        family = FAMILIES.get(first, "")
-        found.append(_preset(path, family, _words(rest if family else name)))
     mine = sorted(user_folder.glob("*.json")) if user_folder is not None else []
-    found += [_preset(path, OWN, "") for path in mine]
+    found = [*_of_program(), *(_preset(path, OWN, "") for path in mine)]
     order = ["", OWN, *FAMILIES.values()]
     there = (preset for preset in found if preset is not None)
     return sorted(there, key=lambda preset: (order.index(preset.family), _in_number_order(preset.name)))
@@ -149,6 +144,17 @@ def _rank_of(word: str, places: Sequence[tuple[str, ...]]) -> int:
             how = 0 if word in words else 1 if any(one.startswith(word) for one in words) else 2
             return 3 * at + how
     return -1
+
+
+@cache
+def _of_program() -> list[Preset | None]:
+    """Return the program's presets, which are read once: menu, list and each form of a stimulus show them all."""
+    found = []
+    for name, path in patches().items():
+        first, _, rest = name.partition("-")
+        family = FAMILIES.get(first, "")
+        found.append(_preset(path, family, _words(rest if family else name)))
+    return found
 
 
 def _preset(path: Path, family: str, name: str) -> Preset | None:
