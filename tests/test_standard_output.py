@@ -7,7 +7,8 @@ from contextlib import redirect_stdout
 
 import pytest
 
-COMMANDS = [["nodes"], ["nodes", "--json"], ["convert", "--formats"], ["scene"], ["-h"], ["monitor", "corridor"]]
+COMMANDS = [["nodes"], ["convert", "--formats"], ["-h"], ["monitor", "corridor"]]
+"""More than is kept before it is written, less, what click prints, and steps one by one."""
 MODES = pytest.mark.parametrize(
     ("arguments", "unbuffered"),
     [*((command, "") for command in COMMANDS), (["nodes"], "1"), (["monitor", "corridor"], "1")],
