@@ -260,7 +260,8 @@ class RecordingList(QWidget):
                 if file.suffix.lower() in SUFFIXES:
                     with suppress(OSError):  # it went meanwhile: the others are there
                         status = file.stat()
-                        if stat.S_ISREG(status.st_mode):
+                        keeps_name = status.st_size == 0 and self._is_written(file.absolute())  # until it begins
+                        if stat.S_ISREG(status.st_mode) and not keeps_name:
                             found[file.absolute()] = status.st_mtime
         return dict(sorted(found.items(), key=lambda one: -one[1]))
 

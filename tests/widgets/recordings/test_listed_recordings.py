@@ -4,6 +4,8 @@ from pathlib import Path
 
 from recordings_shown import recordings_shown
 
+from underfoot.widgets.recordings.recording_list import RecordingList
+
 
 class Hasty(type(Path())):
     """A path whose file `gone.underfoot` is removed as soon as it was looked at once."""
@@ -24,3 +26,14 @@ def test_a_file_that_goes_while_its_folder_is_listed_leaves_the_others(qtbot, fo
     shown = workspace.recordings.list
     assert {shown.item(row).text().split("\n")[0] for row in range(shown.count())} >= {"a", "z"}
     assert not (folder / "gone.underfoot").exists()
+
+
+def test_a_recording_is_listed_once_it_has_begun(qtbot, folder):
+    """The empty file that keeps its name until then could not be opened, and was called damaged."""
+    path = folder / "today.underfoot"
+    path.touch()
+    for written, count in (({path}, 0), ((), 1)):
+        made = RecordingList(lambda: folder, [], written.__contains__)
+        qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
+        made.refresh()
+        assert made.list.count() == count
