@@ -1,15 +1,18 @@
-"""The View menu: which colours the window has, at once, and how large its text is, once it has started again.
+"""The View menu: which colours the window has and whether it fills the screen, at once, and how large its text is, once
+it has started again.
 
 Qt scales a whole program, and reads by how much only as that starts: in an open window every size of a text, a row and
 a node would have to be scaled by itself. Starting again brings back what was open, unsaved work and undo included.
 """
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.widgets.dialogs.text_size_dialog import TextSizeDialog
 from underfoot.widgets.session.settings import TEXT_SIZES, THEMES, Settings
+
+_FULL_SCREEN = Qt.WindowState.WindowFullScreen
 
 
 class ViewMenu(QMenu):
@@ -40,7 +43,10 @@ class ViewMenu(QMenu):
         self.larger_text.triggered.connect(lambda: self._step(1))
         self.smaller_text = self._add_action("Smaller text", ("Ctrl+-",))
         self.smaller_text.triggered.connect(lambda: self._step(-1))
-        window.addActions([self.larger_text, self.smaller_text])
+        self.addSeparator()
+        full_screen = self._add_action("Full screen", ("F11",))
+        full_screen.triggered.connect(lambda: window.setWindowState(window.windowState() ^ _FULL_SCREEN))
+        window.addActions([self.larger_text, self.smaller_text, full_screen])
         self._show()
 
     def _add_action(self, text: str, keys: tuple[str, ...]) -> QAction:

@@ -123,6 +123,14 @@ def test_text_grows_by_keys_and_no_further_than_there_are_sizes(qtbot):
     assert (restarts, said) == ([], ["Text 100 %: as it is now."] * 2)
 
 
+def test_a_key_fills_the_screen_with_the_window_and_takes_that_back(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.showMaximized()
+    for fills in (True, False):
+        QTest.keyClick(window, Qt.Key.Key_F11)
+        assert (window.isFullScreen(), window.isMaximized()) == (fills, True)
+
+
 def test_another_text_size_waits_for_the_next_start_or_does_not(qtbot):
     window, settings = QMainWindow(), Settings()
     qtbot.addWidget(window)
