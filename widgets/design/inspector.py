@@ -260,9 +260,9 @@ class Inspector(QScrollArea):
         """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around."""
         groups = self._patch.groups
         first = self._group.id if self._group is not None else innermost(groups).get(node_id(end), "")
-        around = [group for id in chain(groups, first) for group in groups if group.id == id]
-        for group in reversed(around):
-            where = "" if group.id == first else f" around it{group.title and f': {group.title}'}"
+        around = [one for id in chain(groups, first) for one in groups if one.id == id and one.collapsed]
+        for group in reversed(around):  # a frame shows no parameters
+            where = "" if group is around[-1] else f" around it{group.title and f': {group.title}'}"
             action = QAction(f"Show on the sub-patch{where}", editor)
             action.setCheckable(True)
             action.setChecked(end in group.published)

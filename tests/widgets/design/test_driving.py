@@ -277,6 +277,10 @@ def test_a_modulator_dropped_on_a_node_drives_the_row_that_is_pointed_at_or_the_
 def test_a_parameter_of_a_node_in_a_group_can_be_driven_and_shown_on_the_sub_patch(qtbot, workspace):
     workspace.canvas.group()
     workspace.canvas.patch_scene.select(["low-pass"])
+    assert not workspace.inspector.editors["cutoff"].actions()  # a frame shows no parameters
+    workspace.canvas.collapse()
+    workspace.canvas.open_group("group")
+    workspace.canvas.patch_scene.select(["low-pass"])
     editor = workspace.inspector.editors["cutoff"]
     click(qtbot, ask(editor.label, editor.label.rect().center()), "Show on the sub-patch")
     assert workspace.patch().groups[0].published == ("low-pass.cutoff",)
