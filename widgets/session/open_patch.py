@@ -299,10 +299,15 @@ class OpenPatch(QObject):
 
     def open(self, path: Path | None = None) -> None:
         """Open a file once the present patch is safe; ask for it if it is not given."""
-        if path is not None:
-            self.ask_to_save(lambda: self.read(path))
-        else:
+        if path is None:
             self.ask_to_save(lambda: self._file_chooser.ask("Open a patch", FILTER, self.read))
+            return
+        try:
+            Patch.unchecked(read_file(path), str(path))
+        except UnderfootError:
+            self.read(path)  # which says why not, and replaces nothing that would have to be saved
+        else:
+            self.ask_to_save(lambda: self.read(path))
 
     def open_untitled(self, patch: Patch) -> None:
         """Begin with a patch without a file, such as an imported one."""

@@ -83,8 +83,12 @@ def test_of_several_dropped_files_the_first_that_fits_is_opened_and_the_line_say
 def test_of_several_dropped_files_none_is_said_to_be_open_before_the_question_about_unsaved_work(window, tmp_path):
     for name in ("a", "b"):
         noise_patch(name).save(tmp_path / f"{name}.json")
+    (tmp_path / "torn.json").write_text("{")
     work = noise_patch("All")
     design(window).document.edit(work, "All")
+    assert drop(window, tmp_path / "torn.json")
+    assert not window.findChildren(QMessageBox)  # what cannot be read replaces no work
+    dialog_of(window, FileErrorDialog).reject()
     assert drop(window, tmp_path / "b.json", tmp_path / "a.json")
     assert "open" not in window.status.message
     dialog_of(window, QMessageBox).reject()
