@@ -1,6 +1,6 @@
 """A menu over a widget whose keys are letters, and names in menus."""
 
-from PySide6.QtCore import QEvent
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QMenu
 
@@ -16,6 +16,11 @@ def literal(text: str) -> str:
 
 class Menu(QMenu):
     """A menu that keeps typed letters to itself; Qt would hand them on to the shortcuts of the widget below."""
+
+    def open_once(self, place: QPoint) -> None:
+        """Open at a place of the screen; the menu is deleted when it closes."""
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.popup(place)
 
     def event(self, event: QEvent) -> bool:
         # Keys without text, such as F12, stay shortcuts.

@@ -273,14 +273,13 @@ class StepTable(QTableView):
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """Offer to copy, and the columns to sort by: their headings cannot be reached by keys."""
         menu = Menu(self)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.addAction(self._copying)
         if self._is_sortable:
             by = menu.addMenu("Sort by")
             for number in range(len(COLUMNS)):
                 heading = self._sorted.headerData(number, Qt.Orientation.Horizontal)
                 by.addAction(heading, partial(self._sort_by, number))
-        menu.popup(event.globalPos())
+        menu.open_once(event.globalPos())
 
     def _sort_by(self, column: int) -> None:
         """Sort by a column; if the rows are sorted by it, the other way round, as a click on its heading does."""

@@ -44,9 +44,8 @@ def offer_copy(table: QTableView | QTreeView, text: Callable[[], str] | None = N
 
     def ask(at: QPoint) -> None:
         menu = Menu(table)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.addAction(action)
-        menu.popup(table.viewport().mapToGlobal(at))
+        menu.open_once(table.viewport().mapToGlobal(at))
 
     table.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
     table.customContextMenuRequested.connect(ask)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QWidget
 
 from underfoot.patch.groups import COLOURS, Group
 from underfoot.widgets.controls.menu import Menu, literal
@@ -115,12 +115,11 @@ def context_menu(
     here: Mapping[str, Callable[[], object]],
     join: Callable[[Group], object],
     chosen: Selection,
-) -> QMenu:
-    """Return the menu for the selection, deleted on closing. `here` is what "add", "note", "paste" and "rename" do
+) -> Menu:
+    """Return the menu for the selection. `here` is what "add", "note", "paste" and "rename" do
     where it was asked for, not where the mouse is then; `join` puts the selection into a group.
     """
     menu = Menu(canvas)
-    menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def act_here(name: str) -> None:
         menu.addAction(actions[name].text(), here[name]).setShortcut(actions[name].shortcut())

@@ -153,7 +153,7 @@ class Canvas(AskingView):
         menu = context_menu(self, self.actions_by_name, here, self.join, what)
         if is_node:
             self.driver_menus.add_menu(menu, scene.nodes[chosen[0]], place)
-        menu.popup(self.viewport().mapToGlobal(at))
+        menu.open_once(self.viewport().mapToGlobal(at))
 
     # --- mouse ---
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
@@ -93,12 +93,11 @@ class DriverMenus:
     def open_menu(self, id: str, name: str, place: QPoint, further: Sequence[QAction] = ()) -> None:
         """Open a menu of drivers for a parameter, and of `further` actions, at a position of the screen."""
         menu = self._menu(id, name, self._parent)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         heading = QAction(menu.title(), menu)
         heading.setEnabled(False)
         menu.insertAction(menu.actions()[0], heading)
         menu.addActions(further)
-        menu.popup(place)
+        menu.open_once(place)
 
     def add_menu(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
         """Insert the drivers of the parameter whose port is at `place`, or of all parameters, at the top of a menu."""
@@ -145,7 +144,7 @@ class DriverMenus:
         self._parent.setFocus()
         self._scene.nodes[id].show_port(name, wanted=wanted)
 
-    def _menu(self, id: str, name: str, parent: QWidget) -> QMenu:
+    def _menu(self, id: str, name: str, parent: QWidget) -> Menu:
         patch, registry = self._document.patch, self._scene.registry
         menu = Menu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
         for type in DRIVERS:

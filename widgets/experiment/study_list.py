@@ -152,10 +152,9 @@ class StudyList(QWidget):
     def _show_menu(self, at: QPoint) -> None:
         """Offer what can be done with the chosen study."""
         menu = Menu(self.list)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for text, button in (("Edit…", self.edit), ("Make a copy…", self.copy_button), ("Delete…\tDel", self.delete)):
             menu.addAction(text, button.click).setEnabled(button.isEnabled())
-        menu.popup(self.list.viewport().mapToGlobal(at))
+        menu.open_once(self.list.viewport().mapToGlobal(at))
 
     def _delete(self, study: StudyFile) -> None:
         if not move_to_trash(study.path):

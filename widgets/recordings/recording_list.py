@@ -273,12 +273,11 @@ class RecordingList(QWidget):
         if self.list.itemAt(at) is None:
             return
         menu = Menu(self.list)
-        menu.aboutToHide.connect(menu.deleteLater)
         paths = self.chosen_paths()
         menu.addAction("Compare" if len(paths) > 1 else "Compare left and right", lambda: self.compared.emit(paths))
         menu.addAction("Rename…\tF2", self.edit_name).setEnabled(self.chosen_path() is not None)
         menu.addAction("Delete…\tDel", self.ask_to_delete)
-        menu.popup(self.list.viewport().mapToGlobal(at))
+        menu.open_once(self.list.viewport().mapToGlobal(at))
 
     def _delete(self, paths: Sequence[Path]) -> None:
         self.deleted.emit(paths)

@@ -363,12 +363,11 @@ class RecordingsWorkspace(Workspace):
     def _show_menu(self, on_axis: Iterable[tuple[str, str, Callable[[], object]]], place: QPoint) -> None:
         """Offer what can be done at the cursor, or with the stretch."""
         menu = Menu(self.axis)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for keys, text, do in on_axis:
             menu.addAction(f"{text}\t{keys}", do)
         menu.addAction("Show all\t0", self.axis.show_all)
         menu.addAction(self._export_action)
-        menu.popup(place)
+        menu.open_once(place)
 
     def _enable(self) -> None:
         self._export_action.setEnabled(self.axis.content is not None)
