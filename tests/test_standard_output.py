@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from contextlib import redirect_stdout
+from io import TextIOWrapper
 
 import pytest
 
@@ -53,8 +54,8 @@ def test_a_full_disk_is_one_line(arguments, unbuffered):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 @pytest.mark.parametrize("arguments", COMMANDS[:-1], ids=" ".join)
 def test_no_command_keeps_to_itself_that_its_first_line_is_refused(underfoot, arguments):
-    with open("/dev/full", "w") as full, redirect_stdout(full):
-        full.reconfigure(write_through=True)
+    disk = open("/dev/full", "wb", buffering=0)  # noqa: SIM115 - closed with the text
+    with TextIOWrapper(disk, write_through=True) as full, redirect_stdout(full):
         done = underfoot(*arguments)
     refused = "underfoot: what is printed cannot be written: no space left on device\n"
     assert (done.status, done.error) == (1, refused)

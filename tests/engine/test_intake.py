@@ -27,7 +27,7 @@ def test_force_is_linear_between_samples_and_late_by_exactly_one_period(rate_hz)
     for place, axis in ((x, 0), (y, 1)):
         centroid = forces[loaded, 0] @ sensors[:, axis] / forces[loaded, 0].sum(axis=1)
         line = np.interp(frames - period, stamps[loaded], centroid)
-        settled = slice(int(np.ceil(onset + period)), int(off + period))
+        settled = slice(int(onset) + 1, int(off + period))
         np.testing.assert_allclose(place[settled], line[settled], atol=1e-12)
 
 

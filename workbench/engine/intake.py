@@ -339,7 +339,7 @@ def _share(segment: np.record, now: float) -> float:
 def _held(segment: np.record, now: float, hold: float) -> float:
     """Return the gain of a force without newer samples: 1 while held, then a ramp to 0 of the same length."""
     since = now - segment.at_frame
-    return min(max(2.0 - since / hold, 0.0), 1.0) if since > hold else 1.0
+    return max(2.0 - since / hold, 0.0) if since > hold else 1.0
 
 
 @part
