@@ -74,7 +74,7 @@ class Export:
 
     @cached_property
     def acceleration_by_tile(self) -> dict[str, NDArray[np.float64]]:
-        """Return the measured acceleration of each chosen tile, m/s^2, at `RATE_HZ`, trimmed of silence at both ends.
+        """Return the commanded acceleration of each chosen tile, m/s^2, at `RATE_HZ`, trimmed of silence at both ends.
 
         Raises `BadValue` if nothing is played.
         """
