@@ -36,6 +36,7 @@ def test_echoes_lose_what_the_damping_says(damping):
     first = out[4800:9600]
     np.testing.assert_allclose(first, (1.0 - damping) * damping ** np.arange(4800.0), atol=1e-12)
     assert first.sum() == pytest.approx(1.0)  # what is slow stays
+    assert first @ np.arange(4800.0) == pytest.approx(damping / (1.0 - damping))  # frames later, as the doc says
 
 
 @pytest.mark.parametrize("rate", [8_000, 44_100, 96_000, 192_000])

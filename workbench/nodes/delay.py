@@ -30,7 +30,13 @@ class Delay:
         doc="time between a sound and its echo; changes glide",
     )
     feedback = Number(0.4, 0.0, 0.95, wire="span", doc="gain from one echo to the next; 0 gives a single echo")
-    damping = Number(0.2, 0.0, 0.99, wire="span", doc="high-frequency loss per echo; 0 is none")
+    damping = Number(
+        0.2,
+        0.0,
+        0.99,
+        wire="span",
+        doc="high-frequency loss per echo; 0 is none; it adds up to damping / (1 - damping) / 48 ms to time",
+    )
     out = Output(doc="echoes only, without the direct signal")
     state = Layout(
         "delay", "has_begun", "frames", "place", "low_passed", "quiet", "feedback", "damping", line=("length",)
