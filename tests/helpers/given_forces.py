@@ -37,8 +37,10 @@ def standing_forces(rate_hz, rate=RATE, seconds=2.0):
     forces = np.zeros((len(time_s), 2, 4))
     on = (time_s >= QUIET_S) & (time_s < QUIET_S + STAND_S)
     sway = 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s[on])
+    lean = 0.2 * np.cos(2.0 * np.pi * 1.3 * time_s[on])
     load = 600.0 + 150.0 * np.sin(2.0 * np.pi * 3.1 * time_s[on])
-    forces[on, 0] = load[:, None] * np.stack([1 + sway, 1 - sway, 1 - sway, 1 + sway], axis=1) / 4.0
+    shares = [1 + sway + lean, 1 - sway + lean, 1 - sway - lean, 1 + sway - lean]
+    forces[on, 0] = load[:, None] * np.stack(shares, axis=1) / 4.0
     return time_s * rate, forces
 
 
