@@ -1,16 +1,19 @@
 """Contacts as others get them: at once, under ids that last, decoded by other libraries as the specifications say."""
 
 import itertools
+import math
 from contextlib import closing
 
 import numpy as np
 import pytest
 from crowds import FEET, Crowd
 from made_walks import corner_forces, read, touching_floor, walk
+from msgspec.structs import replace
 from osc_ends import CursorDecoder, OscEnd
 from pythonosc.osc_packet import OscPacket
 
-from underfoot.floor.contacts import ContactTracker
+from underfoot.floor.contacts import ContactTracker, OngoingContact
+from underfoot.floor.layout import Floor
 from underfoot.network.live_contacts import LiveContact, LiveContacts
 from underfoot.network.tuio import MOST_CONTACTS, cursor_frame, pointer_frame
 
@@ -39,6 +42,8 @@ def test_a_pointer_frame_is_as_tuio_2_0_has_it_and_brings_force():
     assert dimension & 0xFFFFFFFF == 40_000 << 16 | 1500
     assert ptr == ("/tuio2/ptr", 7, 2 << 16, 0, 0.25, 0.75, 0.0, 0.0, 0.0, 0.5, 0.5, -0.25, 0.25, 1.5, 0.0)
     assert alv == ("/tuio2/alv", 7)
+    frm, ptr, _ = messages(pointer_frame([LiveContact(7, 0.5, 0.5, 1.0, 2.0, 1.0, 70_000)], 1, "a", 0.0, (70.0, 1.5)))
+    assert (frm[3] & 0xFFFFFFFF, ptr[2] & 0xFFFFFFFF) == (0xFFFF << 16 | 1500, 0xFFFF << 16), "the most that is sent"
 
 
 def test_a_frame_stays_one_datagram():
@@ -111,3 +116,19 @@ def test_velocities_are_those_of_the_place():
         assert now.x_velocity == pytest.approx((now.x - before.x) / (now_s - before_s))
         assert now.x == pytest.approx(now.x_m / 0.6, abs=1e-9)
         assert now.y == pytest.approx(1.0 - now.y_m / 0.3, abs=1e-9)
+
+
+def test_places_and_motion_are_of_the_floor_s_box_wherever_it_lies_and_a_restart_begins_new_contacts():
+    tiles = touching_floor(1, 2).tiles
+    floor = Floor(tuple(replace(one, centre_m=(one.centre_m[0] - 1.0, one.centre_m[1] + 2.0)) for one in tiles))
+    live = LiveContacts(floor)
+    before = OngoingContact(0, -0.85, 2.1, 300.0, (0,), loads=(0,))
+    after = OngoingContact(0, -0.79, 2.13, 320.0, (0,), loads=(0,))
+    (first,) = live.update(5.0, [before])
+    assert (first.id, first.x, first.y) == (1, pytest.approx(0.25), pytest.approx(2.0 / 3.0))
+    for _ in range(2):  # a sample that is read again has the motion that it had
+        (moved,) = live.update(5.1, [after])
+        motion = (moved.x_velocity, moved.y_velocity, moved.acceleration, moved.force_rate_n_s)
+        assert motion == pytest.approx((1.0, -1.0, 10.0 * math.sqrt(2.0), 200.0))
+    (again,) = live.update(0.1, [after])
+    assert (again.id, again.x_velocity, again.acceleration) == (2, 0.0, 0.0)

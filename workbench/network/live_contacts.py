@@ -70,7 +70,6 @@ class LiveContacts:
         """Return the contacts of the sample at `time_s`, in the order of their ids."""
         if time_s < self._time_s:  # the engine was restarted
             self._owner.clear()
-            self._before.clear()
         taken: dict[int, OngoingContact] = {}
         for contact in sorted(contacts, key=lambda one: (one.start_s, one.tiles)):
             known = sorted({self._owner[load] for load in contact.loads if load in self._owner} - taken.keys())
