@@ -134,6 +134,9 @@ def test_ramps_are_straight_and_as_long_as_they_are_said_to_be():
         np.testing.assert_allclose(gain, line, atol=2e-3)
         if end == 0.0:
             assert not gain[960 + length :].any()
+    turned = guarded(hum, at_frame={960: lambda s: s.level(0.0, 960), 1_080: lambda s: s.level(1.0, 1_080)})[:, 0]
+    line = np.interp(np.arange(4800), [960, 1_080, 1_080 + RAMP], [1.0, 1.0 - 120 / RAMP, 1.0])
+    np.testing.assert_allclose(turned / plain, line, atol=2e-3)
 
 
 @pytest.mark.parametrize("rate_hz", [44_100, 96_000])
@@ -173,13 +176,14 @@ def test_what_opens_at_a_level_is_at_no_moment_louder(gain):
     assert np.abs(out).max() <= 0.31 * gain
 
 
-@pytest.mark.parametrize("gain", [math.nan, math.inf, -math.inf, -1.0, 2.0])
+@pytest.mark.parametrize("gain", [math.nan, math.inf, -math.inf, -1.0, 0.0, 2.0])
 def test_no_level_lets_more_through(gain):
     out = guarded(sine(20.0), at_frame={480: lambda safety: safety.level(gain, 480)})
     assert np.isfinite(out).all()
     assert np.abs(out).max() <= Limits().peak
     faint = guarded(sine(0.2), at_frame={480: lambda safety: safety.level(gain, 480)})
     assert np.abs(faint).max() <= np.abs(guarded(sine(0.2))).max()
+    assert (np.abs(faint[-4800:]).max() > 1e-6) == (gain == 2.0), "what is no level is silence"
 
 
 def test_any_block_size_gives_the_same_bytes():
