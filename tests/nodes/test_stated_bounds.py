@@ -67,11 +67,23 @@ def test_a_node_computes_its_formula_to_the_bound_that_it_states(type):
 
 def test_events_are_handed_on_as_they_came():
     row = BareRow(REGISTRY["join"])
-    row.run(0, N, events={"a": [(3.25, 0.5, 0.0), (700.5, 2.0, 0.0)], "b": [(40.125, 1.5, 0.0)]})
-    assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.5], [40.125, 1.5], [700.5, 2.0]]
+    row.run(0, N, events={"a": [(3.25, 0.5, 0.2), (700.5, 2.0, 0.0)], "b": [(40.125, 1.5, 0.1)]})
+    assert np.array(row.events["out"])[:, :3].tolist() == [[3.25, 0.5, 0.2], [40.125, 1.5, 0.1], [700.5, 2.0, 0.0]]
     row = BareRow(REGISTRY["strike"], strength=0.5)
-    row.run(0, N, events={"by_hand": [(3.25, 0.5, 0.0)]})
-    assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.25]]
+    row.run(0, N, events={"by_hand": [(3.25, 0.5, 0.2)]})
+    assert np.array(row.events["out"])[:, :3].tolist() == [[3.25, 0.25, 0.2]]
+
+
+def test_an_event_at_random_has_the_strength_of_its_frame():
+    row, strength = BareRow(REGISTRY["poisson"], interval=0.002), np.linspace(0.1, 2.0, N)
+    made = []
+    for given in (np.ones(N), strength):
+        row.run(FROM, N, {"strength": given})
+        made.append(np.array(row.events["out"])[:, :2])
+    (times, ones), (same, strengths) = made[0].T, made[1].T
+    assert len(times) > 4
+    assert times.tolist() == same.tolist()
+    np.testing.assert_allclose(strengths, ones * strength[times.astype(int) - FROM])
 
 
 def test_a_value_is_held_from_the_frame_of_its_event():
