@@ -266,27 +266,28 @@ class Wizard(QWidget):
 
     def _show_buttons(self) -> None:
         snapshot, measurement = self.snapshot, self.measurement
+        has_page = snapshot is not None
         page = Page("", "", "") if snapshot is None else snapshot.page
-        runs = snapshot is not None
-        last, alone = runs and page.last, snapshot is not None and snapshot.is_automatic
+        is_last = has_page and page.last
+        is_automatic = snapshot is not None and snapshot.is_automatic
         is_waiting = snapshot is not None and snapshot.is_waiting
         by_hand = measurement is not None and measurement.by_hand
-        self.leaving.setVisible(not last)
-        self.closing.setVisible(last)
-        self.projecting.setVisible(bool(page.places_m) and not last)
-        self.running.setVisible(runs and not by_hand and not last)
-        self.running.setText("Pause" if alone else "Run automatically")
-        self.running.setIcon(theme.icon("pause" if alone else "fast-forward"))
-        self.backing.setVisible(runs)
-        self.backing.setEnabled(not alone and page.share > 0.0 and not self._is_saved)
-        self.skipping.setVisible(runs and page.may_skip)
-        self.skipping.setEnabled(not alone)
-        self.going.setVisible(not last)
-        self.going.setEnabled(runs and not alone and is_waiting)
+        self.leaving.setVisible(not is_last)
+        self.closing.setVisible(is_last)
+        self.projecting.setVisible(bool(page.places_m) and not is_last)
+        self.running.setVisible(has_page and not by_hand and not is_last)
+        self.running.setText("Pause" if is_automatic else "Run automatically")
+        self.running.setIcon(theme.icon("pause" if is_automatic else "fast-forward"))
+        self.backing.setVisible(has_page)
+        self.backing.setEnabled(not is_automatic and page.share > 0.0 and not self._is_saved)
+        self.skipping.setVisible(has_page and page.may_skip)
+        self.skipping.setEnabled(not is_automatic)
+        self.going.setVisible(not is_last)
+        self.going.setEnabled(has_page and not is_automatic and is_waiting)
         self.going.setText(continue_text(page, by_hand, is_waiting))
-        self.saving.setVisible(last)
-        self.reporting.setVisible(last or (snapshot is not None and snapshot.inconclusive is not None))
-        self.saving.setEnabled(last and not self._is_saved)
+        self.saving.setVisible(is_last)
+        self.reporting.setVisible(is_last or (snapshot is not None and snapshot.inconclusive is not None))
+        self.saving.setEnabled(is_last and not self._is_saved)
         self.saving.setText("Saved" if self._is_saved else "Save to the profile")
         for button in (self.going, self.saving):
             theme.set_role(button, "primary" if button.isEnabled() else "")

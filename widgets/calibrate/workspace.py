@@ -330,9 +330,10 @@ class CalibrateWorkspace(ProjectingWorkspace):
     # --- results ---
 
     def _save(self, result: Result) -> None:
-        self.profiles.save(self.tile.id, self._told_simulated(result))
+        self.profiles.save(self.tile.id, self._with_origin(result))
 
-    def _told_simulated(self, result: Result) -> Result:
+    def _with_origin(self, result: Result) -> Result:
+        """Return the result with whether a simulated tile was measured."""
         return replace(result, is_simulated=self._is_simulated)
 
     def _saved(self, tile: str, kind: str) -> None:
@@ -378,7 +379,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
             profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
-        result = self._told_simulated(result)
+        result = self._with_origin(result)
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report

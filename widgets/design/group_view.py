@@ -94,10 +94,10 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
         outputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
     names = ", ".join(node.name_in(registry) for node in nodes)
-    return NodeDescription(title, f"Sub-patch of {names}", colour_of(group), _told_apart(inputs), _told_apart(outputs))
+    return NodeDescription(title, f"Sub-patch of {names}", colour_of(group), _distinct(inputs), _distinct(outputs))
 
 
-def _told_apart(rows: Sequence[PortRow]) -> tuple[PortRow, ...]:
+def _distinct(rows: Sequence[PortRow]) -> tuple[PortRow, ...]:
     """Return the ports of one side; where several have one label, each has the id of its node, too."""
     uses = Counter(row.text for row in rows)
     return tuple(replace(row, text=f"{row.text} ({node_id(row.end)})") if uses[row.text] > 1 else row for row in rows)
