@@ -30,8 +30,7 @@ class StatusLine(QWidget):
         layout.setSpacing(theme.GRID)
         layout.addWidget(self._message, 1)
         layout.addWidget(self._session)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(lambda: self.show_message(""))
 
     def show_message(self, text: str) -> None:

@@ -48,8 +48,7 @@ class TickReporter:
     def __init__(self, window: MainWindow) -> None:
         self._window = window
         self._ticks_s: list[float] = []
-        self._timer = QTimer(window)
-        self._timer.setInterval(REPORT_MS)
+        self._timer = QTimer(window, interval=REPORT_MS)
         self._timer.timeout.connect(self._report)
         window.bridge.ticked.connect(lambda: self._ticks_s.append(time.perf_counter()))
 

@@ -58,8 +58,7 @@ class Wizard(QWidget):
         self._is_saved = False
         self._build()
         self._show_buttons()  # all of them would make it twice as wide
-        self._timer = QTimer(self)
-        self._timer.setInterval(_POLL_MS)
+        self._timer = QTimer(self, interval=_POLL_MS)
         self._timer.timeout.connect(self._show_busy)
 
     def begin(self, measurement: Measurement, tile: Tile, calibration: str, before: Part | None) -> None:

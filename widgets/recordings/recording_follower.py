@@ -21,8 +21,7 @@ class RecordingFollower(QObject):
         self._reader = reader
         self._controller: SessionController | None = None
         self._path: Path | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(POLL_MS)
+        self._timer = QTimer(self, interval=POLL_MS)
         self._timer.timeout.connect(self._poll)
 
     def attach(self, controller: SessionController) -> None:

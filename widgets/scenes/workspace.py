@@ -62,9 +62,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._pending = 0
         self._ticks = 0
         self._has_news = False
-        self._poll_timer = QTimer(self)
-        self._poll_timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._poll_timer.setInterval(POLL_MS)
+        self._poll_timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=POLL_MS)
         self._poll_timer.timeout.connect(self._poll)
         self.make(self._parts())
 

@@ -77,9 +77,7 @@ class Bridge(QObject):
         self.engine_failure = ""
         """Why no engine plays any more, until the session is detached; "" while one does."""
         self._notices: set[str] = set()
-        self._timer = QTimer(self)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(TICK_MS)
+        self._timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=TICK_MS)
         self._timer.timeout.connect(self.tick)
 
     def attach(self, session: "Session", floor: Floor, rate_hz: float) -> None:

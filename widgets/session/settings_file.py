@@ -33,8 +33,7 @@ class SettingsFile(QObject):
         self._last_written = self.settings.copy()
         self._writing: Future[None] | None = None
         self._writer = ThreadPoolExecutor(1, "settings")
-        self._timer = QTimer(self)
-        self._timer.setInterval(LOOK_MS)
+        self._timer = QTimer(self, interval=LOOK_MS)
         self._timer.timeout.connect(self._write_changes)
         self._timer.start()
 
