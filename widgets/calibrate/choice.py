@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QListWidget,
     QPushButton,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -21,6 +20,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.calibrate.quantity_views import error_text, part_text
 from underfoot.widgets.calibrate.tile_picture import tile_text
 from underfoot.widgets.controls.fields import Field
+from underfoot.widgets.controls.scrolled import scroll_area
 from underfoot.widgets.floor_map import FloorMap
 
 WIDTH_PX = 34 * theme.GRID
@@ -97,12 +97,10 @@ class ChoicePanel(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        area, inside = QScrollArea(), QWidget()
+        area, inside = scroll_area(), QWidget()
         column.addWidget(area, 1)
         area.setWidget(inside)
-        area.setWidgetResizable(True)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         foot = QHBoxLayout()
         foot.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
         column.addLayout(foot)

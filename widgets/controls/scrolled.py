@@ -70,12 +70,18 @@ class Scrolled(QScrollArea):
         self.updateGeometry()
 
 
-def scrolling(held: QWidget) -> QScrollArea:
-    """Return what is held so that it scrolls on a screen that is too small for it, instead of overlapping."""
-    theme.fill(held, "ground")
+def scroll_area() -> QScrollArea:
+    """Return an area that is filled by what it will hold, and that Tab passes by."""
     area = QScrollArea()
     area.setWidgetResizable(True)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return area
+
+
+def scrolling(held: QWidget) -> QScrollArea:
+    """Return what is held so that it scrolls on a screen that is too small for it, instead of overlapping."""
+    theme.fill(held, "ground")
+    area = scroll_area()
     area.setWidget(held)
     return area
 

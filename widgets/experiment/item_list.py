@@ -10,12 +10,12 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QListWidget,
     QPushButton,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.scrolled import scroll_area
 
 LIST_PX = 28 * theme.GRID
 
@@ -64,9 +64,7 @@ class ItemList(QWidget):
             shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
             shortcut.activated.connect(button.click)
             buttons.addWidget(button, index // 3, index % 3)
-        self.detail = QScrollArea()
-        self.detail.setWidgetResizable(True)
-        self.detail.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.detail = scroll_area()
         self.detail.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         left = QVBoxLayout()
         left.addWidget(self.list, 1)

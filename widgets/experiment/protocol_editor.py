@@ -30,6 +30,7 @@ from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
+from underfoot.widgets.controls.scrolled import scroll_area
 from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.experiment.draft_copy import DraftCopy
 from underfoot.widgets.experiment.draft_history import DraftHistory
@@ -156,7 +157,7 @@ class ProtocolEditor(QWidget):
         self.questions = QuestionTable(raw["participant"], rows_seen=8)
         self.stimuli, self.stages = StimulusPage(draft, self._own_patches, self.ask_to_run), StagePage(draft)
         self.stimuli.notified.connect(self.notified)
-        self._study, self._sounds = _scrolling(), _scrolling()
+        self._study, self._sounds = scroll_area(), scroll_area()
         for page in (self._study, self.questions, self.stimuli, self.stages, self._sounds):
             self.pages.addWidget(page)
         for changed in (self.questions.changed, self.stimuli.changed, self.stages.changed):
@@ -326,13 +327,6 @@ class ProtocolEditor(QWidget):
 
 def _is_own_key(event: QKeyEvent) -> bool:
     return event.matches(QKeySequence.StandardKey.Save) or event.key() == Qt.Key.Key_Escape
-
-
-def _scrolling() -> QScrollArea:
-    area = QScrollArea()
-    area.setWidgetResizable(True)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    return area
 
 
 def _fill(area: QScrollArea, rows: FieldRows) -> None:

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QPlainTextEdit,
     QPushButton,
-    QScrollArea,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
@@ -26,6 +25,7 @@ from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.controls.scrolled import scroll_area
 from underfoot.widgets.controls.tab_order import set_tab_order, tab_stops
 
 LIST_PX, SIDE_PX, PICTURE_PX = 24 * theme.GRID, 38 * theme.GRID, 18 * theme.GRID
@@ -94,11 +94,9 @@ class ScenePanel(QWidget):
         self.project.setToolTip("Fill this screen with the scene at its true size, for a projector")
         self.walker = QCheckBox("A simulated walker walks")
         self.editors: dict[str, ParameterEditor] = {}
-        self.parameters = QScrollArea()
-        self.parameters.setWidgetResizable(True)
+        self.parameters = scroll_area()
         self.parameters.setFrameShape(QFrame.Shape.NoFrame)
         self.parameters.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.parameters.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.log = QPlainTextEdit()
         self.log.setReadOnly(True)
         self.log.setMaximumBlockCount(MAX_LOG_LINES)
