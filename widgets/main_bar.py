@@ -162,7 +162,6 @@ class MainBar(QWidget):
 
     def set_playing(self, playing: bool) -> None:
         """Show whether sound is on."""
-        self.play.setIcon(theme.icon("play", theme.VIBRATION))
         theme.set_role(self.play, "primary" if playing else "")
 
     def set_recording(self, text: str) -> None:
@@ -239,9 +238,9 @@ class MainBar(QWidget):
         """Return whether everything fits, without the readout `hidden`."""
         for layout in (self._tab_line, self._layout):
             layout.invalidate()  # or it has the size of before what was just hidden
-        wide = self._layout.minimumSize().width() - (hidden.width() + self._layout.spacing() if hidden else 0)
+        least = self._layout.minimumSize().width() - (hidden.width() + self._layout.spacing() if hidden else 0)
         readable = max(min(self._words_px(), TARGET_PX) - self.target.minimumWidth(), LEAST_READABLE_PX)
-        return wide + readable <= self.width()
+        return least + readable <= self.width()
 
     def _words_px(self) -> int:
         """Return the width at which the target is not cut off."""
