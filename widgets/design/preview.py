@@ -96,11 +96,11 @@ class PreviewPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
-        told = self._told = QHBoxLayout()
-        told.setSpacing(theme.GRID)
-        told.addWidget(self.short_title)
-        told.addWidget(self.note, 1)
-        column.addLayout(told)
+        note_line = self._note_line = QHBoxLayout()
+        note_line.setSpacing(theme.GRID)
+        note_line.addWidget(self.short_title)
+        note_line.addWidget(self.note, 1)
+        column.addLayout(note_line)
         column.addWidget(self._pages, 1)
         for one, following in pairwise((*in_line, self.plots.waveform, self.plots.spectrogram, self.pad)):
             QWidget.setTabOrder(one, following)
@@ -108,7 +108,7 @@ class PreviewPanel(QWidget):
     def clear(self) -> None:
         """Show nothing, without a node."""
         self.node, self._ports, self._preview, self._is_late = "", {}, None, False
-        self._name("Preview")
+        self._show_name("Preview")
         self.note.set_full_text("select a node")
         self.output.hide()
         self.distributions.hide()
@@ -137,7 +137,7 @@ class PreviewPanel(QWidget):
         if self.wants_distributions:
             self.distribution_view.expect()
         self._why_silent, self.plots.is_heard = why_silent, is_heard
-        self._name(label or type.label)
+        self._show_name(label or type.label)
         before, self._ports = list(self._ports), {port.name: port for port in outputs or type.outputs}
         if node == self.node and list(self._ports) == before:
             return
@@ -153,13 +153,14 @@ class PreviewPanel(QWidget):
         self.output.setVisible(len(self._ports) > 1)
         self._draw()
 
-    def _name(self, name: str) -> None:
+    def _show_name(self, name: str) -> None:
+        """Show the node's name in the head, or in a narrow panel before the figures, where there is more room."""
         is_narrow = self.width() < NARROW_PX
         self.short_title.set_full_text(name)
         self.short_title.setMinimumWidth(min(self.short_title.sizeHint().width(), _LEAST_NAME_PX))
         self.short_title.setVisible(is_narrow)
-        self._told.setContentsMargins(16, 4 if is_narrow else 0, 8, 2)
-        line = self._told if is_narrow else self._head
+        self._note_line.setContentsMargins(16, 4 if is_narrow else 0, 8, 2)
+        line = self._note_line if is_narrow else self._head
         if line.indexOf(self.output) < 0:
             line.insertWidget(1, self.output)
             line.insertWidget(2, self.distributions)
@@ -235,8 +236,8 @@ class PreviewPanel(QWidget):
         if port.kind == "event":
             rows = event_rows(signal_of(preview.events, self.node, port.name))
             self.plots.show_events(signal, rows, self._why_silent)
-            came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
-            self.note.set_full_text(counted(len(rows), "event") if came else "the preview holds no events")
+            is_previewed = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
+            self.note.set_full_text(counted(len(rows), "event") if is_previewed else "the preview holds no events")
         else:
             self.plots.show_signal(signal, self._other_signal(), self._other_slot, self._why_silent)
 
@@ -254,5 +255,5 @@ class PreviewPanel(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._name(self.short_title.full_text)
+        self._show_name(self.short_title.full_text)
         self.plots.arrange_for(self.width(), self.height())

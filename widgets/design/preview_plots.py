@@ -266,9 +266,9 @@ class PreviewPlots(QWidget):
         self._draw_pointer(time_ms)
         if self._signal is None or not self._signal.values.size:
             return
-        told = "" if math.isnan(time_ms) else self._signal.text_at(time_ms)
-        if told:
-            self.noted.emit(told)
+        text = "" if math.isnan(time_ms) else self._signal.text_at(time_ms)
+        if text:
+            self.noted.emit(text)
         else:
             self._note_summary(self._signal, self._other)
 

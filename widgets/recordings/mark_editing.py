@@ -44,8 +44,8 @@ class MarkEditing:
             return
         opened = self._axis.content.opened
         cursor = opened.first + self._axis.cursor_s * opened.rate
-        near = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
-        if near is not None and abs(near.frame - cursor) <= _NEAR_PX * self._axis.seconds_per_px * opened.rate:
-            self._reader.change_marks(lambda recording: recording.remove_mark(near.id))
+        nearest = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
+        if nearest is not None and abs(nearest.frame - cursor) <= _NEAR_PX * self._axis.seconds_per_px * opened.rate:
+            self._reader.change_marks(lambda recording: recording.remove_mark(nearest.id))
         else:
             self._notify("No mark is near the cursor.")
