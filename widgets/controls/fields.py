@@ -42,7 +42,7 @@ class ParameterEditor(QWidget):
         super().__init__()
         self.parameter = parameter
         self._value: Any = parameter.initial
-        self._mixed = self._said = ""
+        self._mixed = self._remark = ""
         self.label = theme.label(parameter.label, "muted")
         self.label.setToolTip(help_text(parameter))
         self.reset_button = QToolButton(self)
@@ -77,11 +77,11 @@ class ParameterEditor(QWidget):
 
     def set_mixed(self, values: str, wired: str = "") -> None:
         """Show that the edited nodes have several values, or in how many a wire drives it, as texts; "" ends that."""
-        said = ", ".join(filter(None, (values, wired)))
-        if (values, said) != (self._mixed, self._said):
-            self._mixed, self._said = values, said
-            self.label.setText(f"{self.parameter.label}: {said}" if said else self.parameter.label)
-            theme.set_role(self.label, "force" if said else "muted")
+        remark = ", ".join(filter(None, (values, wired)))
+        if (values, remark) != (self._mixed, self._remark):
+            self._mixed, self._remark = values, remark
+            self.label.setText(f"{self.parameter.label}: {remark}" if remark else self.parameter.label)
+            theme.set_role(self.label, "force" if remark else "muted")
             self._show_reset()
 
     def reset(self) -> None:

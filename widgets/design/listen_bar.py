@@ -151,13 +151,13 @@ class ListenBar(QWidget):
         """If space is short, hide the text beside the icon, then the whole text on A and B; half a number would be
         misleading.
         """
-        said = self.state.sizeHint().width()
+        state_px = self.state.sizeHint().width()
         for style in (Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolButtonStyle.ToolButtonIconOnly):
             self.start_button.setToolButtonStyle(style)
             self._row.invalidate()
-            if self._row.minimumSize().width() + said <= self.width():
+            if self._row.minimumSize().width() + state_px <= self.width():
                 break
-        self.state.setMaximumWidth(said if self._row.minimumSize().width() + said <= self.width() else 0)
+        self.state.setMaximumWidth(state_px if self._row.minimumSize().width() + state_px <= self.width() else 0)
 
     def _lay_out(self) -> None:
         row = self._row = QHBoxLayout(self)

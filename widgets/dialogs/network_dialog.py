@@ -59,7 +59,7 @@ class NetworkDialog(QDialog):
         grid.setHorizontalSpacing(2 * theme.GRID)
         grid.setVerticalSpacing(theme.GRID // 2)
         for row, (name, text, help) in enumerate(ROWS):
-            self._add(grid, 3 * row, name, text, help, name in on)
+            self._add(grid, 3 * row, name, text, help, on=name in on)
             field = self.addresses[name] = QLineEdit(addresses[name])
             field.setAccessibleName(text.replace("&", ""))
             field.setToolTip(HINTS.get(name, HINT))
@@ -67,7 +67,7 @@ class NetworkDialog(QDialog):
             field.textEdited.connect(self._update_note)
             grid.addWidget(field, 3 * row, 1)
         for row, (name, text, help) in enumerate(STREAMS, len(ROWS)):
-            self._add(grid, 3 * row, name, text, help if find_spec("pylsl") else _NO_LSL, name in on)
+            self._add(grid, 3 * row, name, text, help if find_spec("pylsl") else _NO_LSL, on=name in on)
         grid.setColumnStretch(1, 1)
         self.note = theme.paragraph("", "alarm")
         self.counters, self.refusal = theme.label("", "value"), theme.paragraph("", "small")
@@ -91,13 +91,12 @@ class NetworkDialog(QDialog):
         self._poll()
         self._update_note()
 
-    def _add(self, grid: QGridLayout, row: int, name: str, text: str, help: str, on: bool) -> None:
+    def _add(self, grid: QGridLayout, row: int, name: str, text: str, help: str, *, on: bool) -> None:
         box = self.check_boxes[name] = QCheckBox(text)
         box.setChecked(on)
         box.toggled.connect(self._update_note)
-        said = theme.paragraph(help, "small")
         grid.addWidget(box, row, 0)
-        grid.addWidget(said, row + (name not in FLAGS), 1)
+        grid.addWidget(theme.paragraph(help, "small"), row + (name not in FLAGS), 1)
         grid.setRowMinimumHeight(row + 2, theme.GRID)
 
     def values(self) -> tuple[dict[str, str], list[str]]:

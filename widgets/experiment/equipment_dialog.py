@@ -210,9 +210,8 @@ class EquipmentDialog(QDialog):
                 row += 1
                 grid.addWidget(self.calibration, row, 1)
                 grid.addWidget(self.look, row, 2)
-            said = theme.paragraph(helps[name], "small")
             row += name != "lsl"
-            grid.addWidget(said, row, 1, 1, 2)
+            grid.addWidget(theme.paragraph(helps[name], "small"), row, 1, 1, 2)
             grid.setRowMinimumHeight(row + 1, theme.GRID)
             row += 2
         column = QVBoxLayout(self)

@@ -58,16 +58,15 @@ class FieldRows(QWidget):
             control.setToolTip(pretty_text(f"{parameter.doc} Allowed: {parameter.allowed}".strip()))
             name_control(control, text)
             self.controls[name] = control
-            wide = parameter.kind == "text"
             is_prose = isinstance(control, QPlainTextEdit)
             grid.addWidget(label, row, 0, Qt.AlignmentFlag.AlignTop if is_prose else Qt.AlignmentFlag.AlignVCenter)
-            if wide:
+            if parameter.kind == "text":
                 grid.addWidget(control, row, 1, 1, 2)
                 continue
             unit = pretty_unit(getattr(parameter, "unit", "") or unit)
-            said = theme.paragraph("  ".join(part for part in (unit, pretty_text(parameter.doc)) if part), "small")
+            help = theme.paragraph("  ".join(part for part in (unit, pretty_text(parameter.doc)) if part), "small")
             grid.addWidget(control, row, 1)
-            self._lines.append((row, control, said))
+            self._lines.append((row, control, help))
         self._arrange()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -77,14 +76,14 @@ class FieldRows(QWidget):
             self._arrange()
 
     def _arrange(self) -> None:
-        narrow = self._is_narrow
-        self._grid.setColumnStretch(1, 1 if narrow else 0)
-        self._grid.setColumnStretch(2, 0 if narrow else 1)
-        for row, control, said in self._lines:
-            control.setMinimumWidth(LEAST_CONTROL_PX if narrow else CONTROL_PX)
+        is_narrow = self._is_narrow
+        self._grid.setColumnStretch(1, 1 if is_narrow else 0)
+        self._grid.setColumnStretch(2, 0 if is_narrow else 1)
+        for row, control, help in self._lines:
+            control.setMinimumWidth(LEAST_CONTROL_PX if is_narrow else CONTROL_PX)
             control.setMaximumWidth(CONTROL_PX)
-            self._grid.addWidget(said, row + narrow, 1 if narrow else 2)
-            said.setVisible(bool(said.text()) or not narrow)
+            self._grid.addWidget(help, row + is_narrow, 1 if is_narrow else 2)
+            help.setVisible(bool(help.text()) or not is_narrow)
 
     def _set(self, name: str, value: object) -> None:
         self._values[name] = value

@@ -120,9 +120,9 @@ class ParticipantWindow(FullScreenWindow):
     def _say_page(self) -> None:
         """Have a screen reader say the new page; it says questions where the focus is."""
         shown = (label.text() for label in (self.title, self.text, self.hint) if not label.isHidden())
-        said = " ".join(words for words in shown if words)
-        self.setAccessibleName(said)
-        announce(self, said)
+        text = " ".join(words for words in shown if words)
+        self.setAccessibleName(text)
+        announce(self, text)
 
     @property
     def px_per_m(self) -> float:

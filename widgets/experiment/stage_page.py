@@ -150,11 +150,11 @@ class StageForm(QWidget):
 
     def _next_stage_field(self) -> NamedChoice:
         """Return the choice of stages that can follow this one."""
-        ways = {"the next in the list": "", "the end of the study": END, **{other: other for other in self._others}}
-        said = fields_of(Stage, ["next"])["next"]
-        follows = NamedChoice("", values=ways, doc=said.doc, label=said.label)
-        ask("next", follows)
-        return follows
+        following = {"the next in the list": "", "the end of the study": END, **{id: id for id in self._others}}
+        declared = fields_of(Stage, ["next"])["next"]
+        choice = NamedChoice("", values=following, doc=declared.doc, label=declared.label)
+        ask("next", choice)
+        return choice
 
     def _set(self, name: str) -> None:
         if name == "id" and (new := str(self._stage["id"])) not in {"", END, *self._others}:

@@ -80,8 +80,8 @@ class CursorReadout(QObject):
     def _describe(self) -> None:
         """Have a screen reader say the selected stretch and the values at the cursor, with the time axis."""
         stretch = self._axis.selection
-        said = f"{time_text(stretch[0])} to {time_text(stretch[1])} selected  ·  " if stretch is not None else ""
-        self._axis.setAccessibleDescription(f"{said}{self.text.full_text}")
+        selected = "" if stretch is None else f"{time_text(stretch[0])} to {time_text(stretch[1])} selected  ·  "
+        self._axis.setAccessibleDescription(f"{selected}{self.text.full_text}")
 
     def _show_unloaded(self, content: RecordingContent, time_s: float) -> None:
         tiles = len(content.opened.floor.tiles)
@@ -109,8 +109,8 @@ def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floa
         loads = values.corners_n.sum(axis=1) - baseline_n[:-1]
         parts.append(f"all tiles {fixed(float(np.nansum(loads)))} N")
         is_lost = bool(np.isnan(values.corners_n[values.tile]).any())
-        said = "lost this sample" if is_lost else f"{fixed(float(np.nan_to_num(loads[values.tile])))} N"
-        parts.append(f"tile {floor.tiles[values.tile].id} {said}")
+        load = "lost this sample" if is_lost else f"{fixed(float(np.nan_to_num(loads[values.tile])))} N"
+        parts.append(f"tile {floor.tiles[values.tile].id} {load}")
     parts += [f"{source} {vibration_text(one)}" for source, one in values.vibration.items()]
     return "  ·  ".join(parts)
 

@@ -154,8 +154,7 @@ class OwnNodes(QObject):
     def missing_text(self, patch: Patch) -> str:
         """Return a line on the nodes of a patch that are missing, and why; "" for none."""
         types = dict.fromkeys(patch.types.values())
-        told = [f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing)]
-        return "; ".join(told)
+        return "; ".join(f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing))
 
     def copy_node_files(self, patch: Patch, before: Path | None, after: Path) -> str:
         """Copy the files that a patch needs when it is saved in another folder; return a description of errors."""
