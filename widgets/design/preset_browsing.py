@@ -31,7 +31,7 @@ class PresetBrowsing(QObject):
     def __init__(self, side: SidePanel, context: WorkspaceContext, folder: Path) -> None:
         super().__init__(side)
         self._side, self._context, self.folder = side, context, folder
-        panel = side.presets
+        panel, self._notify = side.presets, side.presets.notified.emit
         panel.bind(folder, context.settings.stars)
         panel.audition_changed.connect(self._audition)
         panel.chosen.connect(lambda preset: self.open(preset.path))
@@ -74,7 +74,7 @@ class PresetBrowsing(QObject):
         try:
             patch = Patch.load(path, self._context.registry)
         except UnderfootError as error:
-            self._side.presets.notified.emit(str(error))
+            self._notify(str(error))
             return
         self._context.listening.play_preset(with_files_kept(patch, self._context.registry, path.parent, None))
 
@@ -93,13 +93,13 @@ class PresetBrowsing(QObject):
         try:
             patch = with_files_kept(Patch.load(path, registry), registry, path.parent, folder)
         except UnderfootError as error:
-            self._side.presets.notified.emit(str(error))
+            self._notify(str(error))
             return
         title = patch.title or path.stem
         if patch.canvas_items():
             self.inserted.emit(as_sub_patch(patch, title), title)
         else:
-            self._side.presets.notified.emit(f"“{title}” is an empty patch: there is nothing to insert")
+            self._notify(f"“{title}” is an empty patch: there is nothing to insert")
 
     def _save(self, patch: Patch) -> None:
         path = file_of(patch.title, self.folder)
@@ -116,12 +116,12 @@ class PresetBrowsing(QObject):
             kept = with_files_kept(patch, self._context.registry, open_patch.folder, self.folder)
             write_file(path, kept.dumps())  # unchecked, as the patch's own file
         except UnderfootError as error:
-            self._side.presets.notified.emit(str(error))
+            self._notify(str(error))
             return
         self._side.show_page(PRESETS)
         self._side.presets.show_saved(path)
         left = open_patch.nodes.copy_node_files(patch, open_patch.folder, self.folder)
-        self._side.presets.notified.emit(f"Saved as the preset “{patch.title}”; it is under My presets{left}")
+        self._notify(f"Saved as the preset “{patch.title}”; it is under My presets{left}")
 
 
 def as_sub_patch(patch: Patch, title: str) -> Patch:
