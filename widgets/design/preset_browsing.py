@@ -5,9 +5,9 @@ from functools import partial
 from pathlib import Path
 
 from msgspec.structs import replace
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder, write_file
@@ -16,6 +16,7 @@ from underfoot.patch.groups import LONGEST_LABEL, Group
 from underfoot.patch.patch import Patch
 from underfoot.patch.preset_files import Preset, file_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.design.preset_drops import PresetDrops
 from underfoot.widgets.design.side_panel import PRESETS, SidePanel
@@ -133,13 +134,11 @@ def as_sub_patch(patch: Patch, title: str) -> Patch:
     return replace(patch, groups=(whole, *patch.groups))
 
 
-class PresetDialog(QDialog):
+class PresetDialog(Dialog):
     """Fields for a preset's title and description."""
 
     def __init__(self, patch: Patch, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Save as preset")
+        super().__init__("Save as preset", parent)
         self._patch = patch
         self.title, self.comment = QLineEdit(patch.title), QLineEdit(patch.comment)
         self.comment.setCursorPosition(0)

@@ -7,23 +7,22 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QApplication, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
 import underfoot
 from underfoot.files import cache_folder
 from underfoot.version import __version__
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 
 LIBRARIES = ("PySide6-Essentials", "numpy", "scipy", "numba", "sounddevice", "soundfile", "pyserial", "msgspec")
 
 
-class AboutDialog(QDialog):
+class AboutDialog(Dialog):
     """`folder` is where settings, profiles and unsaved work are kept."""
 
     def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("About Underfoot")
+        super().__init__("About Underfoot", parent)
         self._text = "\n".join((f"Underfoot {__version__}", *_system(), *_folders(folder)))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(*[3 * theme.GRID] * 4)

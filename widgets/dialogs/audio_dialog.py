@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import (
     QComboBox,
-    QDialog,
     QDialogButtonBox,
     QFormLayout,
     QGridLayout,
@@ -24,6 +23,7 @@ from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.dialogs.card_rows import CardRows, Device, index_of
 
 RATES_HZ = (44_100, 48_000, 96_000)
@@ -32,7 +32,7 @@ BLOCKS = (32, 64, 128, 256, 512, 1024)
 _COLUMNS = 6
 
 
-class AudioDialog(QDialog):
+class AudioDialog(Dialog):
     """Edits device, rate and block; Apply emits them. The tiles' buttons ask for a pulse at once.
 
     `find` looks for sound devices, which can take a second: it runs in a thread, when the dialog is opened and at each
@@ -51,9 +51,7 @@ class AudioDialog(QDialog):
         floor: Floor,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Audio")
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        super().__init__("Audio", parent)
         self.devices: list[Device] | None = None
         self.cards, self.rate, self.block = CardRows(), QComboBox(), QComboBox()
         self.accelerometers = QLineEdit()

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QComboBox,
-    QDialog,
     QHBoxLayout,
     QHeaderView,
     QPushButton,
@@ -20,6 +19,7 @@ from underfoot.bench.cost_process import CostRequest
 from underfoot.patch.patch import Patch
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.tables import offer_copy
 from underfoot.widgets.polled_process import PolledProcess
 
@@ -27,13 +27,11 @@ _COLUMNS = ("", "ms a second", "Share", "")
 _FIGURES = (1, 2)
 
 
-class CostDialog(QDialog):
+class CostDialog(Dialog):
     """Measures `request(feet)` in another process, and shows the result. Closing it stops the measurement."""
 
     def __init__(self, request: Callable[[int], CostRequest], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Cost of a block")
+        super().__init__("Cost of a block", parent)
         self._request, self._measured = request, b""
         self._measurement = PolledProcess("cost", "underfoot.bench.cost_process", self)
         self._measurement.received.connect(self._show_answer)

@@ -6,7 +6,6 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QComboBox,
-    QDialog,
     QHBoxLayout,
     QListWidget,
     QListWidgetItem,
@@ -23,22 +22,21 @@ from underfoot.exchange.losses import losses
 from underfoot.nodes import REGISTRY
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.polled_process import PolledProcess
 
 STEP, WALK = "one step over one tile", "a walk over this floor"
 
 
-class ExportDialog(QDialog):
+class ExportDialog(Dialog):
     """Asks for a format and a file, and has a process beside write it. Closing stops that.
 
     `export(walks)` is what is to be written, on one step or on a walk over the floor; `name` is what files are called.
     """
 
     def __init__(self, export: Callable[[bool], Export], name: str, file_chooser: FileChooser, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Export")
+        super().__init__("Export", parent)
         self._export, self._name, self._file_chooser = export, name, file_chooser
         self._writing = PolledProcess("export", "underfoot.exchange.export_process", self)
         self._writing.received.connect(self._show_answer)

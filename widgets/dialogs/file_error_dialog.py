@@ -2,23 +2,22 @@
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.file_places import FilePlace
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 
 WIDTH_PX = 64 * theme.GRID
 MAX_LETTERS = 72
 """Number of characters shown of a line."""
 
 
-class FileErrorDialog(QDialog):
+class FileErrorDialog(Dialog):
     """Shows the file that could not be read, the line, and what is allowed there; deleted when closed."""
 
     def __init__(self, place: FilePlace, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("A file was not read")
+        super().__init__("A file was not read", parent)
         self.setFixedWidth(WIDTH_PX)
         self.file = theme.paragraph(place.file, "muted")
         self.error_text = theme.paragraph(f"Line {place.line}: {place.says}" if place.line else place.says)

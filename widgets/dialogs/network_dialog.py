@@ -3,14 +3,15 @@
 from collections.abc import Callable
 from importlib.util import find_spec
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QGridLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QGridLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.network.plan import FLAGS, NetworkPlan
 from underfoot.network.server import Counts
 from underfoot.quantities import number
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 
 _POLL_MS = 250
 _DIGITS = 9
@@ -34,7 +35,7 @@ STREAMS = (
 )
 
 
-class NetworkDialog(QDialog):
+class NetworkDialog(Dialog):
     """Edits addresses and protocols; Apply passes them to `apply(addresses, on)`, which may refuse them.
 
     `counts` and `problem` are asked for while the dialog is open.
@@ -49,9 +50,7 @@ class NetworkDialog(QDialog):
         on: list[str],
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Network")
+        super().__init__("Network", parent)
         self._apply_to, self._counts, self._problem = apply, counts, problem
         self.check_boxes: dict[str, QCheckBox] = {}
         self.addresses: dict[str, QLineEdit] = {}

@@ -1,22 +1,21 @@
 """A sample of another text size, and the choice to restart Underfoot in it at once."""
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 
 SAMPLE = "Level −12.0 dB"
 
 
-class TextSizeDialog(QDialog):
+class TextSizeDialog(Dialog):
     """Shows a line in the chosen size. It closes itself for good."""
 
     restart_requested = Signal()
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Text size")
+        super().__init__("Text size", parent)
         self.title = theme.label("", "title")
         self.sample = theme.label(SAMPLE)
         explained = theme.paragraph(

@@ -4,12 +4,10 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 
 import msgspec
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QDialog,
     QDialogButtonBox,
     QGridLayout,
     QLineEdit,
@@ -29,13 +27,14 @@ from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.controls.choice_box import name_control
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.file_dialog import ask_file
 
 DEFAULT_DEVICE = "the default device"
 _TRIED_HZ = 1000.0
 
 
-class EquipmentDialog(QDialog):
+class EquipmentDialog(Dialog):
     """Edits the equipment; Use passes it to `use`. Try opens all selected equipment and closes it again.
 
     `calibrated` is the suggestion for an empty plate field: `PORT:FILE` of the plate that was calibrated last.
@@ -48,9 +47,7 @@ class EquipmentDialog(QDialog):
         parent: QWidget | None = None,
         calibrated: str = "",
     ) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Equipment of studies")
+        super().__init__("Equipment of studies", parent)
         self._use = use
         self.check_boxes = {
             "plate": QCheckBox("&Stiffness plate at"),

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.experiments.observers import truths_of
@@ -14,6 +13,7 @@ from underfoot.experiments.simulation import SimulationSettings
 from underfoot.parameters import Count, Parameter, declared_in
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.experiment.field_rows import FieldRows
 
 
@@ -35,7 +35,7 @@ class SimulatedPeople:
     settings: SimulationSettings = field(default_factory=SimulationSettings)
 
 
-class PeopleDialog(QDialog):
+class PeopleDialog(Dialog):
     """Edits the simulated participants of a protocol; Use passes them to `use`."""
 
     def __init__(
@@ -45,9 +45,7 @@ class PeopleDialog(QDialog):
         people: SimulatedPeople,
         parent: QWidget,
     ) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Simulated people")
+        super().__init__("Simulated people", parent)
         self._use = use
         given = dict(people.settings.truth)
         truths = truths_of(protocol, given)

@@ -7,7 +7,6 @@ from pathlib import Path
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QDialog,
     QDialogButtonBox,
     QHBoxLayout,
     QHeaderView,
@@ -24,6 +23,7 @@ from underfoot.quantities import counted
 from underfoot.studies.session_lines import SessionLine, session_line
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.tables import make_read_only, offer_copy
 
 _COLUMNS = ("Participant", "Begun", "Trials", "State", "Noted")
@@ -33,16 +33,14 @@ _TRIALS_TIP = "How many count, neither practice nor spoiled; of one that is not 
 WHY_FIRST = "Type first why it is left out."
 
 
-class SessionsDialog(QDialog):
+class SessionsDialog(Dialog):
     """Lists session files; a session is left out of the analysis for a reason, or taken in again.
 
     `changed` is told of each in a line.
     """
 
     def __init__(self, paths: Sequence[Path], changed: Callable[[str], object], parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Sessions")
+        super().__init__("Sessions", parent)
         self._changed = changed
         self.lines: list[SessionLine] = []
         self.reader, self.writer = BackgroundWorker(self), BackgroundWorker(self)
