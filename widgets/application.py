@@ -104,23 +104,23 @@ def _new_application() -> QApplication:
 
     A framebuffer that is not there Qt takes for no screens, which no window can be on.
     """
-    said: list[str] = []
+    messages: list[str] = []
 
-    def end(why: str) -> None:
-        tell(no_window((said or [why])[0].strip()))
+    def fail(why: str) -> None:
+        tell(no_window((messages or [why])[0].strip()))
         os._exit(1)
 
-    def hear(kind: QtMsgType, _: QMessageLogContext, text: str) -> None:
+    def receive(kind: QtMsgType, _: QMessageLogContext, text: str) -> None:
         if kind == QtMsgType.QtFatalMsg:
-            end(text)  # on the return from here Qt aborts
-        said.append(text)
+            fail(text)  # on the return from here Qt aborts
+        messages.append(text)
 
-    before = qInstallMessageHandler(hear)
+    before = qInstallMessageHandler(receive)
     made = QApplication(["underfoot"])
     qInstallMessageHandler(before)
     if not made.screens():
-        end(f"{made.platformName()} has no screen")
-    for text in said:
+        fail(f"{made.platformName()} has no screen")
+    for text in messages:
         qWarning(text)
     return made
 

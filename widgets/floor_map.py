@@ -385,8 +385,8 @@ def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: floa
         beyond_x, beyond_y = 0.5 * (owner.width() + width) + 3.0, 0.5 * (owner.height() + size.height())
         steps = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
         rooms = [
-            QRectF(middle + QPointF(far * x * beyond_x, far * y * beyond_y), size)
-            for far in (1.0, 1.5)
+            QRectF(middle + QPointF(times * x * beyond_x, times * y * beyond_y), size)
+            for times in (1.0, 1.5)
             for x, y in steps
         ]
         within = [room for room in rooms if area.contains(room)] or rooms[:1]

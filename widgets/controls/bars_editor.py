@@ -50,9 +50,9 @@ class Bars(HandlePad):
 
     def _bar(self, index: int) -> QRectF:
         area = self.area()
-        wide = area.width() / max(len(self._values), 1)
+        width = area.width() / max(len(self._values), 1)
         top, foot = sorted((self._y(self._values[index]), self._y(0.0)))
-        return QRectF(area.x() + index * wide + 1.0, top, wide - 2.0, max(foot - top, 1.0))
+        return QRectF(area.x() + index * width + 1.0, top, width - 2.0, max(foot - top, 1.0))
 
     def handles(self) -> list[QPointF]:
         return [QPointF(self._bar(i).center().x(), self._y(v)) for i, v in enumerate(self._values)]

@@ -98,9 +98,9 @@ class HandlePad(QWidget):
         painter.drawLine(QPointF(round(x) + 0.5, area.top()), QPointF(round(x) + 0.5, area.bottom()))
         painter.setPen(QColor(theme.MUTED))
         painter.setFont(theme.font(theme.SMALL_PX))
-        wide = painter.fontMetrics().horizontalAdvance(text) + 2.0
-        left = min(max(x - 0.5 * wide, area.left()), area.right() - wide)
-        painter.drawText(QRectF(left, area.bottom() + 1.0, wide, 14.0), Qt.AlignmentFlag.AlignCenter, text)
+        width = painter.fontMetrics().horizontalAdvance(text) + 2.0
+        left = min(max(x - 0.5 * width, area.left()), area.right() - width)
+        painter.drawText(QRectF(left, area.bottom() + 1.0, width, 14.0), Qt.AlignmentFlag.AlignCenter, text)
 
     def sizeHint(self) -> QSize:
         return QSize(240, self.HEIGHT_PX)

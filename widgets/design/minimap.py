@@ -1,6 +1,6 @@
 """The mini-map of a large patch, with the visible part."""
 
-from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QWidget
 
@@ -32,8 +32,9 @@ class MiniMap(QWidget):
 
     def fit_size(self, width: int, height: int) -> None:
         """Place the map in the lower right corner of a canvas of this size, with most of the canvas free."""
-        wide = round(min(max(0.22 * min(width, 1.5 * height), 88), 176))
-        self.setGeometry(width - wide - 8, height - round(0.64 * wide) - 8, wide, round(0.64 * wide))
+        map_width = round(min(max(0.22 * min(width, 1.5 * height), 88), 176))
+        map_height = round(0.64 * map_width)
+        self.setGeometry(width - map_width - 8, height - map_height - 8, map_width, map_height)
 
     def follow(self, view: QRectF) -> None:
         """Set the visible part of the scene. The map is shown unless that is the whole scene."""
@@ -44,8 +45,8 @@ class MiniMap(QWidget):
 
     def _scale(self) -> tuple[float, QPointF]:
         whole = self._extent.united(self._view) if self._view.width() < 4 * self._extent.width() else self._extent
-        wide, high = self.width() - 2 * _EDGE_PX, self.height() - 2 * _EDGE_PX
-        scale = min(wide / max(whole.width(), 1.0), high / max(whole.height(), 1.0))
+        room = self.size() - QSize(2 * _EDGE_PX, 2 * _EDGE_PX)
+        scale = min(room.width() / max(whole.width(), 1.0), room.height() / max(whole.height(), 1.0))
         return scale, whole.center()
 
     def paintEvent(self, event: QPaintEvent) -> None:

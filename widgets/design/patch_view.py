@@ -158,14 +158,14 @@ class PatchView(QGraphicsView):
             room = self.viewport().rect().adjusted(0, covered, 0, 0)
             scale = max(min(room.width() / extent.width(), room.height() / extent.height(), 1.0), min_zoom)
             self.scale(scale, scale)
-            wide, high = room.width() / scale, room.height() / scale
+            width, height = room.width() / scale, room.height() / scale
             middle = extent.center()
-            if extent.width() > wide:
-                middle.setX(extent.left() + wide / 2)
-            if extent.height() > high:
+            if extent.width() > width:
+                middle.setX(extent.left() + width / 2)
+            if extent.height() > height:
                 first = min(self.patch_scene.movable().values(), key=lambda item: (item.pos().x(), item.pos().y()))
-                lowest = extent.bottom() - high / 2
-                middle.setY(min(max(first.sceneBoundingRect().center().y(), extent.top() + high / 2), lowest))
+                lowest = extent.bottom() - height / 2
+                middle.setY(min(max(first.sceneBoundingRect().center().y(), extent.top() + height / 2), lowest))
             self.centerOn(middle - QPointF(0.0, covered / 2 / scale))
         self._moved()
 

@@ -163,8 +163,8 @@ class TrackPainter:
             painter.setPen(QColor(theme.MUTED))
             text = time_text(k * step_s, step_s)
             room = min(50.0, self.right + RIGHT_PX - x)  # the last one ends at the picture's edge
-            wide = max(2.0 * room, painter.fontMetrics().horizontalAdvance(text) + 2.0)
-            at = QRectF(x + room - wide, 14.0, wide, 14.0)
+            width = max(2.0 * room, painter.fontMetrics().horizontalAdvance(text) + 2.0)
+            at = QRectF(x + room - width, 14.0, width, 14.0)
             painter.drawText(at, Qt.AlignmentFlag.AlignHCenter, text)
 
     def _paint_marks(self, painter: QPainter) -> None:
@@ -348,8 +348,8 @@ class TrackPainter:
         """Return the visible contacts with their bars; those too thin for a bar only if `chosen`."""
         found = []
         left, right, seen = self._spans_px()
-        wide = (right - left >= _THIN_PX) | np.array([contact.id == chosen for contact in self.content.contacts], bool)
-        for k in np.flatnonzero(seen & wide).tolist():
+        is_chosen = np.array([contact.id == chosen for contact in self.content.contacts], bool)
+        for k in np.flatnonzero(seen & ((right - left >= _THIN_PX) | is_chosen)).tolist():
             bar = self._bar(int(self.content.bar_rows[k]), left[k], max(right[k] - left[k], 1.0))
             found.append((self.content.contacts[k], bar))
         return found
@@ -393,9 +393,9 @@ def time_text(time_s: float, step_s: float = 0.001) -> str:
         return f"{time_s:.{decimals}f} s"
     minutes, seconds = divmod(round(time_s, decimals), 60.0)
     hours, minutes = divmod(int(minutes), 60)
-    wide = 3 + decimals if decimals else 2
+    width = 3 + decimals if decimals else 2
     head = f"{hours}:{minutes:02d}" if hours else f"{minutes}"
-    return f"{head}:{seconds:0{wide}.{decimals}f}"
+    return f"{head}:{seconds:0{width}.{decimals}f}"
 
 
 def _place(

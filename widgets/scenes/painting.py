@@ -40,9 +40,9 @@ def _(shape: Lines, painter: QPainter) -> None:
     to_pixels = painter.transform()
     ends = shape.ends_m @ np.array([[to_pixels.m11(), to_pixels.m12()], [to_pixels.m21(), to_pixels.m22()]])
     ends += (to_pixels.dx(), to_pixels.dy())
-    wide = shape.width_m * math.hypot(to_pixels.m11(), to_pixels.m12())
+    width_px = shape.width_m * math.hypot(to_pixels.m11(), to_pixels.m12())
     painter.resetTransform()
-    painter.setPen(QPen(QColor(shape.colour), max(wide, 1.0), c=Qt.PenCapStyle.SquareCap))
+    painter.setPen(QPen(QColor(shape.colour), max(width_px, 1.0), c=Qt.PenCapStyle.SquareCap))
     painter.drawLines([QLineF(*line) for line in ends.reshape(-1, 4).tolist()])
     painter.setTransform(to_pixels)
 
@@ -76,6 +76,8 @@ def _(shape: Text, painter: QPainter) -> None:
     painter.scale(shape.height_m / (CAPITAL_SHARE * size_px), -shape.height_m / (CAPITAL_SHARE * size_px))
     painter.setFont(theme.font(size_px))
     painter.setPen(QColor(shape.colour))
-    wide = 2.0 * size_px * (len(shape.text) + 1)
-    painter.drawText(QRectF(-0.5 * wide, -size_px, wide, 2.0 * size_px), Qt.AlignmentFlag.AlignCenter, shape.text)
+    width_px = 2.0 * size_px * (len(shape.text) + 1)
+    painter.drawText(
+        QRectF(-0.5 * width_px, -size_px, width_px, 2.0 * size_px), Qt.AlignmentFlag.AlignCenter, shape.text
+    )
     painter.restore()
