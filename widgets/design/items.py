@@ -228,7 +228,7 @@ class NodeItem(QGraphicsItem):
             paint_far_title(painter, name_room, title, look, zoom)
             for placed in geometry.ports:
                 paint_far_port(painter, placed, faint=self._dimmed in (placed.side, "both"), zoom=zoom)
-            paint_far_marks(painter, self.node, geometry, self.is_auditioned, zoom)
+            paint_far_marks(painter, self.node, geometry, zoom, is_auditioned=self.is_auditioned)
             return
         paint_title(painter, geometry, title, self.cost, look)
         if self._plot is not None:
@@ -249,7 +249,7 @@ class NodeItem(QGraphicsItem):
             painter.setBrush(QColor(theme.GROUND))
             painter.drawEllipse(geometry.more, 3.0, 3.0)
         has_button = self._hovered and self.can_be_auditioned
-        paint_marks(painter, self.node, geometry, has_button, self.is_auditioned)
+        paint_marks(painter, self.node, geometry, has_button=has_button, is_auditioned=self.is_auditioned)
 
 
 def place_for(item: QGraphicsItem, wanted: QPointF) -> QPointF:

@@ -27,7 +27,7 @@ def button_at(geometry: NodeGeometry, place: QPointF) -> bool:
 
 
 def paint_marks(
-    painter: QPainter, node: PlacedNode, geometry: NodeGeometry, has_button: bool, is_auditioned: bool
+    painter: QPainter, node: PlacedNode, geometry: NodeGeometry, *, has_button: bool, is_auditioned: bool
 ) -> None:
     """Paint the letters of a node's marks, and the button, highlighted while the node is played alone."""
     _paint_letters(painter, node, QPointF(geometry.plot.left() - GAP_PX, geometry.plot.top() - GAP_PX), 1.0)
@@ -39,7 +39,7 @@ def paint_marks(
 
 
 def paint_far_marks(
-    painter: QPainter, node: PlacedNode, geometry: NodeGeometry, is_auditioned: bool, zoom: float
+    painter: QPainter, node: PlacedNode, geometry: NodeGeometry, zoom: float, *, is_auditioned: bool
 ) -> None:
     """Paint the marks when zoomed out: large letters, and a frame around the node that is played alone."""
     _paint_letters(painter, node, QPointF(GAP_PX, GAP_PX), _far_scale(zoom))

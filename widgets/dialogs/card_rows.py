@@ -1,7 +1,6 @@
 """The sound cards of a floor, a line each: which device, and how many of its channels."""
 
 from collections.abc import Sequence
-from functools import partial
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
@@ -128,7 +127,7 @@ class CardRows(QWidget):
         row = CardRow(is_first=not self.rows)
         row.show_devices(self._devices)
         row.changed.connect(self.changed)
-        row.remove_button.clicked.connect(partial(self._remove, row))
+        row.remove_button.clicked.connect(lambda: self._remove(row))
         self._layout.insertWidget(len(self.rows), row)
         self.rows.append(row)
         parts = [part for one in self.rows for part in (one.device_box, one.channels, one.remove_button)]
@@ -141,7 +140,7 @@ class CardRows(QWidget):
         self.add_button.setEnabled(len(self.rows) < MOST_CARDS)
         self.changed.emit()
 
-    def _remove(self, row: CardRow, _: bool = False) -> None:
+    def _remove(self, row: CardRow) -> None:
         self.rows.remove(row)
         row.setParent(None)
         row.deleteLater()

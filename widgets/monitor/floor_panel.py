@@ -41,13 +41,13 @@ class FloorPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(with_header(head, self.map, ((self.walker, self.tare), (self._press_label,)), self))
 
-    def set_floor(self, floor: Floor, simulated: bool) -> None:
+    def set_floor(self, floor: Floor, *, is_simulated: bool) -> None:
         """Show this floor; if it is simulated, a person walks on it, and the mouse presses it."""
-        self.map.can_press = simulated
+        self.map.can_press = is_simulated
         self.map.set_floor(floor)
         for widget in (self.walker, self.press_n, self._press_label):
-            widget.setVisible(simulated)
-        self.walker.setChecked(simulated)
+            widget.setVisible(is_simulated)
+        self.walker.setChecked(is_simulated)
 
     def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
         self.commanded.emit(PressTile(tile, x_m, y_m, force_n))

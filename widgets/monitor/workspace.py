@@ -113,9 +113,9 @@ class MonitorWorkspace(Workspace):
     # --- data ---
 
     def _set_target(self, target: Target) -> None:
-        self.set_session(target.floor, target.rate, target.kind == "simulator")
+        self.set_session(target.floor, target.rate, is_simulated=target.kind == "simulator")
 
-    def set_session(self, floor: Floor, rate_hz: float, simulated: bool) -> None:
+    def set_session(self, floor: Floor, rate_hz: float, *, is_simulated: bool) -> None:
         """Start again with this floor; `rate_hz` is session frames per second."""
         count = len(floor.tiles)
         self._floor, self._rate_hz = floor, rate_hz
@@ -124,7 +124,7 @@ class MonitorWorkspace(Workspace):
         self.vibration.start_again(count, rate_hz)
         self._latest = None
         self._newest_contact = 0
-        self.floor.set_floor(floor, simulated)
+        self.floor.set_floor(floor, is_simulated=is_simulated)
         self.steps.start_new_table()
         self.resume()
         self.draw()

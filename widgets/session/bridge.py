@@ -145,9 +145,9 @@ class Bridge(QObject):
             first, samples = session.vibration.read()
             if len(samples):
                 self.vibration_read.emit(first, samples)
-            first, asked, done = session.response.read()
-            if len(done):
-                self.response_read.emit(first, asked, done)
+            first, commanded, measured = session.response.read()
+            if len(measured):
+                self.response_read.emit(first, commanded, measured)
 
     def _show_silence(self, is_silent: bool) -> None:
         if is_silent != self._is_silent:

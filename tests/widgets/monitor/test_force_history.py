@@ -39,7 +39,7 @@ def monitor(qtbot, tmp_path):
     qtbot.addWidget(made)
     made.steps.folder = tmp_path / "footsteps"
     made.resize(1280, 728)
-    made.set_session(default_floor(), RATE, True)
+    made.set_session(default_floor(), RATE, is_simulated=True)
     show(qtbot, made)
     return made
 
@@ -140,7 +140,7 @@ def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tm
     said = []
     monitor.notified.connect(said.append)
     monitor.add_steps([STEP, STEP])
-    monitor.set_session(default_floor(1, 2), RATE, True)
+    monitor.set_session(default_floor(1, 2), RATE, is_simulated=True)
     (file,) = (tmp_path / "footsteps").iterdir()
     with file.open() as kept:
         assert [row["tile"] for row in csv.DictReader(kept)] == [STEP.tile] * 2
@@ -148,7 +148,7 @@ def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tm
     assert monitor.steps.table.steps.rowCount() == 0
     monitor.add_steps([STEP])
     monitor.steps.export(str(tmp_path / "saved.csv"))
-    monitor.set_session(default_floor(), RATE, True)
+    monitor.set_session(default_floor(), RATE, is_simulated=True)
     monitor.close_down()
     assert list((tmp_path / "footsteps").iterdir()) == [file]
     file.unlink()

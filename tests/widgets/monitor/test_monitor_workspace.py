@@ -34,7 +34,7 @@ def monitor(qtbot):
     made = MonitorWorkspace()
     qtbot.addWidget(made)
     made.resize(1280, 728)
-    made.set_session(default_floor(), RATE, True)
+    made.set_session(default_floor(), RATE, is_simulated=True)
     show(qtbot, made)
     return made
 
@@ -47,7 +47,7 @@ def sum_curve(monitor):
 def play_through(monitor, recorded, noise=0.05):
     """Play a recording through, 60 times a second, with a vibration wherever a foot is."""
     floor, forces = recorded
-    monitor.set_session(floor, RATE, False)
+    monitor.set_session(floor, RATE, is_simulated=False)
     tracker = FootstepTracker(floor, RATE, forces.rate_hz)
     assert tracker.wait_for_kernels(120.0)
     loads = np.zeros(len(floor.tiles))
