@@ -9,7 +9,7 @@ from pathlib import Path
 from msgspec import structs
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.parameters import Number, Parameter
+from underfoot.parameters import Number, Parameter, ask
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
@@ -149,11 +149,7 @@ def with_wired_unit(patch: Patch, registry: Registry, id: str, parameter: Parame
     if not isinstance(parameter, Number) or not parameter.unit_of:
         return parameter
     unit = _wired_unit(patch, registry, f"{id}.{parameter.unit_of}")
-    if not unit:
-        return parameter
-    made = replace(parameter, unit=unit)
-    object.__setattr__(made, "name", parameter.name)
-    return made
+    return ask(parameter.name, replace(parameter, unit=unit)) if unit else parameter
 
 
 def outputs_with_wired_units(patch: Patch, registry: Registry, id: str) -> tuple[Port, ...]:

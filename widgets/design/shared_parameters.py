@@ -1,11 +1,11 @@
 """Parameters that several nodes have in common, and that can be set for all together. Without Qt."""
 
-import dataclasses
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from underfoot.errors import BadValue
-from underfoot.parameters import Count, Number, Parameter
+from underfoot.parameters import Count, Number, Parameter, ask
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 
@@ -32,14 +32,10 @@ def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:
             return None
         if (low, high) == (a.low, a.high):
             return a
-        made: Number | Count
-        if isinstance(a, Count):
-            made = dataclasses.replace(a, low=int(low), high=int(high), default=min(max(a.default, low), high))
-        else:
-            made = dataclasses.replace(a, low=low, high=high, default=min(max(a.default, low), high))
-        object.__setattr__(made, "name", a.name)
-        return made
-    alike = dataclasses.replace(b, default=a.default, doc=a.doc, label=a.label) == a
+        default = min(max(a.default, low), high)
+        # Ranges of two counts are whole numbers, and so are these ends.
+        return ask(a.name, replace(a, low=low, high=high, default=default))  # type: ignore[arg-type]
+    alike = replace(b, default=a.default, doc=a.doc, label=a.label) == a
     return a if alike else None
 
 
