@@ -83,7 +83,7 @@ def test_by_keys_from_first_to_last_page(driver):
     driver.wait(lambda: driver.page == "setup" and driver.workspace.tile.id == "t2")
 
 
-def test_it_runs_by_itself_with_no_hands_every_page_seen(driver):
+def test_a_calibration_runs_by_itself_with_no_hands_and_shows_every_page(driver):
     seen = []
     driver.wizard.page_shown.connect(lambda snapshot: seen.append(snapshot.page.key))
     driver.workspace.pace = Pace()

@@ -197,7 +197,7 @@ def test_vibration_by_keys_alone(hands):
     assert profile.response.acceleration_per_unit > 0.0
 
 
-def test_they_run_by_themselves_from_first_to_last_and_what_is_cancelled_leaves_nothing(hands, workspace):
+def test_a_calibration_that_runs_by_itself_and_is_cancelled_leaves_nothing(hands, workspace):
     hands.click(workspace.choice.cards["response"])
     hands.click(workspace.overview.begin_automatic)
     hands.wait(lambda: hands.wizard.snapshot is not None and hands.wizard.snapshot.page.share > 0.1)

@@ -45,7 +45,7 @@ def tile():
         yield source
 
 
-def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until, tmp_path):
+def test_the_experimenter_reads_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until, tmp_path):
     view = ExperimenterView()
     view.begin(tile.floor, "a study", presses=False)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, title="How soft?")

@@ -35,7 +35,7 @@ def point(told, left):
     return ErrorCurveDrawn(1, Drawing("", "error found", "run time, ms", (line,)), told, left)
 
 
-def test_it_is_measured_once_the_preview_is_there_and_anew_when_the_node_is_another(design, qtbot):
+def test_errors_are_measured_once_the_preview_is_there_and_anew_when_the_node_is_another(design, qtbot):
     view = design.inspector.errors
     with qtbot.waitSignal(design.previews.errors_requested) as wanted:
         design.previews.show_preview(preview())

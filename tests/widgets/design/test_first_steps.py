@@ -39,7 +39,7 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     assert not steps.isVisible()
 
 
-def test_they_are_put_away_by_hand(qtbot, tmp_path):
+def test_first_steps_are_put_away_by_hand(qtbot, tmp_path):
     window = MainWindow(tmp_path, Target(default_floor()))
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     show(qtbot, window)
@@ -49,7 +49,7 @@ def test_they_are_put_away_by_hand(qtbot, tmp_path):
     assert window.settings.first_steps_done
 
 
-def test_they_are_not_shown_again(qtbot, tmp_path):
+def test_first_steps_that_are_done_are_not_shown_again(qtbot, tmp_path):
     window = MainWindow(tmp_path, Target(default_floor()))
     window.settings.first_steps_done = True
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
@@ -58,7 +58,7 @@ def test_they_are_not_shown_again(qtbot, tmp_path):
 
 
 @pytest.mark.parametrize("step", list(STEPS))
-def test_they_cover_nothing_and_no_word_of_them_is_cut_in_the_smallest_window(qtbot, tmp_path, step):
+def test_first_steps_cover_nothing_and_no_word_of_them_is_cut_in_the_smallest_window(qtbot, tmp_path, step):
     window = MainWindow(tmp_path, Target(default_floor()))
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     window.setMinimumSize(0, 0)  # the screen of the tests is 800 wide

@@ -99,7 +99,7 @@ def test_stop_ends_it_and_nothing_is_written(opened, qtbot, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_what_it_plays_on_is_chosen_only_for_what_is_played(opened, qtbot, tmp_path):
+def test_what_an_export_plays_on_is_chosen_only_where_it_is_played(opened, qtbot, tmp_path):
     dialog = opened(SINE)
     assert dialog.playing_note.isEnabled()
     choose(dialog, "share")

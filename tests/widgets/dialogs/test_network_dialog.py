@@ -69,7 +69,7 @@ def test_what_cannot_be_applied_is_said(desk):
     assert "choose another port" in desk.dialog.note.text()
 
 
-def test_it_counts_while_it_is_open(desk):
+def test_an_open_network_dialog_counts_what_is_sent(desk):
     desk.counts = Counts(12345, 6, 7, "gain_db is nan; allowed: -80 to 20 dB")
     desk.qtbot.waitUntil(lambda: "12\u202f345" in desk.dialog.counters.text())
     assert desk.dialog.counters.text().endswith("Cues received 6   Refused 7")

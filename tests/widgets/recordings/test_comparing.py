@@ -128,7 +128,7 @@ def test_the_earliest_is_the_first_also_where_that_is_read_after_they_were_chose
     qtbot.waitUntil(lambda: [path.stem for path in two.comparison.paths] == ["first", "after"])
 
 
-def test_one_that_is_renamed_while_its_steps_are_looked_for_is_compared_under_its_new_name(two, qtbot, folder):
+def test_a_recording_that_is_renamed_while_its_steps_are_looked_for_is_compared_under_its_new_name(two, qtbot, folder):
     view = two.comparison
     write_recording(folder / "new.underfoot", 3.0, default_floor(1, 2), vibration=False)
     two.recordings.refresh()

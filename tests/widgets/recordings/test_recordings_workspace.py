@@ -303,7 +303,7 @@ def test_steps_are_sorted_filtered_and_copied(opened):
     assert [row["tile"] for row in rows] == [tile] * len(panel.visible_steps())
 
 
-def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, monkeypatch):
+def test_a_recording_is_deleted_only_once_that_is_confirmed(workspace, folder, walk, qtbot, monkeypatch):
     path = folder / "old.underfoot"
     shutil.copy(walk, path)
     workspace.open_file(path)
@@ -345,7 +345,7 @@ def test_one_key_exports_the_recording_here_and_the_patch_elsewhere(qtbot, folde
     assert dialogs_after_key() == [ExportDialog.__name__]
 
 
-def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
+def test_a_recording_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     said = []
     opened.notified.connect(said.append)
     qtbot.mouseClick(opened.export_button, Qt.MouseButton.LeftButton)
@@ -364,7 +364,7 @@ def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     assert not (folder / "walk.csv").exists()
 
 
-def test_one_with_damaged_envelopes_is_said_and_the_next_one_opens(workspace, folder, walk, qtbot):
+def test_damaged_envelopes_are_reported_and_the_next_recording_opens(workspace, folder, walk, qtbot):
     said = []
     workspace.notified.connect(said.append)
     damaged = folder / "damaged.underfoot"

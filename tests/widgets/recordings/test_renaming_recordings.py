@@ -104,7 +104,7 @@ def test_the_menu_renames_what_is_under_the_mouse(workspace, folder, qtbot):
     assert workspace.recordings.chosen_path() == folder / "monday.underfoot"
 
 
-def test_one_that_is_renamed_while_it_is_being_opened_is_surveyed_under_its_new_name(workspace, folder, qtbot):
+def test_a_recording_that_is_renamed_while_it_is_being_opened_is_surveyed_under_its_new_name(workspace, folder, qtbot):
     said, found = [], []
     workspace.notified.connect(said.append)
     workspace.surveyor.found.connect(lambda survey: found.append(survey.whole))
@@ -148,7 +148,7 @@ def test_a_name_that_cannot_be_is_refused_below_the_list(workspace, folder, qtbo
     assert not problem.isVisible()
 
 
-def test_one_that_is_recorded_or_exported_keeps_its_name(workspace, folder, qtbot, monkeypatch):
+def test_a_recording_that_is_being_recorded_or_exported_keeps_its_name(workspace, folder, qtbot, monkeypatch):
     monkeypatch.setattr(workspace.follower, "is_written", lambda path: path.stem == "monday")
     type_name(workspace, "later")
     assert "monday.underfoot is being recorded; stop that" in workspace.recordings.problem.text()
