@@ -21,9 +21,16 @@ class Tone:
         -10.0,
         10.0,
         most=64,
-        doc="amplitude of each harmonic, fundamental first",
+        doc="amplitude of each harmonic relative to the others, fundamental first",
     )
-    amplitude = Number(5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="peak acceleration, m/s^2")
+    amplitude = Number(
+        5.0,
+        0.0,
+        100.0,
+        scale="amplitude",
+        wire="audio",
+        doc="sum of the harmonics' amplitudes, m/s^2: the peak of one, a bound of the peak of several",
+    )
     out = Output("m/s^2")
     state = waveshaping.STATE
     muted_by = ("amplitude",)
