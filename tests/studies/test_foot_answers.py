@@ -139,7 +139,9 @@ def test_a_foot_that_stands_where_a_button_appears_has_not_pressed_it_until_it_c
     given = protocol.stages[0].method.given(protocol.stimuli)
     trial = method_of(protocol, protocol.stages[0], "P1").trial
     x_m, y_m = trial.facts["x_m"], trial.facts["y_m"]
-    stands, came = (OngoingContact(id, x_m, y_m, 300.0, (0,), start_s) for id, start_s in ((1, 9.0), (2, 10.4)))
+    stands = OngoingContact(1, x_m, y_m, 300.0, (0, 1), 9.0, loads=(3, 4))
+    has_left_a_tile = OngoingContact(1, x_m, y_m, 300.0, (1,), 9.1, loads=(4,))
+    came = OngoingContact(2, x_m, y_m, 300.0, (1,), 10.4, loads=(5,))
     button = FloorTarget.of(trial, given, 10.0, 10.0, [stands])
-    assert button.judged([stands], 10.0, 10.0) is None
+    assert button.judged([stands], 10.0, 10.0) is button.judged([has_left_a_tile], 10.2, 10.2) is None
     assert button.judged([came], 10.5, 10.5) == {"selected": "yes", "time_s": 0.5}

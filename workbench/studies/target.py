@@ -56,8 +56,8 @@ class FloorTarget:
     pause_s: float
     shown_s: float
     until: float
-    stood_since_s: frozenset[float] = frozenset()
-    """Since when feet stood on it as it appeared: none of these has pressed it."""
+    stood_on: frozenset[int] = frozenset()
+    """The loads of feet that stood on it as it appeared: none of these has pressed it, also once it has left a tile."""
 
     @staticmethod
     def of(
@@ -75,7 +75,7 @@ class FloorTarget:
             shown_s,
             now + given["visible_s"],
         )
-        return replace(button, stood_since_s=frozenset(one.start_s for one in contacts if button._is_under(one)))
+        return replace(button, stood_on=frozenset(n for one in contacts if button._is_under(one) for n in one.loads))
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float, now: float) -> Answers | None:
         """Return the trial's answers once the button is pressed or has expired, else None.
@@ -88,7 +88,7 @@ class FloorTarget:
         """
         taken_s = max(now_s - self.shown_s, 0.0)
         for contact in contacts:
-            is_press = self._is_under(contact) and contact.start_s not in self.stood_since_s
+            is_press = self._is_under(contact) and self.stood_on.isdisjoint(contact.loads)
             if is_press and taken_s <= self.visible_s:
                 return {"selected": YES, "time_s": round(taken_s, 4)}
         if now >= self.until:
