@@ -15,6 +15,7 @@ def test_every_preset_runs_to_its_end_and_goes_on_from_anywhere(name):
     study = Study(preset_protocol(name), "P1")
     pages = walked(study)
     assert study.page.share == 1.0
+    assert ["Thank you" in f"{page.title} {page.text}" for page in (pages[-1], study.page)] == [True, False]  # once
     shares = [page.share for page in pages]
     assert shares == sorted(shares)
     for at in (0, 1, len(pages) - 1):

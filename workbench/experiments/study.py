@@ -246,7 +246,7 @@ class Study:
 
     def _made(self) -> Page:
         if self._at >= len(self._stages):
-            return Page("", "end", "Thank you", "This is the end.", feedback=self._feedback)
+            return Page("", "end", "The end", "Every answer is kept.", feedback=self._feedback)
         stage = self._stages[self._at]
         page = Page(stage.id, stage.kind, stage.title, stage.text, feedback=self._feedback, practice=stage.practice)
         match stage.kind:
