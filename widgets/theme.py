@@ -375,6 +375,7 @@ QTreeView::item:focus, QListView::item:focus, QTableView::item:focus {{ border: 
 QTableView {{ gridline-color: {LINE}; }}
 QAbstractScrollArea::corner {{ background: transparent; border: none; }}
 QHeaderView::section {{ background: {PANEL}; color: {MUTED}; border: none; padding: 4px 6px; }}
+QTableWidget QHeaderView[role="read"]::section {{ padding: 4px 3px; }}
 QHeaderView::up-arrow, QHeaderView::down-arrow {{ subcontrol-position: top center; width: 9px; height: 6px; }}
 QScrollArea {{ background: transparent; border: none; }}
 QScrollBar:vertical {{ background: transparent; width: 8px; margin: 0; }}

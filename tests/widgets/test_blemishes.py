@@ -6,7 +6,7 @@ import pytest
 from design_samples import REGISTRY, sample
 from msgspec.structs import replace
 from on_screen import show
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -18,6 +18,8 @@ from PySide6.QtWidgets import (
     QMenu,
     QScrollArea,
     QStyle,
+    QTableWidget,
+    QTableWidgetItem,
     QToolButton,
     QToolTip,
     QWidget,
@@ -31,6 +33,7 @@ from underfoot.patch.groups import Note
 from underfoot.patch.patch import Patch
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.tables import make_read_only
 from underfoot.widgets.design.node_list import NodeList
 from underfoot.widgets.design.patch_view import MIN_FIT_ZOOM
 from underfoot.widgets.design.preset_browsing import PresetDialog
@@ -282,6 +285,23 @@ def test_the_key_of_the_menu_is_no_button_s(qtbot, tmp_path):
     window.workspaces.create_all()
     keys = [button.shortcut() for button in window.findChildren(QAbstractButton) if not button.shortcut().isEmpty()]
     assert keys.count(window.main_bar.menu.shortcut()) == 1
+
+
+def test_headings_of_a_table_end_where_their_figures_do(qtbot):
+    table = QTableWidget(2, 1)
+    qtbot.addWidget(table)
+    make_read_only(table)
+    table.setHorizontalHeaderLabels(["8"])
+    table.setItem(1, 0, QTableWidgetItem("8"))  # not in the first row, which has the focus
+    for item in (table.horizontalHeaderItem(0), table.item(1, 0)):
+        item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    show(qtbot, table)
+    ends = []
+    for part, top in ((table.horizontalHeader().viewport(), 0), (table.viewport(), table.rowViewportPosition(1) + 2)):
+        image = part.grab(QRect(0, top, table.columnWidth(0), 20)).toImage()
+        ground = image.pixel(1, 1)
+        ends.append(max(x for x in range(image.width()) for y in range(20) if image.pixel(x, y) != ground))
+    assert ends[0] == ends[1]
 
 
 def test_facts_of_the_inspector_end_where_the_numbers_above_them_do(qtbot, tmp_path):

@@ -7,11 +7,13 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QTableView, QTreeView
 
+from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import Menu
 
 
 def make_read_only(table: QTableView) -> None:
     """Take what is for editing out of a table: grid, typing, numbers of rows, marked headings; Tab leaves it."""
+    theme.set_role(table.horizontalHeader(), "read")
     table.setShowGrid(False)
     table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
     table.setTabKeyNavigation(False)
