@@ -183,26 +183,26 @@ def figures_of(step):
     return [float(step[name]) for name in ("contact_ms", "peak1_n")]
 
 
-class Printed(io.StringIO):
-    """What is printed, until two steps on each tile were right: then the command is told to end, as by Ctrl-C."""
+class Piped(io.StringIO):
+    """What comes out of a pipe, at each flush, until two steps on each tile were right: then Ctrl-C is pressed."""
 
     def __init__(self, expected):
         super().__init__()
-        self.expected, self.right = expected, Counter()
+        self.expected, self.right, self.seen = expected, Counter(), 0
 
     def is_right(self):
         return min(self.right["t1"], self.right["t2"]) >= 2
 
-    def write(self, text):
-        if text.startswith("{"):
-            step = json.loads(text)
+    def flush(self):
+        come = self.getvalue()[self.seen :]
+        self.seen += len(come)
+        for step in map(json.loads, come.splitlines()):
             contact_ms, peak_n = self.expected[step["tile"]]
             self.right[step["tile"]] += figures_of(step) == [
                 pytest.approx(contact_ms, abs=6.0), pytest.approx(peak_n, abs=0.5)
             ]  # fmt: skip
-        elif self.is_right():  # at the end of the line, as there is one more call for it
+        if come and self.is_right():
             signal.raise_signal(signal.SIGINT)
-        return super().write(text)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="nobody can be interrupted there")
@@ -215,7 +215,7 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, walk_on, sch
     assert expected.keys() == {"t1", "t2"}
     sender, transport = ends(scheme)
     options = ["--floor", "walk.floor.json", "--record", "live.underfoot", "--seconds", "480", "--json"]
-    said = Printed(expected)
+    said = Piped(expected)
     with walking(sender, walk_on), redirect_stdout(said):
         ended = underfoot("monitor", transport.name, *options)
     assert said.is_right()
