@@ -273,6 +273,9 @@ def test_what_is_told_of_the_outputs_is_of_the_tiles_and_not_of_sound():
     safety.apply(rows, np.array([1, 0, 0], np.uint8), 480, 0, 480)
     assert (safety.sounding, safety.sounded_until, safety.peak) == (1, 960, pytest.approx(0.25))
     assert (safety.peaks.tolist(), safety.silent_since.tolist()) == ([0.0, pytest.approx(0.25)], [0, -1])
+    rows[0] = 0.5 * FULL
+    safety.apply(rows, np.zeros(3, np.uint8), 960, 0, 480)
+    assert (safety.sounding, safety.peak) == (2, pytest.approx(0.5))
 
 
 def test_many_rows_at_once_give_the_bits_of_one_sample_after_the_other():
