@@ -157,6 +157,19 @@ def test_a_link_that_becomes_worse_is_followed_in_a_second_and_a_better_one_in_h
     assert found[42_000] > 200.0
 
 
+def test_a_link_that_begins_badly_is_judged_anew_within_seconds_and_one_that_was_never_late_at_once():
+    bad, good = device_clock.DeviceClocks(2, RATE).table
+    random = np.random.default_rng(6)
+    for i in range(3_200):
+        late = 480.0 if i < 200 else 48.0 * random.uniform()
+        for clock, frames in ((bad, late), (good, -100.0 if i < 3_000 else 48.0)):
+            device_clock.observe(clock, 0, 1000.0 * i, 48.0 * i, RATE)
+            device_clock.note_lateness(clock, 48.0 * i, frames, 1000.0, 48.0, RATE)
+        assert good["delay"] == 0.0 or i >= 3_000
+    assert bad["delay"] == pytest.approx(48.0, rel=0.1)
+    assert good["delay"] == pytest.approx(48.0, abs=0.5)
+
+
 def test_what_is_held_up_for_longer_than_a_hold_can_be_does_not_move_it():
     table = device_clock.DeviceClocks(1, RATE).table
     for i in range(5000):
@@ -201,6 +214,7 @@ def test_nothing_is_known_of_a_clock_before_its_first_second():
     for i in range(900, 3000):
         device_clock.observe(clocks.table[0], 0, 1000.0 * i, 49.0 * i, RATE)
     assert clocks.fit(0).drift_ppm == pytest.approx(1e6 * device_clock.MAX_DRIFT)  # no clock is as slow
+    assert (clocks.known_s(0), clocks.known_s(1)) == (2.75, 0.0)
 
 
 @pytest.mark.parametrize("slope", [0.0, 1e-4, -0.01])
