@@ -146,6 +146,7 @@ def test_a_stance_curve_goes_from_0_to_100_percent_of_the_contact():
     expected = 10.0 + 10.0 * np.interp(share, [0.0, 0.3, 1.0], [0.2, 1.0, 0.4])
     assert np.allclose(heard[0, :36_000], expected[:36_000], atol=1e-9)
     assert np.allclose(heard[0, 36_240:], 12.0)
+    assert np.abs(np.diff(heard[0])).max() == pytest.approx(10.0 / 240.0), "it goes back by its range in 5 ms"
     assert (heard[1] == 12.0).all()
 
 

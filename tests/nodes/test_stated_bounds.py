@@ -72,6 +72,9 @@ def test_events_are_handed_on_as_they_came():
     row = BareRow(REGISTRY["strike"], strength=0.5)
     row.run(0, N, events={"by_hand": [(3.25, 0.5, 0.2)]})
     assert np.array(row.events["out"])[:, :3].tolist() == [[3.25, 0.25, 0.2]]
+    row = BareRow(REGISTRY["rhythm"], begin="at events", notes=((0, 4, 1.0), (2, 4, 0.5)), bar=0.1)
+    row.run(0, N, events={"start": [(3.25, 0.5, 0.0)]})
+    assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.5], [403.25, 0.25]]
 
 
 def test_an_event_at_random_has_the_strength_of_its_frame():
