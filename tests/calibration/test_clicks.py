@@ -69,6 +69,12 @@ def test_clicks_that_did_not_come_back_are_counted():
     found = click_delays(*returned(np.full(50, 0.005), lost=(3, 20, 21)), RATE)
     assert found.lost == 3
     assert len(found.delay_s) == len(found.played_s) == 47
+    train, onsets, heard = returned(np.full(50, 0.005))
+    for behind_s, lost in ((0.019, 0), (0.010, 1)):  # of the last click, where the recording ends
+        found = click_delays(train, onsets, heard[: onsets[-1] + round((0.005 + behind_s) * RATE)], RATE)
+        assert found.lost == lost
+    with pytest.raises(BadMeasurement, match="of 50 clicks 24 are in the recording; is it long enough"):
+        click_delays(train, onsets, heard[: onsets[24]], RATE)
 
 
 def test_figures_and_pictures_are_in_milliseconds():
