@@ -104,9 +104,8 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     points[:, AMPLITUDE] = np.sqrt(points[:, AMPLITUDE].clip(0.0, 1.0))
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
     pattern = [_event("HapticTransient", float(points[first, 0])) for first, _ in impacts]
-    for start, end in _rests(points[:, 0], impacts):
-        for at in np.arange(start, end, LONGEST_S).tolist():
-            pattern.append(_event("HapticContinuous", at, min(LONGEST_S, end - at)))
+    for rest in _rests(points[:, 0], impacts):
+        pattern += [_event("HapticContinuous", at, length_s) for at, length_s in _pieces(*rest)]
     points = simplify_points(points, 0.01, 0.02)
     pattern += _curves("HapticIntensityControl", points[:, [0, AMPLITUDE]])
     pattern += _curves("HapticSharpnessControl", points[:, [0, FREQUENCY]])
@@ -148,6 +147,15 @@ def _rests(time_s: Floats, impacts: list[tuple[int, int]]) -> list[tuple[float, 
     edges = [0.0, *(float(time_s[min(at, time_s.size - 1)]) for impact in impacts for at in impact)]
     edges.append(max(float(time_s[-1]), HOP_S))
     return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end > start]
+
+
+def _pieces(start_s: float, end_s: float) -> list[tuple[float, float]]:
+    """Return beginning and length of the events that fill an interval, of which none is too long for a player.
+
+    >>> _pieces(1.0, 62.5)
+    [(1.0, 30.0), (31.0, 30.0), (61.0, 1.5)]
+    """
+    return [(at, min(LONGEST_S, end_s - at)) for at in np.arange(start_s, end_s, LONGEST_S).tolist()]
 
 
 def _event(kind: str, time_s: float, duration_s: float | None = None) -> dict[str, Any]:
