@@ -4,8 +4,10 @@ import json
 
 import pytest
 from made_studies import TD, first_answers, protocol_text
-from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QFileDialog, QLabel
+from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMenu
 from windows import dialog_of
 
 from underfoot.experiments.protocol import Protocol
@@ -124,3 +126,20 @@ def test_a_protocol_that_is_opened_again_is_read_again_in_its_place(bench):
     assert [study.name for study in workspace.study_list.studies] == listed
     assert workspace.study_list.list.count() == len(listed)
     assert workspace.study_list.study.protocol.title == "Second"
+
+
+def test_a_study_of_the_program_is_copied_and_not_deleted(bench):
+    studies, said = bench.workspace.study_list, []
+    studies.notified.connect(said.append)
+    listed = studies.list
+    listed.setCurrentRow(0)
+    listed.setFocus()
+    QTest.keyClick(listed, Qt.Key.Key_Delete)
+    assert said[-1].startswith("Only your own studies are deleted here")
+    below = listed.visualItemRect(listed.item(listed.count() - 1)).bottomLeft() + QPoint(9, 9)
+    QApplication.sendEvent(listed.viewport(), QContextMenuEvent(QContextMenuEvent.Reason.Mouse, below, below))
+    assert listed.findChild(QMenu) is None  # below the last one is none that could be meant
+    place = listed.visualItemRect(listed.item(0)).center()
+    QApplication.sendEvent(listed.viewport(), QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, place))
+    assert [one.isEnabled() for one in listed.findChild(QMenu).actions()] == [False, True, False]  # only a copy
+    listed.findChild(QMenu).close()

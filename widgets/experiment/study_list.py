@@ -147,10 +147,12 @@ class StudyList(QWidget):
             text = f"Delete the protocol “{study.title}”? Its file goes to the trash.{kept}"
             ask(self.window(), "Delete protocol", text, "Delete", lambda: self._delete(study))
         else:
-            self.notified.emit(f"Only your own studies are deleted here; “{study.title}” is none of them.")
+            self.notified.emit(f"Only your own studies are deleted here; “{study.title}” is not one.")
 
     def _show_menu(self, at: QPoint) -> None:
-        """Offer what can be done with the chosen study."""
+        """Offer what can be done with the chosen study, which is the one under the mouse."""
+        if self.list.itemAt(at) is None:
+            return
         menu = Menu(self.list)
         for text, button in (("Edit…", self.edit), ("Make a copy…", self.copy_button), ("Delete…\tDel", self.delete)):
             menu.addAction(text, button.click).setEnabled(button.isEnabled())
