@@ -85,12 +85,29 @@ def test_a_double_click_answers_one_page(bench):
     read = [{"id": f"read{k}", "kind": "read", "text": "Read this."} for k in (1, 2, 3)]
     bench.choose(stages=read, stimuli={"TD": TD})
     bench.until(Phase.PAGE)
-    for event in (bench.qtbot.mouseClick, bench.qtbot.mouseDClick, bench.qtbot.mouseRelease):
-        event(bench.person.go, Qt.MouseButton.LeftButton)
+    experimenter = bench.workspace.experimenter
+
+    def double_click(button, then):
+        bench.click(button)
+        bench.until(then)
+        for event in (bench.qtbot.mouseDClick, bench.qtbot.mouseRelease):
+            event(button, Qt.MouseButton.LeftButton)
+        assert bench.runner.phase is then
+
+    double_click(bench.person.go, Phase.PAGE)
     assert [entry.stage for entry in bench.entries()] == ["read1"]
+    double_click(experimenter.next, Phase.PAGE)
+    assert len(bench.entries()) == 2
+    double_click(experimenter.pause, Phase.STOPPED)
+    bench.click(experimenter.pause)
+    bench.until(Phase.PAGE)
+    for event in (bench.qtbot.mouseDClick, bench.qtbot.mouseRelease):  # frightened: Stop always stops
+        event(experimenter.pause, Qt.MouseButton.LeftButton)
+    bench.until(Phase.STOPPED)
+    bench.click(experimenter.pause)
     bench.until(Phase.PAGE)
     bench.click(bench.person.go)
-    assert len(bench.entries()) == 2
+    assert len(bench.entries()) == 3
 
 
 def test_a_page_of_several_questions_is_answered_by_numbers_from_its_first_to_its_last(bench):

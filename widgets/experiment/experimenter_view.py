@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal, SignalInstance
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.experiments.duration import about
@@ -14,7 +14,7 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.answer_form import AnswerForm, is_held, questions_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held, questions_of
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
@@ -33,6 +33,14 @@ _WORDS = {
 }
 _USUAL_FOR_S = 120.0
 """Weight of the usual pace, as if it had been observed for this time."""
+
+
+class _StopButton(PageButton):
+    """Stops, or goes on; the second click of a double-click stops, too, and never goes on."""
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self.text() == "Stop":
+            self.mousePressEvent(event)
 
 
 class ExperimenterView(QWidget):
@@ -64,8 +72,8 @@ class ExperimenterView(QWidget):
         self.progress.setAccessibleName("How much is done")
         self.form = AnswerForm()
         self.next, self.pause, self.window_button, self.leave = (
-            QPushButton("Next"),
-            QPushButton("Stop"),
+            PageButton("Next"),
+            _StopButton("Stop"),
             QPushButton("Participant's window"),
             QPushButton("End for now"),
         )
