@@ -1,14 +1,17 @@
 """Lists over the canvas in which nodes, their inputs and wires are chosen."""
 
-from PySide6.QtCore import QPoint, QPointF
-from PySide6.QtWidgets import QWidget
+from functools import cached_property
+from typing import TypeVar
 
-from underfoot.patch.node import Registry
+from PySide6.QtCore import QPoint, QPointF
+
 from underfoot.widgets.design.connection_search import Answers, ConnectionSearch
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_search import NodeSearch
-from underfoot.widgets.design.undo import Document
+from underfoot.widgets.design.search_popup import SearchPopup
+
+_Search = TypeVar("_Search", bound=SearchPopup)
 
 BESIDE_PX = 48
 """Distance of a new node from the node that feeds it, in pixels of the scene, if the list of connections adds it."""
@@ -17,19 +20,32 @@ BESIDE_PX = 48
 class AskingView(NodeDropView):
     """Asks what to add, to put in another's place, to connect, and to find; the base class of the canvas."""
 
-    def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
-        super().__init__(document, registry, parent)
-        self.search = NodeSearch(self.patch_scene, self)
-        self.item_search = ItemSearch(self.patch_scene, self)
+    @cached_property
+    def search(self) -> NodeSearch:
+        """The list of types; each list is made when it is asked for: a window would be drawn later for them."""
+        made = NodeSearch(self.patch_scene, self)
+        made.add_requested.connect(self.add)
+        made.replace_requested.connect(self.replace)
+        made.disconnect_requested.connect(self.cut_wire)
+        return self._made(made)
+
+    @cached_property
+    def item_search(self) -> ItemSearch:
+        """The list of what is in the patch."""
+        made = ItemSearch(self.patch_scene, self)
+        made.chosen.connect(self.show_item)
+        return self._made(made)
+
+    @cached_property
+    def connection_search(self) -> ConnectionSearch:
+        """The list of inputs to connect to, and of wires to take away."""
         answers = Answers(self.connect_ports, self._ask_for_fed, self.cut_wire)
-        self.connection_search = ConnectionSearch(self.patch_scene, self, answers)
-        self.search.add_requested.connect(self.add)
-        self.search.replace_requested.connect(self.replace)
-        self.search.disconnect_requested.connect(self.cut_wire)
-        self.item_search.chosen.connect(self.show_item)
-        for search in (self.search, self.item_search, self.connection_search):
-            search.closed.connect(self.setFocus)
-            document.changed.connect(search.give_up)  # its wire or node may be gone
+        return self._made(ConnectionSearch(self.patch_scene, self, answers))
+
+    def _made(self, search: _Search) -> _Search:
+        search.closed.connect(self.setFocus)
+        self.document.changed.connect(search.give_up)  # its wire or node may be gone
+        return search
 
     def open_search(self, place: QPoint | None = None) -> None:
         """Open the list for a node to add at a position of the view, or at the mouse; on a wire it is inserted."""

@@ -89,7 +89,7 @@ class Canvas(AskingView):
             "duplicate fed": lambda: self.duplicate(with_inputs=True),
             "delete": self.delete,
             "select all": self.select_all,
-            "find": self.item_search.ask,
+            "find": lambda: self.item_search.ask(),
             "next": lambda: self._stepping.step(1),
             "previous": lambda: self._stepping.step(-1),
             "keep": self._stepping.keep,
