@@ -116,12 +116,35 @@ def test_events_of_a_bundle_depend_on_no_scale_of_strains_and_on_ratios_of_its_s
     np.testing.assert_allclose(made[1], made[0], rtol=1e-9)
 
 
+def test_a_slip_is_as_strong_as_the_square_root_of_its_energy():
+    row = BareRow(REGISTRY["slip"], gamma=4.0, least=1e-5, most=1e-3)
+    row.run(0, 9600, {"force": np.linspace(0.0, 2000.0, 9600)})
+    strengths = np.array(row.events["events"])[:, 1]
+    assert len(strengths) > 20
+    assert strengths.max() <= 1.0
+    assert strengths.min() == pytest.approx(0.1, rel=0.05)  # nearly all energies are close to the least
+
+
+def test_a_hammer_is_no_faster_than_its_bound_and_does_not_strike_below_the_least_speed():
+    row, heard = BareRow(REGISTRY["impact"], velocity=1.0), []
+    for frame, strength in ((0, 1e-13), (N, 100.0), (2 * N, 1e6)):
+        row.state.values[:] = 0.0
+        row.run(frame, N, events={"strike": [(float(frame), strength, 0.0)]})
+        heard.append(row.outputs["acceleration"])
+    assert not heard[0].any()
+    assert heard[1].any()
+    assert heard[1].tobytes() == heard[2].tobytes()
+
+
 def test_a_file_at_the_floor_s_rate_is_played_as_it_is(tmp_path):
     sound = np.random.default_rng(2).uniform(-1.0, 1.0, N)
     soundfile.write(tmp_path / "noise.wav", sound, 48_000, subtype="DOUBLE")
     row = BareRow(REGISTRY["wav-player"], file=str(tmp_path / "noise.wav"), amplitude=2.0)
     row.run(0, N)
     assert np.abs(row.outputs["out"] - 2.0 * sound).max() <= 1e-12
+    row = BareRow(REGISTRY["wav-player"], file=str(tmp_path / "noise.wav"), amplitude=2.0, mode="at events")
+    row.run(0, N, events={"start": [(0.0, 0.25, 0.0)]})
+    assert np.abs(row.outputs["out"] - 0.5 * sound).max() <= 1e-12
 
 
 def test_every_node_states_a_bound_or_is_asked_for_an_error():
