@@ -184,6 +184,10 @@ def test_the_baseline_is_renewed_only_after_half_a_second_of_quiet():
     levels = [(0.0, 1.5), (500.0, 0.5), (5.0, 0.4), (505.0, 0.5), (5.0, 0.6), (505.0, 0.5), (5.0, 0.5)]
     _, contacts, _ = follow(ONE_TILE, *loads(*levels), 1000.0)
     assert [contact.force_n.max() for contact in contacts] == pytest.approx([500.0, 505.0, 500.0])
+    for lasts_s, baseline_n in ((0.02, 1.0), (0.08, 0.0)):  # the first may be noise, and does not end the quiet
+        levels = [(0.0, 2.0), (300.0, 0.5), (4.0, 0.4), (24.0, lasts_s), (4.0, 0.4)]
+        _, _, tracker = follow(ONE_TILE, *loads(*levels), 1000.0)
+        np.testing.assert_allclose(tracker.baseline_n, baseline_n, atol=1e-9)
 
 
 def test_tare_by_hand():
