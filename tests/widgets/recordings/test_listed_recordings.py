@@ -34,6 +34,8 @@ def test_a_recording_is_listed_once_it_has_begun(qtbot, folder):
     path.touch()
     for written, count in (({path}, 0), ((), 1)):
         made = RecordingList(lambda: folder, [], written.__contains__)
-        qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
+        qtbot.addWidget(made)
         made.refresh()
-        assert made.list.count() == count
+        listed = made.list.count()
+        made.close_down()
+        assert listed == count
