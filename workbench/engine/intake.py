@@ -65,13 +65,13 @@ SEGMENT = np.dtype(
         ("queue_tail", np.int64),
         ("last_frame", np.float64),
         ("zeros", np.int64),
-        ("cut_until", np.float64),
+        ("cut_end", np.int64),
     ],
     align=True,
 )
 """Line segment that a tile's signals follow, its gate (0 to 1) and the gate's target, and its queue: samples removed
-and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero. Up to
-`cut_until` the force rises that was there before the tile's first sample, or before a gap.
+and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero. Before
+frame `cut_end` the force rises that was there before the tile's first sample, or before a gap.
 """
 
 TIMING = np.dtype(
@@ -126,7 +126,7 @@ class Intake:
         waiting = 1 << math.ceil(math.log2(_LEAST_QUEUE + block * source.rate_hz / rate_hz))
         self._queue = np.zeros((tiles, waiting), SAMPLE)
         self._segments = np.zeros(tiles, SEGMENT)
-        for name in ("from_frame", "at_frame", "last_frame", "cut_until"):
+        for name in ("from_frame", "at_frame", "last_frame"):
             self._segments[name] = _LONG_AGO
         followed = self.tracker.memory._replace(time_s=np.zeros(MAX_SAMPLES), force_n=source.forces)
         self._memory = IntakeMemory(
@@ -283,8 +283,9 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
                 if not with_centroid:
                     x_m, y_m = x_m[:0], y_m[:0]
                 _write_frames(force_n, x_m, y_m, segment, timing[0], frame + begin)
-                for i in range(begin, end):
-                    signals[3, k, i] = 1.0 if frame + i - timing[0].period <= segment.cut_until else 0.0
+                cut_end = min(max(segment.cut_end - frame, begin), end)
+                signals[3, k, begin:cut_end] = 1.0
+                signals[3, k, cut_end:end] = 0.0
                 segment.zeros = min(segment.zeros, begin)
             begin = end
         m.zero_rows[k] = segment.zeros >= n
@@ -313,7 +314,7 @@ def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> N
     held = _held(segment, now, timing.hold)
     stood = segment.gate_target == 1.0 and held < 1.0
     if sample.contact and (stood or (sample.untared and segment.at_frame == _LONG_AGO)):
-        segment.cut_until = sample.at_frame + 1.0 / timing.gate_step
+        segment.cut_end = _first_frame(sample.at_frame + 1.0 / timing.gate_step, timing.period)
     for j in range(3):
         segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
         # Hold the centroid where there is no contact: ramping to 0, it would wander over the tile.
