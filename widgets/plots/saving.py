@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QBuffer, QByteArray, Qt
+from PySide6.QtCore import QBuffer, QByteArray
 from PySide6.QtGui import QContextMenuEvent, QImage, QImageWriter
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QWidget
 
 from underfoot.drawing import Drawing
 from underfoot.drawing.svg import svg
@@ -13,6 +13,7 @@ from underfoot.errors import UnderfootError
 from underfoot.files import write_file
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import save_dialog
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import message_box
 
 PICTURE_SCALE = 2
@@ -22,12 +23,11 @@ KINDS = (("Picture", ".svg"), ("Picture", ".png"), ("Data", ".csv"))
 
 def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None:
     """Show a menu to save a plot."""
-    menu = QMenu(plot)
-    menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    menu = Menu(plot)
     for kind, suffix in KINDS:
         text = f"Save {kind.lower()} ({suffix})…"
         menu.addAction(text).triggered.connect(lambda _=False, suffix=suffix: _ask(plot, drawing, suffix))
-    menu.popup(event.globalPos())
+    menu.open_once(event.globalPos())
 
 
 def save(plot: QWidget, drawing: Drawing, path: Path) -> None:

@@ -413,7 +413,9 @@ class SessionController(QObject):
             try:
                 session.record(path := _reserved_recording())
             except (UnderfootError, OSError) as error:
-                if path is not None:
+                from underfoot.records.recording_writer import keeps_name
+
+                if path is not None and keeps_name(path):
                     remove_file(path)
                 self.notified.emit(f"The recording could not be started: {error}")
             else:
@@ -476,8 +478,6 @@ def _reserves(path: Path) -> bool:
     """Make an empty file; return whether nobody else had. Where none can be made, the recorder says why."""
     try:
         path.touch(exist_ok=False)
-    except FileExistsError:
-        return False
-    except OSError:
-        return True
+    except OSError as error:
+        return not isinstance(error, FileExistsError)
     return True
