@@ -68,3 +68,6 @@ def test_thinned_points_stay_within_the_tolerance():
     for column, tolerance in ((1, 0.01), (2, 1.0)):
         assert np.abs(np.interp(time_s, lean[:, 0], lean[:, column]) - points[:, column]).max() <= tolerance + 1e-12
     assert len(thinned(points, np.array([0.0, 0.0]), 20)) <= 20
+    allowed = [thinned(points, factor * np.array([0.001, 0.1]), 500) for factor in (1, 2, 4, 8)]
+    assert [len(rows) > 50 for rows in allowed] == [True, True, True, False]  # doubled until they are few enough
+    np.testing.assert_array_equal(thinned(points, np.array([0.001, 0.1]), 50), allowed[3])

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import msgspec
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from underfoot.errors import BadFile
 from underfoot.exchange.clip import BURST_S, bursts, clip_of, written_report
@@ -124,14 +125,18 @@ def _impacts(points: Floats) -> list[tuple[int, int]]:
     """Find short impacts: the index of the first point of each, and one after its last.
 
     Each is one isolated hump of the envelope, where that is above a tenth of its peak: a transient would mask anything
-    near it, such as neighbouring grains of gravel.
+    near it, such as neighbouring grains of gravel. So none is as high within a burst, and no further is looked than
+    one is long.
     """
-    amplitude, apart = points[:, AMPLITUDE], round(BURST_S / HOP_S)
+    amplitude, apart, longest = points[:, AMPLITUDE], round(BURST_S / HOP_S), round(LONGEST_IMPACT_S / HOP_S)
     found: list[tuple[int, int]] = []
-    for top in np.flatnonzero(amplitude >= LEAST_IMPACT).tolist():
-        quiet = np.flatnonzero(amplitude < SHARE_FELT * amplitude[top])
-        first = int(quiet[quiet < top].max(initial=-1)) + 1
-        last = int(quiet[quiet > top].min(initial=amplitude.size))
+    is_high = (amplitude >= LEAST_IMPACT) & (amplitude == maximum_filter1d(amplitude, 2 * apart + 1))
+    for top in np.flatnonzero(is_high).tolist():
+        begin = max(top - longest, 0)
+        around = amplitude[begin : top + longest + 1]
+        quiet = begin + np.flatnonzero(around < SHARE_FELT * amplitude[top])
+        first = int(quiet[quiet < top].max(initial=begin - 1)) + 1
+        last = int(quiet[quiet > top].min(initial=begin + around.size))
         hump = amplitude[first:last]
         is_top = top == first + int(hump.argmax()) and (top - first) * HOP_S <= ATTACK_S
         falls = np.diff(hump[top - first :]).max(initial=0.0) <= REBOUND * amplitude[top]

@@ -15,6 +15,9 @@ the level from which a restart glides (0: from silence, at once)."""
 GLIDE_S = 5e-3
 """Time in which a restart reaches its own level, to avoid clicks."""
 
+LEAST_TOLERANCE = 1e-9
+"""Least deviation by which a row is told from a line between others."""
+
 TIME, LEVEL, FREQUENCY = 0, 1, 2
 """Columns of a table of points."""
 
@@ -87,29 +90,35 @@ def thinned(points: NDArray[np.float64], tolerances: NDArray[np.float64], most: 
     >>> thinned(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.1], [3.0, 0.0]]), np.array([0.2]), 10).tolist()
     [[0.0, 0.0], [2.0, 2.1], [3.0, 0.0]]
     """
-    kept = _kept(points, tolerances)
-    while kept.sum() > max(most, 2):
-        tolerances = 2.0 * np.maximum(tolerances, 1e-9)
-        kept = _kept(points, tolerances)
-    return points[kept]
+    worth = _worth(points, np.maximum(tolerances, LEAST_TOLERANCE))
+    allowed = 1.0
+    while np.count_nonzero(worth > allowed) > max(most, 2):
+        allowed *= 2.0
+    return points[worth > allowed]
 
 
-def _kept(points: NDArray[np.float64], tolerances: NDArray[np.float64]) -> NDArray[np.bool_]:
-    kept = np.zeros(len(points), bool)
-    kept[[0, -1]] = True
-    waiting = [(0, len(points) - 1)]
-    while waiting:
-        first, last = waiting.pop()
-        if last - first < 2:
-            continue
-        inner = points[first + 1 : last]
-        span = points[last, 0] - points[first, 0]
-        share = (inner[:, 0] - points[first, 0]) / span if span > 0.0 else np.zeros(len(inner))
-        line = points[first, 1:] + share[:, None] * (points[last, 1:] - points[first, 1:])
-        off = (np.abs(inner[:, 1:] - line) / np.maximum(tolerances, 1e-300)).max(axis=1)
-        worst = int(off.argmax())
-        if off[worst] > 1.0:
-            at = first + 1 + worst
-            kept[at] = True
-            waiting += [(first, at), (at, last)]
-    return kept
+def _worth(points: NDArray[np.float64], tolerances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the number of tolerances below which each row is kept; 0 for those that none of them keeps.
+
+    A stretch is cut at the same row whatever is allowed, so all stretches of a depth are cut together, once.
+    """
+    worth = np.zeros(len(points))
+    worth[[0, -1]] = np.inf
+    first, last = np.array([0]), np.array([len(points) - 1])
+    while (long := last - first > 1).any():
+        first, last = first[long], last[long]
+        inner = last - first - 1
+        starts, of = np.cumsum(inner) - inner, np.repeat(np.arange(len(first)), inner)
+        at = first[of] + 1 + np.arange(len(of)) - starts[of]
+        ways = points[last] - points[first]
+        share = (points[at, 0] - points[first[of], 0]) / np.where(ways[:, 0] > 0.0, ways[:, 0], 1.0)[of]
+        line = points[first[of], 1:] + share[:, None] * ways[of, 1:]
+        off = (np.abs(points[at, 1:] - line) / tolerances).max(axis=1)
+        furthest = np.maximum.reduceat(off, starts)
+        hits = np.flatnonzero(off == furthest[of])
+        cut = at[hits[np.searchsorted(of[hits], np.arange(len(first)))]]
+        worth[cut] = np.minimum(furthest, np.minimum(worth[first], worth[last]))
+        is_cut = furthest > 1.0
+        first, cut, last = first[is_cut], cut[is_cut], last[is_cut]
+        first, last = np.concatenate([first, cut]), np.concatenate([cut, last])
+    return worth
