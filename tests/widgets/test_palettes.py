@@ -143,6 +143,13 @@ def test_who_sees_no_red_or_no_green_tells_curves_apart(name, cone, shown):
     assert {pair: round(float(distance)) for pair, distance in near.items() if distance < 18.0} == {}
 
 
+@pytest.mark.parametrize("name", look.PALETTES)
+def test_sensors_can_be_told_apart_in_grey(name):
+    """As a report is printed. Three of the light palette were within 2 of one another, and two of the dark one."""
+    lightness = np.sort([lab(theme.colours(name)[colour])[0] for colour in ("force", *look.CORNERS)])
+    assert np.diff(lightness).min() >= 7.0
+
+
 def test_the_distance_of_colours_is_that_of_cie_1976():
     assert lab("#ffffff") == pytest.approx([100.0, 0.0, 0.0], abs=0.05)
     assert lab("#ff0000") == pytest.approx([53.2, 80.1, 67.2], abs=0.2)

@@ -116,7 +116,7 @@ class ForcePanel(QWidget):
         self.readouts: list[QLabel] = []
         legend: list[QWidget | None] = []
         for name, colour in zip(("sum", "1", "2", "3", "4"), ("force", *CORNERS), strict=True):
-            key = theme.label(f'<span style="color:{theme.PALETTE[colour]}">■</span> {name}', "small")
+            key = theme.label(f'{name} <span style="color:{theme.PALETTE[colour]}">■</span>', "small")
             key.setTextFormat(Qt.TextFormat.RichText)
             figure = theme.label("– N", "small")
             figure.setFixedWidth(figure.fontMetrics().horizontalAdvance(f"{fixed(-8888)} N") - theme.GRID)

@@ -118,9 +118,9 @@ class StepPanel(QWidget):
 
     def _show_count(self) -> None:
         steps = self.table.steps.steps
-        self.count.setText(f"{len(steps)}" if steps else "none yet")
+        self.count.setText(counted(len(steps), "step") if steps else "none yet")
         cadence_per_min = cadence_of(steps[-CADENCE_STEPS:])
-        self.cadence.setText(f"{cadence_per_min:.0f} steps a minute" if math.isfinite(cadence_per_min) else "")
+        self.cadence.setText(f"{cadence_per_min:.0f} a minute" if math.isfinite(cadence_per_min) else "")
         self.export_button.setEnabled(bool(steps))
         self.clear_button.setEnabled(bool(steps))
 

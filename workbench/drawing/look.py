@@ -23,16 +23,16 @@ _CURVES = {
     "muted": ("#98a3b1", "#4d5966"),
     "faint": ("#707c8b", "#727d8a"),
     "onset": ("#6c5a91", "#9a85c6"),
-    "corner 1": ("#f2806d", "#e1584a"),
-    "corner 2": ("#e8ce77", "#a18a00"),
-    "corner 3": ("#996b37", "#54402c"),
-    "corner 4": ("#e6aaa5", "#d16b8d"),
+    "corner 1": ("#f2806d", "#c94d5b"),
+    "corner 2": ("#e8ce77", "#a28e00"),
+    "corner 3": ("#996b37", "#332210"),
+    "corner 4": ("#fbe0e4", "#742147"),
 }
 COLOURS = tuple(_CURVES)
 """Names of the colours of curves, by meaning."""
 CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
 """Colours of a tile's sensors, wherever they are drawn: neighbours of the amber of force that who sees no red or no
-green tells apart. In grey, as printed, three of the light palette are one."""
+green tells apart, and of five lightnesses with it, for who sees no colour or prints in grey."""
 
 _HEAT_STOPS = (
     ("#12151a", "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d"),
