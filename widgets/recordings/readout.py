@@ -23,6 +23,7 @@ class CursorReadout(QObject):
     def __init__(self, axis: Axis, reader: RecordingReader, parent: QObject) -> None:
         super().__init__(parent)
         self._axis, self._reader = axis, reader
+        self._values = ""
         self.text = ElidedLabel("small")
         self.text.setFixedHeight(4 * theme.GRID)
         self.text.setContentsMargins(2 * theme.GRID, 0, 0, 0)
@@ -35,7 +36,7 @@ class CursorReadout(QObject):
 
     def clear(self) -> None:
         """Show no values, and no floor."""
-        self.text.set_full_text("")
+        self._values = ""
         self._describe()
         self.map.clear()
 
@@ -67,7 +68,7 @@ class CursorReadout(QObject):
         opened, overview = content.opened, content.overview
         time_s = (values.frame - opened.first) / opened.rate
         baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
-        self.text.set_full_text(readout_text(opened.floor, values, baseline_n, time_s))
+        self._values = readout_text(opened.floor, values, baseline_n, time_s)
         self._describe()
         if values.corners_n is None:
             self._show_unloaded(content, time_s)
@@ -78,10 +79,13 @@ class CursorReadout(QObject):
         self.map.update()
 
     def _describe(self) -> None:
-        """Have a screen reader say the selected stretch and the values at the cursor, with the time axis."""
-        stretch = self._axis.selection
-        selected = "" if stretch is None else f"{time_text(stretch[0])} to {time_text(stretch[1])} selected  ·  "
-        self._axis.setAccessibleDescription(f"{selected}{self.text.full_text}")
+        """Show the selected stretch and the values at the cursor; a screen reader says them with the time axis."""
+        parts = [self._values]
+        if (stretch := self._axis.selection) is not None:
+            begin, end, length = (time_text(time_s) for time_s in (*stretch, stretch[1] - stretch[0]))
+            parts.insert(0, f"{begin} to {end} selected, {length}")
+        self.text.set_full_text("  ·  ".join(filter(None, parts)))
+        self._axis.setAccessibleDescription(self.text.full_text)
 
     def _show_unloaded(self, content: RecordingContent, time_s: float) -> None:
         tiles = len(content.opened.floor.tiles)
