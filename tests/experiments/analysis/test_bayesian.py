@@ -39,3 +39,19 @@ def test_thresholds_over_people_are_in_m_s2_too_and_answers_of_yes_to_nothing_ar
     levels = [TD["level_m_s2"] * 10.0 ** (value / 20.0) for value in values]
     assert [row[2] for row in over.rows] == pytest.approx([np.mean(values), np.mean(levels)], rel=1e-4)
     assert [row[-1] for row in over.rows] == pytest.approx([np.std(of, ddof=1) for of in (values, levels)], rel=1e-4)
+
+
+def test_who_answers_always_alike_has_no_threshold_and_is_in_no_mean():
+    """It was the end of the levels, 24 dB, with an interval of 1 dB, and was in the mean over people."""
+    protocol = made_protocol("bayesian", {"trials": 15}, {"TD": TD})
+    rows = [row for person in range(2) for row in simulated_rows(protocol, person, 1, {})[0]]
+    before = analysed(rows, protocol, Settings())[0].tables[1]
+    alike = [
+        {"participant": "P9", "stage": "main", "method": "bayesian", "trial": k, "block": 1, "comparison": "TD"}
+        | {"level_db": 24.0, "level_m_s2": 6.8, "felt": "no"}
+        for k in range(1, 16)
+    ]
+    person, over = analysed([*rows, *alike], protocol, Settings())[0].tables[:2]
+    assert [row[:2] for row in person.rows if np.isnan(row[2])] == [("P9", "threshold TD"), ("P9", "spread")]
+    assert "anywhere beyond" in person.note
+    assert over == before

@@ -17,16 +17,23 @@ from underfoot.experiments.table import Row, grouped
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Estimate one person's threshold and spread, in dB re the stimulus's level, with 95 % credible intervals."""
+    """Estimate one person's threshold and spread, in dB re the stimulus's level, with 95 % credible intervals.
+
+    NaN where the likeliest threshold is an end of those considered: as of who says no, or yes, to every level, it may
+    be anywhere beyond.
+    """
     given = {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
     quest = quest_of(given)
     followed = [row for row in rows if not row.get("catch")]
     for row in followed:
         answer = "Yes" if is_yes(row, row) else "No"
         quest.update(stim={"intensity": float(row["level_db"])}, outcome={"response": answer})
-    name = str(followed[0].get("comparison", "")) if followed else ""
+    threshold = f"threshold {followed[0].get('comparison', '')}".rstrip() if followed else "threshold"
+    likeliest = int(np.argmax(quest.marginal_posterior["mean"]))
+    if followed and likeliest in (0, len(quest.param_domain["mean"]) - 1):
+        return [Estimate(name, math.nan, unit="dB") for name in (threshold, "spread")]
     found = []
-    for estimate, parameter in ((f"threshold {name}".rstrip(), "mean"), ("spread", "sd")):
+    for estimate, parameter in ((threshold, "mean"), ("spread", "sd")):
         values = np.asarray(quest.param_domain[parameter], np.float64)
         believed = np.asarray(quest.marginal_posterior[parameter], np.float64)
         if parameter == "mean":
@@ -55,7 +62,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found = Findings("Adaptive, Bayesian")
     people = grouped(rows, "participant")
     lines = [(str(person), estimate) for (person,), part in people.items() for estimate in estimates(part, settings)]
-    found.tables.append(estimates_table("Thresholds of each person", "participant", lines))
+    note = _BEYOND if any(math.isnan(one.value) for _, one in lines) else ""
+    found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
     thresholds = [(person, one) for person, one in lines if one.name.startswith("threshold")]
     found.tables.append(over_people("Thresholds", thresholds, rows))
     found.tables += false_alarms(rows)
@@ -67,3 +75,6 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         line = series("level", np.arange(1, len(levels) + 1), levels)
         found.drawings.append(Drawing(f"Levels of {person}", "trial", "level, dB", (line,), lines=marks))
     return found
+
+
+_BEYOND = "Empty: the likeliest threshold is an end of those considered, and may lie anywhere beyond."
