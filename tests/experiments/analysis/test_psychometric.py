@@ -93,6 +93,22 @@ def test_the_analysis_says_where_answers_look_like_lapses():
     assert psychometric.lapses_p([]) == 1.0  # nothing is known
 
 
+def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other():
+    """Of b, whose every level has ten of twenty answers, it is the middle of the levels, 0 dB: no mean shows it."""
+    counts = {"a": (0, 0, 1, 4, 9, 16, 20), "b": (10,) * 7}
+    rows = [
+        {"participant": who, "stimulus": str(db), "db": float(db), "felt": "yes" if k < yes else "no"}
+        for who, of in counts.items()
+        for db, yes in zip(range(-6, 8, 2), of, strict=True)
+        for k in range(20)
+    ]
+    found = constant.findings(rows, Settings(bootstrap=0))
+    said = (
+        "The answers of b may be guesses: their threshold is drawn to the middle of the levels, and counts over people."
+    )
+    assert said in found.remarks
+
+
 def test_lapses_are_found_where_there_are_some():
     """The best curve of exact shares is the one that they come from."""
     fine = np.linspace(20.0, 200.0, 30)

@@ -199,6 +199,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     along = f"Along {axis_label(axis)}{f'; each number is of {axis_label(condition)}' if condition else ''}."
     how = f"{along} {_how(lines, half, guessed, settings)}"
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
+    found.remarks += _unbounded(lines, half)
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     is_thesis = _is_of_thesis(rows, axis, condition)
@@ -253,7 +254,7 @@ def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, setti
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
     if settings.with_lapses:
         how += " Each curve has a lapse rate."
-    if any(math.isinf(one.low) and math.isinf(one.high) for _, one in lines):
+    if any(_is_unbounded(one) for _, one in lines):
         how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
     if any(math.isnan(one.value) for _, one in lines):
         how += " Empty: the answers are all alike; or, of a slope, they turn between two levels, or at one."
@@ -262,6 +263,24 @@ def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, setti
     if guessed:
         return how + " Half of what is not felt is guessed rightly: the threshold is where three quarters are right."
     return how + f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
+
+
+def _unbounded(lines: Sequence[tuple[str, Estimate]], half: str) -> list[str]:
+    """Return whose answers may say nothing: their estimate is in means and tests as a value between the levels.
+
+    >>> pses = {"P1": Estimate("pse", 99.0, -math.inf, math.inf), "P2": Estimate("pse", 90.0, 80.0, 95.0)}
+    >>> _unbounded(list(pses.items()), "pse")
+    ['The answers of P1 may be guesses: their PSE is drawn to the middle of the levels, and counts over people.']
+    """
+    if not (people := ", ".join(dict.fromkeys(person for person, one in lines if _is_unbounded(one)))):
+        return []
+    point = _CALLED.get(half, half)
+    its = f"their {point} is drawn to the middle of the levels, and counts over people"
+    return [f"The answers of {people} may be guesses: {its}."]
+
+
+def _is_unbounded(one: Estimate) -> bool:
+    return math.isinf(one.low) and math.isinf(one.high) and math.isfinite(one.value)
 
 
 def _is_of_thesis(rows: Sequence[Row], axis: str, condition: str) -> bool:
