@@ -74,3 +74,5 @@ def test_false_alarms_are_counted_of_the_trials_without_a_stimulus():
     protocol, rows = rows_with(2)
     tables = {table.title: table for table in analysed(rows, protocol, Settings(bootstrap=0))[0].tables}
     assert tables["False alarms"].rows == (("P1", 2, sum(bool(row.get("catch")) for row in rows)),)
+    assert tables["False alarms"].note == "Thesis 6.4.2: median 1.5."
+    assert tables["Thresholds over people"].note == "Thesis 6.4.2: 0.46 m/s^2 peak, standard deviation 0.18."
