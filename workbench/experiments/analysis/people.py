@@ -72,8 +72,10 @@ def _split(values: Sequence[float], words: Sequence[str]) -> list[list[float]]:
 
 
 def _means(label: str, words: Sequence[str], groups: Mapping[str, Sequence[Sequence[float]]]) -> Table:
-    means = {name: [float(np.mean(one)) if one else math.nan for one in of] for name, of in groups.items()}
+    """Return the mean of each estimate over those of each group who have it."""
     rows: list[tuple[Cell, ...]] = [
-        (group, words.count(group), *(of[k] for of in means.values())) for k, group in enumerate(dict.fromkeys(words))
+        (name, group, len(one), float(np.mean(one)) if one else math.nan)
+        for name, of in groups.items()
+        for group, one in zip(dict.fromkeys(words), of, strict=True)
     ]
-    return Table(f"Groups by {label}", (label, "people", *means), tuple(rows), "Means over people.")
+    return Table(f"Groups by {label}", ("estimate", label, "people", "mean"), tuple(rows))
