@@ -10,7 +10,7 @@ from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
-from underfoot.patch.wiring import Wire, node_id, renamed_end
+from underfoot.patch.wiring import Wire, node_id, renamed_end, sources
 from underfoot.widgets.design.patch_editing import port_of, refusal
 
 
@@ -114,7 +114,7 @@ def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) ->
     """Return the patch without these nodes; each one's first input is wired to its outputs' targets, if it fits."""
     gone = set(ids)
     after = patch.remove(gone)
-    into = {target: source for source, target in patch.wires}
+    into = sources(patch.wires)
     types = patch.node_types(registry)
     for source, target in patch.wires:
         id = node_id(source)

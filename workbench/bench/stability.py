@@ -25,6 +25,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
+from underfoot.patch.wiring import sources
 
 RATES = (8_000, 44_100, 48_000, 96_000, 192_000)
 ROWS = ("zero", "full", "steps", "impulses", "constant", "tiny", "huge", "nan")
@@ -231,13 +232,13 @@ def _broken_invariant(
     events: dict[str, NDArray[np.float64]],
 ) -> str:
     """Return the first invariant that a node broke on one tile, from all its outputs there."""
-    sources = {target: source for source, target in patch.wires}
+    wired = sources(patch.wires)
     for node in patch.nodes:
         type = registry[node.type]
         values = type.values(node.parameters)
 
-        steady = {name: value for name, value in values.items() if f"{node.id}.{name}" not in sources}
-        ins = {name: sources.get(f"{node.id}.{name}", "") for name in type.input_ports}
+        steady = {name: value for name, value in values.items() if f"{node.id}.{name}" not in wired}
+        ins = {name: wired.get(f"{node.id}.{name}", "") for name in type.input_ports}
         outs = {name: f"{node.id}.{name}" for name in type.output_ports}
         ports = (_named(ins, signals), _named(outs, signals), _named(ins, events), _named(outs, events))
         seen = invariants.NodeSignals(rate, steady, *ports)

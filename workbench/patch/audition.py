@@ -5,7 +5,7 @@ from msgspec import Struct
 from underfoot.parameters import Number
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import downstream, source_of
+from underfoot.patch.wiring import downstream, sources
 from underfoot.quantities import quantity
 
 LEVEL_M_S2 = 1.0
@@ -60,13 +60,13 @@ def attenuated(patch: Patch, registry: Registry, factor: float) -> Patch:
     """Return the patch with its outputs multiplied by `factor`, 0 to 1, as a comparison plays it."""
     if factor == 1.0:
         return patch
+    wired = sources(patch.wires)
     for node in patch.nodes:
         type = registry[node.type]
         if not type.is_sink:
             continue
         into = f"{node.id}.{type.inputs[0].name}"
-        source = source_of(patch.wires, into)
-        if source:
+        if source := wired.get(into, ""):
             patch = patch.add("gain", registry, gain=factor)
             gain = patch.nodes[-1].id
             patch = patch.connect(source, f"{gain}.signal", registry).connect(f"{gain}.out", into, registry)
@@ -84,10 +84,10 @@ def unit_of(patch: Patch, registry: Registry, node: str, output: Port) -> str:
     """
     if output.unit or output.kind != "signal":
         return output.unit
-    type = registry[patch.node(node).type]
+    type, wired = registry[patch.node(node).type], sources(patch.wires)
     for port in type.inputs:
         if port.kind == "signal" and not port.unit:
-            source = source_of(patch.wires, f"{node}.{port.name}")
+            source = wired.get(f"{node}.{port.name}", "")
             id, _, name = source.partition(".")
             found = unit_of(patch, registry, id, registry[patch.node(id).type].output_ports[name]) if source else ""
             if found:

@@ -16,7 +16,7 @@ from underfoot.patch import driver, tables
 from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch
 from underfoot.patch.tables import NODE, Tables
-from underfoot.patch.wiring import node_id
+from underfoot.patch.wiring import node_id, sources
 
 ENGINE_SIGNALS = ("force_n", "x_m", "y_m", "cut")
 """Signals from the engine: a tile's tared force, the contact position in the tile's frame, and 1 while the force of a
@@ -72,7 +72,7 @@ class Builder:
     ) -> None:
         self.parts, self.tiles, self.scopes = parts, tiles, scopes
         self.rate, self.block, self.seed = rate, block, patch.seed
-        self.source_of = {target: source for source, target in patch.wires}
+        self.sources = sources(patch.wires)
         self.nodes = np.zeros(len(parts), NODE)
         self.buffers, self.lists = _Buffers(), _Buffers()
         self.inputs: list[int] = []
@@ -123,7 +123,7 @@ class Builder:
         begin, wired = len(self.event_inputs), 0
         for port in part.type.inputs:
             if port.kind == "event":
-                source = self.source_of.get(f"{part.id}.{port.name}")
+                source = self.sources.get(f"{part.id}.{port.name}")
                 self.event_inputs.append(self.lists.of[source] if source else 0)
                 wired += source is not None
         if part.type.is_struck:
@@ -154,13 +154,13 @@ class Builder:
         return found
 
     def _buffer_into(self, part: Part, name: str) -> int | None:
-        source = self.source_of.get(f"{part.id}.{name}")
+        source = self.sources.get(f"{part.id}.{name}")
         return self.buffers.of[source] if source else None
 
     def _watch(self, k: int, part: Part, inputs: dict[str, int], events: int) -> None:
         """Register the buffers that must be zero for the node to sleep."""
         type = part.type
-        wired = {name for name in inputs if f"{part.id}.{name}" in self.source_of}
+        wired = {name for name in inputs if f"{part.id}.{name}" in self.sources}
         connected = {*type.engine_signals, *(port.name for port in type.inputs if port.name in wired)}
         muting = [name for name in type.muted_by if name in connected | wired]
         guards = [self.buffers.of[name] for name in part.guards]
@@ -271,7 +271,7 @@ class Builder:
     def _unread(self) -> NDArray[np.uint8]:
         """Return the outputs that go neither to a node, nor to an output of the floor, nor to a scope."""
         ids = {part.id for part in self.parts}
-        read = {source for target, source in self.source_of.items() if node_id(target) in ids}
+        read = {source for target, source in self.sources.items() if node_id(target) in ids}
         read |= {*self.scopes, *(_first(part) for part in self.parts if part.type.is_sink)}
         outputs = {f"{part.id}.{port.name}" for part in self.parts for port in part.type.outputs}
         unread = np.zeros(len(self.buffers.rows), np.uint8)

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from underfoot.parameters import Choice, Number, Parameter
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import Wire, downstream, node_id, port_name
+from underfoot.patch.wiring import Wire, downstream, node_id, port_name, sources
 
 
 def effective_patch(patch: Patch, registry: Registry) -> Patch:
@@ -104,7 +104,7 @@ def _unmuted(patch: Patch, types: dict[str, NodeType]) -> list[Wire]:
 def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list[Wire]:
     """Reroute wires from bypassed nodes to their inputs; wires for which nothing fits are left out."""
     past = {node.id for node in patch.nodes if node.bypassed and not types[node.id].is_sink}
-    source_of = {target: source for source, target in wires}
+    wired = sources(wires)
 
     @cache
     def origin(source: str, target: str) -> str:
@@ -112,7 +112,7 @@ def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> li
         if id not in past:
             return source if _fits(source, target, types) else ""
         for port in types[id].inputs:
-            before = source_of.get(f"{id}.{port.name}", "")
+            before = wired.get(f"{id}.{port.name}", "")
             found = origin(before, target) if before and port.kind == _output(source, types).kind else ""
             if found:
                 return found

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import following, node_id, port_name, reached
+from underfoot.patch.wiring import following, node_id, port_name, reached, sources
 
 
 def guarded(
@@ -21,7 +21,7 @@ def guarded(
     types = patch.node_types(registry)
     after = following(patch.wires)
     watched = {node_id(scope) for scope in scopes}
-    wired = {target: source for source, target in patch.wires}
+    wired = sources(patch.wires)
     guards: dict[str, list[str]] = {}
     for id in patch.order():
         type = types[id]

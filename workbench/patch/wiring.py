@@ -30,13 +30,13 @@ def renamed_end(end: str, names: Mapping[str, str]) -> str:
     return f"{names.get(node_id(end), node_id(end))}.{port_name(end)}"
 
 
-def source_of(wires: Iterable[Wire], target: str) -> str:
-    """Return the output that is wired to an input; "" if none is.
+def sources(wires: Iterable[Wire]) -> dict[str, str]:
+    """Return the output that each wired input takes.
 
-    >>> source_of([("tone.out", "gain.signal")], "gain.signal")
-    'tone.out'
+    >>> sources([("tone.out", "gain.signal")])
+    {'gain.signal': 'tone.out'}
     """
-    return next((source for source, end in wires if end == target), "")
+    return {target: source for source, target in wires}
 
 
 def following(wires: Iterable[Wire]) -> defaultdict[str, set[str]]:
