@@ -2,6 +2,7 @@
 
 import stat
 import threading
+import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from itertools import pairwise
@@ -42,6 +43,8 @@ NOTHING = "Nothing was recorded yet. Ctrl+R records what is played."
 NOT_FOUND = "No recording has these words in its name, date or floor."
 MOST_NAMED = 8
 """Recordings whose names are shown before several are deleted."""
+BEGINS_S = 60.0
+"""Time within which a recording begins whose name an empty file keeps, in this window or another."""
 LIST_PX = 35 * theme.GRID
 PICTURE = QSize(72, 32)
 _ALONE = QItemSelectionModel.SelectionFlag.ClearAndSelect
@@ -124,15 +127,16 @@ class RecordingList(QWidget):
     rename_requested = Signal(object, str)
     """Carries the `Path` of a recording, and the new name that was typed."""
 
-    def __init__(self, folder: Callable[[], Path], added: list[str], is_written: Callable[[Path], bool]) -> None:
+    def __init__(self, folder: Callable[[], Path], added: list[str], use_of: Callable[[Path], str]) -> None:
         """Create the list. `folder` returns the program's folder of recordings.
 
-        `added` are further files and folders; `add` appends to it. `is_written` tells what is being recorded.
+        `added` are further files and folders; `add` appends to it. `use_of` tells why a recording cannot be deleted
+        now, with what to do; "" if it can.
         """
         super().__init__()
         theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
-        self._folder, self._added, self._is_written = folder, added, is_written
+        self._folder, self._added, self._use_of = folder, added, use_of
         self.summaries = Summaries(self)
         self._known: dict[Path, Summary] = {}
         self._rows: dict[Path, _Row] = {}
@@ -210,11 +214,10 @@ class RecordingList(QWidget):
         return [item.data(_PATH) for item in reversed(self._items()) if item.isSelected() and not item.isHidden()]
 
     def ask_to_delete(self) -> None:
-        """Delete the selected recordings, after a question; none while one of them is being recorded."""
+        """Delete the selected recordings, after a question; none while one of them is in use."""
         paths = self.chosen_paths()
-        written = next(filter(self._is_written, paths), None)
-        if written is not None:
-            self.show_problem(f"{written.name} is being recorded; stop that with Ctrl+R, then delete it")
+        if use := next(filter(None, map(self._use_of, paths)), ""):
+            self.show_problem(use)
         elif paths:
             text = f"Move {_named(paths)} to the trash?{_names(paths)}"
             ask(self, "Delete recordings", text, "Move to trash", lambda: self._delete(paths))
@@ -260,7 +263,7 @@ class RecordingList(QWidget):
                 if file.suffix.lower() in SUFFIXES:
                     with suppress(OSError):  # it went meanwhile: the others are there
                         status = file.stat()
-                        keeps_name = status.st_size == 0 and self._is_written(file.absolute())  # until it begins
+                        keeps_name = status.st_size == 0 and time.time() - status.st_mtime < BEGINS_S
                         if stat.S_ISREG(status.st_mode) and not keeps_name:
                             found[file.absolute()] = status.st_mtime
         return dict(sorted(found.items(), key=lambda one: -one[1]))

@@ -74,7 +74,7 @@ class RecordingsWorkspace(Workspace):
     def _parts(self, settings: Settings) -> Iterator[None]:
         self.reader = RecordingReader(self)
         self.follower = RecordingFollower(self.reader, self)
-        self.recordings = RecordingList(recordings_folder, settings.recordings, self.follower.is_written)
+        self.recordings = RecordingList(recordings_folder, settings.recordings, self._use_of)
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         yield
@@ -310,10 +310,8 @@ class RecordingsWorkspace(Workspace):
 
     def _rename(self, path: Path, name: str) -> None:
         """Give a recording another name, unless it is in use."""
-        if self.follower.is_written(path):
-            self._show_kept(path, f"{path.name} is being recorded; stop that with Ctrl+R, then rename it")
-        elif self.exporting.is_reading(path):
-            self._show_kept(path, f"{path.name} is being exported; stop that, or wait until it is done")
+        if use := self._use_of(path):
+            self._show_kept(path, use)
         else:
             if self._is_open(path):
                 self.playback.stop()
@@ -322,6 +320,14 @@ class RecordingsWorkspace(Workspace):
             self.comparison.reader.stop()  # until it has its name
             self._renaming = path
             self.reader.rename(path, name)
+
+    def _use_of(self, path: Path) -> str:
+        """Return why a recording can be neither renamed nor deleted now, with what to do; "" if it can."""
+        if self.follower.is_written(path):
+            return f"{path.name} is being recorded; stop that with Ctrl+R first"
+        if self.exporting.is_reading(path):
+            return f"{path.name} is being exported; stop that, or wait until it is done"
+        return ""
 
     def _show_renamed(self, old: Path, new: Path) -> None:
         self._renaming = None

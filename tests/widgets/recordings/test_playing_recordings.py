@@ -98,8 +98,9 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
     assert workspace.steps.plot.drawing.note == "after the recording"  # in the room of a small plot
     rename()
     assert "is being recorded; stop that with Ctrl+R" in workspace.recordings.problem.text()
+    workspace.recordings.show_problem("")
     qtbot.keyClick(workspace.recordings.list, Qt.Key.Key_Delete)  # or the trash would have what is still written
-    assert "then delete it" in workspace.recordings.problem.text()
+    assert "is being recorded; stop that with Ctrl+R" in workspace.recordings.problem.text()
     controller.record(False)
     qtbot.waitUntil(lambda: not workspace.progress.text() and not workspace.surveyor.is_busy, timeout=LONG_MS)
     assert not any("not recorded any further" in line for line in said), said

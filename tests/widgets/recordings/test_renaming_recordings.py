@@ -148,13 +148,16 @@ def test_a_name_that_cannot_be_is_refused_below_the_list(workspace, folder, qtbo
     assert not problem.isVisible()
 
 
-def test_a_recording_that_is_being_recorded_or_exported_keeps_its_name(workspace, folder, qtbot, monkeypatch):
+def test_a_recording_that_is_being_recorded_or_exported_stays_as_it_is(workspace, folder, qtbot, monkeypatch):
     monkeypatch.setattr(workspace.follower, "is_written", lambda path: path.stem == "monday")
     type_name(workspace, "later")
     assert "monday.underfoot is being recorded; stop that" in workspace.recordings.problem.text()
     monkeypatch.undo()
     monkeypatch.setattr(workspace.exporting, "is_reading", lambda path: True)
     type_name(workspace, "later")
+    assert "monday.underfoot is being exported" in workspace.recordings.problem.text()
+    workspace.recordings.show_problem("")
+    QTest.keyClick(workspace.recordings.list, Qt.Key.Key_Delete)
     assert "monday.underfoot is being exported" in workspace.recordings.problem.text()
     monkeypatch.undo()
     monkeypatch.setattr("underfoot.records.renaming.PATIENCE_S", 0.05)
