@@ -2,16 +2,20 @@
 
 import gzip
 import json
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
 from made_studies import first_answers, made_protocol
 
+from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.physio import write_physio
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import rows_of
 from underfoot.experiments.trial_files import write_bids
+from underfoot.studies.results import written_files
 
 RNG = np.random.default_rng(3)
 FORCE = np.abs(RNG.normal(300.0, 50.0, (40, 4)))
@@ -34,7 +38,8 @@ def exported(tmp_path):
         file.add(study.answer(first_answers(study.page)), excerpts)
         file.add_note("calibrations in use: t1: Forces 2026-05-01 0f3c9a1b2d4e")  # as one went on another day
     write_bids(tmp_path / "b", rows_of(protocol, "p-1", file.entries()), "Two trials", protocol)
-    written = write_physio(tmp_path / "b", file, "Two trials")
+    written, unread = write_physio(tmp_path / "b", file, "Two trials")
+    assert not unread
     file.close()
     return tmp_path / "b", written
 
@@ -70,6 +75,21 @@ def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(expor
     np.testing.assert_allclose(measured, 0.9 * VIBRATION, atol=1e-4)
     assert (about["SamplingFrequency"], about["StartTime"], about["t1"]["Units"]) == (48_000.0, 2.25, "m/s^2")
     assert about["Calibrations"] == "t1: Forces 2026-05-01 0f3c9a1b2d4e"
+
+
+def test_a_damaged_recording_of_one_trial_takes_no_other_from_the_data_set(tmp_path):
+    protocol, path = made_protocol("rating", {"blocks": 1}), tmp_path / "p-1.session"
+    with closing(SessionFile.create(path, protocol, "p-1")) as file:
+        for _ in range(2):
+            file.add(file.study(protocol).answer({"rating": 4}), [Excerpt("force", 0, 1.5, 1000.0, CORNERS, FORCE)])
+    with closing(sqlite3.connect(path)) as base, base:
+        base.execute("update stretch set data = substr(data, 1, 99) where entry = 1")
+    (told,) = written_files([path], "BIDS", tmp_path / "b", Settings(), protocol)
+    assert told.remarks[1] == (
+        f"Written without force and vibration of entry 1: {path}: table stretch cannot be read: "
+        "a stretch is cut short, or too large."
+    )
+    assert [found.name[28:37] for found in (tmp_path / "b").rglob("*.tsv.gz")] == ["force0002"]
 
 
 def test_the_behavioural_file_says_which_recording_is_whose(exported):

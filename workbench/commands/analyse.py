@@ -51,7 +51,7 @@ def analyse(options: AnalyseOptions) -> None:
     if options.csv is not None:
         results.write_csv(options.csv)
     if options.bids is not None:
-        results.write_bids(options.bids)
+        findings[0].remarks += results.write_bids(options.bids)
     if options.report is not None:
         results.write_report(options.report, findings)
     print(json.dumps(data_of(findings)) if options.as_json else text_of(findings))

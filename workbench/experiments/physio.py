@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from underfoot.errors import BadFile
 from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import CALIBRATIONS
@@ -30,21 +31,27 @@ _FASTEST = 1
 """The fastest level of gzip, because recordings at audio rate are large."""
 
 
-def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]:
+def write_physio(folder: str | Path, file: SessionFile, task: str) -> tuple[list[Path], dict[int, BadFile]]:
     """Write the recordings of a session's trials under a BIDS `folder`; return the paths of the files.
 
-    `task` is the task name of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
+    With them, by entry, why recordings of damaged trials cannot be read: the others are written. `task` is the task
+    name of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
     """
     label, name = bids_label(file.participant), bids_task(task)
     beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
-    written = []
+    written, unread = list[Path](), dict[int, BadFile]()
     noted = [note for note in reversed(file.notes()) if note.text.startswith(CALIBRATIONS)]
     for number, entry in enumerate(file.entries(), 1):
         if entry.trial is None:
             continue
         used = next((note.text.removeprefix(CALIBRATIONS) for note in noted if note.entry < number), "none")
         about = {"TaskName": task, **({"Calibrations": used} if used != "none" else {})}
-        for excerpt in file.excerpts(number):
+        try:
+            excerpts = file.excerpts(number)
+        except BadFile as error:
+            unread[number] = error
+            continue
+        for excerpt in excerpts:
             if excerpt.values.size == 0:
                 continue
             part = string.ascii_lowercase[excerpt.part] if excerpt.part else ""
@@ -54,7 +61,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
             sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
             write_file(sidecar, json.dumps({**about, **_sidecar(excerpt)}, indent=1).encode() + b"\n")
             written += [path, sidecar]
-    return written
+    return written, unread
 
 
 def _rows(excerpt: Excerpt) -> bytes:

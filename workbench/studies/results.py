@@ -91,14 +91,22 @@ class Results:
         """Write all trials, one per row."""
         write_csv(path, self.rows, columns_of_study(self.rows, self.protocol))
 
-    def write_bids(self, folder: Path) -> None:
-        """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions."""
+    def write_bids(self, folder: Path) -> list[str]:
+        """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions.
+
+        Return what could not be read of force and vibration, a line for each session concerned.
+        """
+        unread = []
         write_bids(folder, self.rows, self.title, self.protocol)
         people = {row["participant"] for row in self.rows if not why_left_out(row)}
         for path in self.sessions:
             with closing(SessionFile.open(path)) as file:
                 if not (file.left_out and file.participant in people):  # of whom another session counts
-                    write_physio(folder, file, self.title)
+                    _, why = write_physio(folder, file, self.title)
+                    if why:
+                        entries, first = ", ".join(map(str, why)), next(iter(why.values()))
+                        unread.append(f"Written without force and vibration of entry {entries}: {first}.")
+        return unread
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
         """Write a page with these findings, `analysis.html`."""
@@ -166,18 +174,18 @@ def written_files(
     paths: Sequence[Path], form: str, where: Path, settings: Settings, protocol: Protocol
 ) -> list[Findings]:
     """Write the trials of sessions as one of `FORMS` to a file or folder; return a remark that confirms it."""
-    results = results_of(paths, protocol)
+    results, unread = results_of(paths, protocol), list[str]()
     match form:
         case "CSV":
             results.write_csv(where)
         case "BIDS":
-            results.write_bids(where)
+            unread = results.write_bids(where)
         case _:
             results.write_report(where, results.findings(settings))
     people = len({row["participant"] for row in results.rows})
     trials = counted(len(results.rows), "trial")
     text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"
-    return [Findings("Written", remarks=[text, *results.remarks])]
+    return [Findings("Written", remarks=[text, *unread, *results.remarks])]
 
 
 def has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> bool:
