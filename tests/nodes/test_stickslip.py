@@ -36,14 +36,15 @@ def play(patch, force, tiles=("t1",)):
 
 def test_slips_follow_the_distribution_of_its_parameters():
     w0 = 2.0 * np.pi * 400.0
-    parameters = {"frequency": 400.0, "damping": 40, "noise": 50, "start": 200}
-    _, events, _ = play(node(**parameters), np.full(40 * RATE, 700.0))
+    parameters = {"frequency": 400.0, "damping": 40, "noise": 50, "start": 200, "reference": 350.0, "loudness": 3.0}
+    _, events, _ = play(node(**parameters), np.full(40 * RATE, 350.0))
     slip = SlipDistribution.solve(BlockOnBelt(1.0, 0.4, 0.5, 1.0, 2.0, 0.0), LONGEST, 1e-4)
     durations = np.sort(events[:, 2]) * w0
     risen = (np.arange(durations.size) + 0.5) / durations.size
     assert durations.size > 5_000
     most = 1e-3 + 1.95 / np.sqrt(durations.size)  # the requested error, and Kolmogorov's bound at 0.1 %
     assert np.abs(np.interp(durations, slip.duration.points, slip.duration.cdf) - risen).max() < most
+    assert events[:, 1].mean() == pytest.approx(3.0, rel=0.03), "at the reference force and 0.1 m/s, the loudness"
 
 
 def test_it_is_silent_and_asleep_unless_pressed_and_loud_as_it_is_pressed():
@@ -73,10 +74,10 @@ def test_force_and_velocity_below_0_make_no_slip():
     assert events.size == 0
 
 
-def test_strength_and_acceleration_go_with_the_belt():
-    slow, few, _ = play(node(velocity=0.05), np.full(4 * BLOCK, 700.0))
-    fast, many, _ = play(node(velocity=0.2), np.full(4 * BLOCK, 700.0))
-    assert np.allclose(fast, 4.0 * slow)
+def test_strength_and_acceleration_go_with_the_belt_and_the_acceleration_with_its_level():
+    slow, few, _ = play(node(velocity=0.05, level=0.1), np.full(4 * BLOCK, 700.0))
+    fast, many, _ = play(node(velocity=0.2, level=0.3), np.full(4 * BLOCK, 700.0))
+    assert np.allclose(fast, 12.0 * slow)
     assert np.allclose(many[:, 1], 4.0 * few[:, 1])
 
 
