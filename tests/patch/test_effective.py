@@ -76,6 +76,17 @@ def test_a_bypassed_node_whose_inputs_do_not_fit_is_silent():
     )
 
 
+def test_a_bypassed_node_passes_on_the_first_wired_input_that_fits():
+    patch = patch_of(
+        ("tile-force.force", "mix.b"),
+        ("tone.out", "mix.c"),
+        ("noise.out", "mix.d"),
+        ("mix.out", "tile-output.acceleration"),
+    )
+    past = effective_patch(patch.mark(["mix"], "bypassed", on=True), REGISTRY).wires
+    assert past == (*patch.wires[:3], ("tone.out", "tile-output.acceleration"))
+
+
 def test_a_soloed_branch_is_heard_alone_with_what_shapes_it():
     alone = two_tones().disconnect([("low-pass.out", "mix.a")])
     for id in ("noise", "scale"):
@@ -83,6 +94,18 @@ def test_a_soloed_branch_is_heard_alone_with_what_shapes_it():
     both = two_tones(marks=[("noise", "soloed"), ("tone", "soloed")])
     assert np.array_equal(effective(both), effective(two_tones()))
     assert not effective(two_tones(marks=[("noise", "soloed"), ("noise", "muted")])).any()
+
+
+def test_what_shapes_a_soloed_signal_by_a_product_or_a_level_stays():
+    patch = patch_of(
+        ("noise.out", "mix.b"),
+        ("tone.out", "multiply.a"),
+        ("lfo.out", "multiply.b"),
+        ("multiply.out", "mix.a"),
+        ("value.out", "mix.level_a"),
+        ("mix.out", "tile-output.acceleration"),
+    )
+    assert effective_patch(patch.mark(["tone"], "soloed", on=True), REGISTRY).wires == patch.wires[1:]
 
 
 def test_of_several_outputs_the_one_that_plays_what_is_soloed_is_heard():

@@ -58,8 +58,10 @@ def scaled_error(parameter: Parameter, value: float | str, scale: float) -> floa
 
     Of a choice, return the largest option that is not above it, or the smallest option if all are.
 
-    >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0), scaled_error(Choice("1", options=("1", "0.3")), "1", 0.5)
-    (0.1, '0.3')
+    >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0)
+    0.1
+    >>> [scaled_error(Choice("1", options=("1", "0.3", "0.1")), "1", scale) for scale in (2.0, 0.5, 0.05)]
+    ['1', '0.3', '0.1']
     """
     wanted = float(value) * scale
     if isinstance(parameter, Number):
