@@ -3,9 +3,10 @@
 From frame s to s + period the force ramps to the sample of frame s, so that the next sample is always known: the force
 at audio rate is delayed by exactly one sample period, live and offline. A sample that arrives too late for that is
 ramped to within one period of its arrival; of several that arrive together, only the newest is used. Where samples are
-missing, on the whole floor or on a tile that is NaN, the last force is held for 20 ms and then ramped to 0 in 20 ms. A
-tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms. Where it opens for somebody
-who stood there already, from a tile's first sample on or in a gap, the signal `cut` is 1 meanwhile: that is no landing.
+missing, on the whole floor or on a tile that is NaN, the last force is held for 20 ms and then ramped to 0 in 0.2 s. A
+tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms. For somebody who stood there
+already, from a tile's first sample on or in a gap, it opens in 0.2 s, as slowly as weight is shifted, and the signal
+`cut` is 1 meanwhile: that is no landing. For a foot that landed in a gap it lets the force rise by 10 kN/s.
 
 Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
@@ -31,9 +32,14 @@ if TYPE_CHECKING:
     from underfoot.emission import Emission, Type, TypingContext
 
 HOLD_S = 0.020
-"""Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
-GATE_S = 0.005
-"""Seconds in which the gate opens or closes."""
+"""Seconds for which a force is held in a gap."""
+GATE_S, SHIFT_S = 0.005, 0.2
+"""Seconds in which the gate opens or closes, and in which a force that is there fades in a gap and returns after it. A
+faster change is a load that no foot makes: ground breaks under it, louder than under a landing
+(docs/contracts.md#signals-events-rows).
+"""
+LANDING_N_S = 10_000.0
+"""Loading rate of a foot that landed in a gap, N/s: that of walking (5.3 to 13.1 kN/s in measured footsteps)."""
 
 _LEAST_QUEUE = 1024  # samples of a tile that can wait, beside those of the block
 _LONG_AGO = -1e18
@@ -61,6 +67,7 @@ SEGMENT = np.dtype(
         ("at_values", np.float64, (3,)),
         ("gate", np.float64),
         ("gate_target", np.float64),
+        ("opening", np.float64),
         ("queue_head", np.int64),
         ("queue_tail", np.int64),
         ("last_frame", np.float64),
@@ -69,15 +76,15 @@ SEGMENT = np.dtype(
     ],
     align=True,
 )
-"""Line segment that a tile's signals follow, its gate (0 to 1) and the gate's target, and its queue: samples removed
-and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero. Before
-frame `cut_end` the force rises that was there before the tile's first sample, or before a gap.
+"""Line segment that a tile's signals follow, its gate (0 to 1), the gate's target and change per frame as it opens, and
+its queue: samples removed and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the
+block are zero. Before frame `cut_end` the force rises that was there before the tile's first sample, or before a gap.
 """
 
 TIMING = np.dtype(
-    [("frame_s", np.float64), ("period", np.float64), ("hold", np.float64), ("gate_step", np.float64)], align=True
+    [(name, np.float64) for name in ("frame_s", "period", "hold", "gate", "shift", "landing")], align=True
 )
-"""Seconds per frame; the sample period and `HOLD_S` in frames; the gate's change per frame."""
+"""Seconds per frame; the sample period, `HOLD_S`, `GATE_S` and `SHIFT_S` in frames; `LANDING_N_S` in N per frame."""
 
 
 class IntakeMemory(NamedTuple):
@@ -121,7 +128,8 @@ class Intake:
         self._timing["frame_s"] = 1.0 / rate_hz
         self._timing["period"] = rate_hz / source.rate_hz
         self._timing["hold"] = HOLD_S * rate_hz
-        self._timing["gate_step"] = 1.0 / (GATE_S * rate_hz)
+        self._timing["gate"], self._timing["shift"] = GATE_S * rate_hz, SHIFT_S * rate_hz
+        self._timing["landing"] = LANDING_N_S / rate_hz
         # A power of two, so that indexing needs no division.
         waiting = 1 << math.ceil(math.log2(_LEAST_QUEUE + block * source.rate_hz / rate_hz))
         self._queue = np.zeros((tiles, waiting), SAMPLE)
@@ -223,7 +231,7 @@ def _enqueue(
     start = max(segment.last_frame, stamp - period, arrival - period)
     waiting = segment.queue_head < segment.queue_tail
     if not (tile.on or waiting) and stamp > start and segment.gate == 0.0 and segment.gate_target == 0.0:
-        _rest(segment, start, stamp, tile.load_n, timing.hold)
+        _rest(segment, start, stamp, tile.load_n)
         return
     sample = queue[(segment.queue_tail - 1) & places]
     waits = waiting and sample.from_frame >= arrival - period
@@ -241,14 +249,11 @@ def _enqueue(
 
 
 @inlined
-def _rest(segment: np.record, now: float, at_frame: float, load_n: float, hold: float) -> None:
+def _rest(segment: np.record, now: float, at_frame: float, load_n: float) -> None:
     """Do as `_next_segment` for a sample without contact on an empty tile, whose last segment is over."""
-    held = _held(segment, now, hold)
-    segment.from_values[0] = (segment.from_values[0] + (segment.at_values[0] - segment.from_values[0])) * held
-    segment.at_values[0] = load_n
-    for j in range(1, 3):
+    for j in range(3):
         segment.from_values[j] += segment.at_values[j] - segment.from_values[j]
-        segment.at_values[j] = segment.from_values[j]
+        segment.at_values[j] = load_n if j == 0 else segment.from_values[j]
     segment.from_frame, segment.at_frame = now, at_frame
     segment.last_frame = at_frame
 
@@ -311,17 +316,21 @@ def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> N
     """Begin the segment to a sample, from the present values of the signals."""
     now = sample.from_frame
     share = _share(segment, now)
-    held = _held(segment, now, timing.hold)
-    stood = segment.gate_target == 1.0 and held < 1.0
-    if sample.contact and (stood or (sample.untared and segment.at_frame == _LONG_AGO)):
-        segment.cut_end = _first_frame(sample.at_frame + 1.0 / timing.gate_step, timing.period)
+    begins, missed = segment.gate_target == 0.0, now - segment.at_frame > timing.hold
+    if sample.contact and (begins or missed):
+        stood = not begins or (sample.untared and segment.at_frame == _LONG_AGO)
+        opens_in = timing.gate
+        if missed:
+            opens_in = timing.shift if stood else min(max(sample.values[0] / timing.landing, opens_in), timing.shift)
+        segment.opening = 1.0 / opens_in
+        segment.cut_end = _first_frame(sample.at_frame + opens_in, timing.period) if stood else 0
+    segment.gate *= _held(segment, now, timing)
     for j in range(3):
         segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
         # Hold the centroid where there is no contact: ramping to 0, it would wander over the tile.
         segment.at_values[j] = sample.values[j] if j == 0 or sample.contact else segment.from_values[j]
         if j > 0 and segment.gate_target == 0.0 and sample.contact:
             segment.from_values[j] = sample.values[j]
-    segment.from_values[0] *= held
     segment.from_frame, segment.at_frame = now, sample.at_frame
     segment.gate_target = 1.0 if sample.contact else 0.0
     segment.queue_head += 1
@@ -337,26 +346,26 @@ def _share(segment: np.record, now: float) -> float:
 
 
 @part
-def _held(segment: np.record, now: float, hold: float) -> float:
-    """Return the gain of a force without newer samples: 1 while held, then a ramp to 0 of the same length."""
-    since = now - segment.at_frame
-    return max(2.0 - since / hold, 0.0) if since > hold else 1.0
+def _held(segment: np.record, now: float, timing: np.record) -> float:
+    """Return the gain of a force without newer samples: 1 while held, then a ramp to 0."""
+    over = now - segment.at_frame - timing.hold
+    return max(1.0 - over / timing.shift, 0.0) if over > 0.0 else 1.0
 
 
 @part
 def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, timing: np.record, frame: int) -> None:
     """Write a tile's signals, all on one segment, from session frame `frame` on; empty ones are not wanted."""
     last = frame + force_n.size - 1 - timing.period
-    if segment.gate == segment.gate_target == 1.0 and _held(segment, last, timing.hold) == 1.0:
+    if segment.gate == segment.gate_target == 1.0 and _held(segment, last, timing) == 1.0:
         _write_frames_ungated(force_n, x_m, y_m, segment, timing.period, frame)
         return
-    start, target = segment.from_values, segment.at_values
+    start, target, closing = segment.from_values, segment.at_values, 1.0 / timing.gate
     for i in range(force_n.size):
         now = frame + i - timing.period
-        share, held = _share(segment, now), _held(segment, now, timing.hold)
+        share, held = _share(segment, now), _held(segment, now, timing)
         goal = segment.gate_target if held > 0.0 else 0.0
         gate = segment.gate
-        gate = min(gate + timing.gate_step, goal) if gate < goal else max(gate - timing.gate_step, goal)
+        gate = min(gate + segment.opening, goal) if gate < goal else max(gate - closing, goal)
         segment.gate = gate
         force_n[i] = (start[0] + (target[0] - start[0]) * share) * held * gate if gate != 0.0 else 0.0
         if x_m.size:

@@ -38,8 +38,7 @@ from underfoot.floor.loads import Load
 from underfoot.floor.tracker_memory import BEGAN, tracker_memory
 
 GAP_S = 0.040
-"""Longest time between samples that is no gap. By then, force at audio rate has been ramped to 0
-(docs/contracts.md#signals-events-rows)."""
+"""Longest time between samples that is no gap (docs/contracts.md#forces-contacts-steps)."""
 
 _ROUNDING_S = 1e-6
 """Times that differ by less are equal: samples that are 40 ms apart would be a gap or none, by when they come."""
