@@ -1,13 +1,15 @@
 """Recordings of hours: what is done with them does not grow with their length where it need not."""
 
+import sqlite3
 import tracemalloc
+from contextlib import closing
 
 import numpy as np
 from made_recordings import ABOUT
 
 from underfoot.records.exports import ExportSource, write_export
 from underfoot.records.force_files import read_force_file
-from underfoot.records.recording import Recording
+from underfoot.records.recording import Gap, Recording
 from underfoot.records.recording_writer import Writer
 
 
@@ -34,6 +36,25 @@ def test_a_recording_ends_without_being_read_again(tmp_path):
     with Recording(path) as recording:
         assert recording.ends("vibration") == (0, 100 * blocks - 30)
         assert recording.ends("force") == (0, 50 * blocks - 15)
+
+
+def test_gaps_of_a_recording_that_grows_are_looked_for_in_what_is_new(tmp_path):
+    """The window asks each second, and each block takes a page of the disk: in an hour there are 72,000."""
+    path, frames = tmp_path / "growing.underfoot", np.ones((100, 2), np.float32)
+    with closing(Writer(path, ABOUT)) as writer, Recording(path) as recording:
+        for first in (0, 100, 250):
+            writer.put("vibration", first, frames)
+        writer.commit()
+        assert recording.gaps() == [Gap(200, 50)]
+        with closing(sqlite3.connect(path)) as base, base:
+            base.execute("update vibration set count = 7 where first = 0")
+        for first in (350, 500):
+            writer.put("vibration", first, frames)
+        writer.commit()
+        assert recording.gaps() == [Gap(200, 50), Gap(450, 50)]
+        writer.cut(480)
+        writer.commit()
+        assert recording.gaps() == [Gap(7, 93), Gap(200, 50)]  # all anew: what was last is not there any more
 
 
 def test_c3d_of_a_clock_that_jumped_ahead_is_written_in_little_memory(tmp_path):

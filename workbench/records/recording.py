@@ -79,6 +79,7 @@ class Recording:
             if missing:
                 raise BadFile(f"{path} is not a whole recording: it does not say its {', '.join(missing)}")
             self._floor_tiles = self._tiles_of_floor()
+            self._known_gaps: dict[str, tuple[int, list[Gap]]] = {}  # by table, with the last block looked at
             unless_read.pop_all()
 
     def __repr__(self) -> str:
@@ -285,17 +286,20 @@ class Recording:
             return found
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
-        """Return the gaps between the blocks of a table."""
-        found: list[Gap] = []
-        end = None
+        """Return the gaps between the blocks of a table. Asked again, as it grows, only later blocks are looked at."""
         if self._lacks(table):
-            return found
+            return []
         with self.readable(table):
-            for first, count in self._base.execute(f"select first, count from {table} order by first"):
+            last, known = self._known_gaps.get(table, (0, []))
+            if not self._base.execute(f"select 1 from {table} where first = ?", (last,)).fetchone():
+                last, known = -(1 << 62), []  # the first time; or the end was cut off since
+            end, found, later = None, [*known], f"select first, count from {table} where first >= ? order by first"
+            for first, count in self._base.execute(later, (last,)):
                 if end is not None and first > end:
                     found.append(Gap(end, first - end))
-                end = first + count
-        return found
+                last, end = first, first + count
+            self._known_gaps[table] = last, found
+        return [*found]
 
     def close(self) -> None:
         """Close the file."""
