@@ -12,6 +12,8 @@ _OPERATOR = re.compile(r"(?<=[^-+*/^])(?<![\d.,][eE])([-+*/])(?=[\d.,])")
 """What stands between two numbers: not the sign of an exponent, nor what belongs to a unit, as in N*s/m."""
 _IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
 """What a unit does not begin with: by such a sign a number or a calculation goes on in a way that is not read."""
+_SIGNS = str.maketrans("μ⋅∙•−", "µ···-")
+"""Signs that mean the same; keyboards, word processors and other programs differ."""
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
 
 
@@ -27,13 +29,15 @@ def parse_quantity(text: str, unit: str = "") -> float:
     (0.25, 2000.0)
     >>> parse_quantity("0.5 kN s/m", "N*s/m"), parse_quantity("500 N·s/m", "N*s/m")
     (500.0, 500.0)
+    >>> parse_quantity("1K", "Hz"), parse_quantity("9.81 m/s2", "m/s^2"), parse_quantity("500 N⋅s/m", "N*s/m")
+    (1000.0, 9.81, 500.0)
     >>> parse_quantity("2*440 Hz", "Hz"), parse_quantity("1 kHz*2 + 50 Hz", "Hz"), parse_quantity("5 + 2 ms", "s")
     (880.0, 2050.0, 0.007)
     """
     refusal = f"{cut_short(repr(text))} is not a number; allowed: {_form(unit)}"
     terms: list[float] = []
     units: list[str] = []
-    pieces = ["+", *_OPERATOR.split(_without_spaces(text).replace("μ", "µ"))]
+    pieces = ["+", *_OPERATOR.split(_without_spaces(text))]
     for operator, part in zip(pieces[::2], pieces[1::2], strict=True):
         match = _PART.fullmatch(part)
         if match is None or match[2].startswith(_IN_NO_UNIT):
@@ -67,10 +71,11 @@ def _in_si(value: float, given: str, unit: str) -> float:
     else:
         for prefix in prefixes_of(unit):
             exact = 10.0 ** PREFIXES[prefix]
-            names = (prefix, prefix + unit, prefix + pretty_unit(unit), prefix + unit.replace("*", ""))
+            names = (prefix, prefix + unit, prefix + pretty_unit(unit), prefix + re.sub(r"[*^]", "", unit))
             factors |= {name: exact for name in names if name}
             factors |= {name.replace("µ", "u"): exact for name in (prefix, prefix + unit) if "µ" in prefix}
         factors |= {name.replace(" ", ""): 1.0 for name in (unit, pretty_unit(unit))}
+        factors |= {"K": factors["k"]} if "k" in factors else {}  # alone; before a unit it is found below
     in_other_case = {factors[name] for name in factors if unit in name and name.lower() == given.lower()}
     meant = {factors[given]} if given in factors else in_other_case
     if len(meant) != 1:
@@ -86,7 +91,7 @@ def _form(unit: str) -> str:
 
 
 def _without_spaces(text: str) -> str:
-    return re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-")
+    return re.sub(r"[\s\u202f\u00a0]", "", text).translate(_SIGNS)
 
 
 def parse_numbers(text: str, unit: str = "") -> list[float]:
