@@ -17,12 +17,12 @@ def place_on(floor_map, tile, x_m=0.0, y_m=0.0):
     return floor_map.to_screen().map(QPointF(*tile.to_floor((x_m, y_m)))).toPoint()
 
 
-def type_into(qtbot, editor, text):
-    """Type over what is in the field of a parameter's editor, and press Return."""
+def type_into(qtbot, editor, text, end=Qt.Key.Key_Return):
+    """Type over what is in the field of a parameter's editor, and press Return, or another key."""
     editor.field.setFocus()
     editor.field.selectAll()
     qtbot.keyClicks(editor.field, text)
-    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+    qtbot.keyClick(editor.field, end)
 
 
 def choose(button, *words):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from on_screen import choose
+from on_screen import choose, type_into
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu, QPushButton
 from windows import LONG_MS, calibrate, choose_file, design, dialog_of, quiet_window
@@ -14,6 +14,7 @@ from underfoot.engine.reports import Health
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
+from underfoot.widgets.dialogs.grid_dialog import GridDialog
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
@@ -53,11 +54,27 @@ def test_the_menu_marks_the_floor_and_the_tiles_that_are_played_on(window, qtbot
     assert marked() == {"Simulated floor  2 × 2", "Ideal sensors"}
     for choice, words in (
         ("simulation plywood-tile", {"Simulated floor  2 × 2", "Plywood tile"}),
-        ("simulator 1 3", {"Plywood tile"}),  # a grid that the menu does not offer
+        ("simulator 1 3", {"Simulated floor of another size…", "Plywood tile"}),
     ):
         with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
             window.main_bar.target_chosen.emit(choice)
         assert marked() == words
+
+
+def test_a_floor_of_another_size_is_asked_for(window, qtbot):
+    """By a real click in the menu and typed numbers; what is too large is said, and cannot be used."""
+    choose(window.main_bar.target, "Simulated floor of another size…")
+    dialog = dialog_of(window, GridDialog)
+    type_into(qtbot, dialog.rows, "5", Qt.Key.Key_Tab)
+    type_into(qtbot, dialog.columns, "32")
+    assert dialog.extent.text() == "160 tiles; allowed: up to 144"
+    assert dialog.isVisible()
+    type_into(qtbot, dialog.rows, "3", Qt.Key.Key_Tab)
+    assert dialog.extent.text() == "96 tiles, 30.5 cm square: 9.915 m along x, 0.925 m along y"
+    with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
+        type_into(qtbot, dialog.columns, "4")
+    assert window.controller.target.floor == default_floor(3, 4)
+    assert (window.settings.rows, window.settings.columns) == (3, 4)
 
 
 def test_while_another_target_starts_nothing_is_said_to_play(window, qtbot):

@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from underfoot.devices.transports import TRANSPORTS
+from underfoot.floor.layout import grid_of
 from underfoot.patch import preset_files
 from underfoot.quantities import counted
 from underfoot.widgets.dialogs.file_chooser import FileChooser
@@ -37,6 +38,8 @@ class TargetChooser:
         selection, ask = self._selection, self._file_chooser.ask
         if kind == "simulator":
             selection.set_floor(*map(int, what))
+        elif kind == "grid":
+            self._ask_size()
         elif kind == "simulation" and what:
             selection.use_simulation(preset_files.simulations().get(what[0]))
         elif kind == "simulation":
@@ -49,6 +52,13 @@ class TargetChooser:
             ask("A recording", "Recordings (*.underfoot *.uf)", self._open_recording)
         else:
             ask("Recorded forces", FORCE_FILES, selection.use_forces)
+
+    def _ask_size(self) -> None:
+        from underfoot.widgets.dialogs.grid_dialog import GridDialog
+
+        dialog = GridDialog(*(grid_of(self._controller.target.floor) or (2, 2)), self._window)
+        dialog.chosen.connect(self._selection.set_floor)
+        dialog.open()
 
     def _ask_address(self, scheme: str) -> None:
         from underfoot.widgets.dialogs.transport_dialog import TransportDialog

@@ -8,12 +8,15 @@ from underfoot.floor.layout import grid_of
 from underfoot.patch import preset_files
 from underfoot.widgets.main_bar import Choices
 
+GRIDS = ((2, 2), (6, 6))
+"""Rows and columns of floors that are chosen without a question."""
+
 
 def choices() -> Choices:
     """Return the floors and tiles to choose from, by keys: a kind and, if no question follows, the choice within it."""
     return (
-        ("simulator 2 2", "Simulated floor  2 × 2"),
-        ("simulator 6 6", "Simulated floor  6 × 6"),
+        *((f"simulator {rows} {columns}", f"Simulated floor  {rows} × {columns}") for rows, columns in GRIDS),
+        ("grid", "Simulated floor of another size…"),
         ("floor", "Simulated floor from a file…"),
         (
             (
@@ -38,6 +41,8 @@ def keys_of(target: Target) -> frozenset[str]:
     >>> from underfoot.floor.layout import default_floor
     >>> sorted(keys_of(Target(default_floor(6, 6))))
     ['simulation ideal', 'simulator 6 6']
+    >>> sorted(keys_of(Target(default_floor(3, 4))))
+    ['grid', 'simulation ideal']
     """
     if target.kind == "replay":
         return frozenset({"forces"})
@@ -46,7 +51,7 @@ def keys_of(target: Target) -> frozenset[str]:
     known = {str(path): f"simulation {name}" for name, path in preset_files.simulations().items()}
     tile = known.get(target.simulation, "simulation") if target.simulation else "simulation ideal"
     grid = grid_of(target.floor)
-    return frozenset({tile, f"simulator {grid[0]} {grid[1]}" if grid else "floor"})
+    return frozenset({tile, f"simulator {grid[0]} {grid[1]}" if grid in GRIDS else "grid" if grid else "floor"})
 
 
 def display_name(path: Path) -> str:
