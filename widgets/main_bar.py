@@ -45,6 +45,7 @@ Choices = Sequence[tuple["str | Choices", str]]
 
 _LATENCY = ("Latency, est.", "Latency, meas.")
 """If estimated, and if measured; the tooltip says from what."""
+_AUDIO = "Audio: device, rate, block, which tile is which (Ctrl+,)"
 _XRUNS = "Buffer underruns: how often the sound device ran out of samples because the engine was late"
 
 
@@ -163,6 +164,12 @@ class MainBar(QWidget):
     def set_playing(self, playing: bool) -> None:
         """Show whether sound is on."""
         theme.set_role(self.play, "primary" if playing else "")
+
+    def set_audio_problem(self, reason: str) -> None:
+        """Show in the audio button that a card that was chosen does not play, and the reason; "" if all play."""
+        self.audio.setIcon(theme.icon("speaker-off", theme.ALARM) if reason else theme.icon("speaker", theme.MUTED))
+        self.audio.setToolTip(f"{reason[:1].upper()}{reason[1:]}\n{_AUDIO}" if reason else _AUDIO)
+        self.audio.setAccessibleDescription(reason)
 
     def set_recording(self, text: str) -> None:
         """Show a description of the recording; "" if there is none."""
@@ -354,11 +361,10 @@ class MainBar(QWidget):
             self._layout.addWidget(figure)
         audio = QToolButton()
         audio.setProperty("role", "flat")
-        audio.setIcon(theme.icon("speaker", theme.MUTED))
-        audio.setToolTip("Audio: device, rate, block, which tile is which (Ctrl+,)")
         audio.setAccessibleName("Audio")
         audio.clicked.connect(self.audio_requested)
         self.audio = audio
+        self.set_audio_problem("")
         self._layout.addWidget(audio)
 
 

@@ -72,6 +72,7 @@ class SessionDisplay(QObject):
 
     def _show_output(self) -> None:
         """Show the output, and why it is silent for as long as it is."""
+        self._main_bar.set_audio_problem("" if self._controller.is_released else self._silence_reason)
         self._show_compiling(1, 1)
 
     def _show_compiling(self, ready: int, total: int) -> None:

@@ -188,10 +188,15 @@ def test_why_nothing_is_heard_or_felt_stays_while_it_is_so(qtbot, tmp_path):
     window.bridge.output_changed.emit(OutputChanged("", "the simulator, without sound", "the card is not there"))
     window.show_message("Something else")
     assert window.status.session == "Playing on: the simulator, without sound (the card is not there)"
+    audio = window.main_bar.audio
+    silent, tip = audio.icon().cacheKey(), audio.toolTip()
+    assert tip.startswith("The card is not there\n")
     window.controller.stop()
     assert window.status.session.startswith("Silent until played on: the simulator")
     window.controller.play()
     window.bridge.output_changed.emit(OutputChanged("", "sound card"))
+    assert audio.icon().cacheKey() != silent
+    assert tip.endswith(f"\n{audio.toolTip()}")
     before = datetime.now()
     window.bridge.floor_silent.emit(True)
     since = (NO_FORCE.format(when) for when in (before, datetime.now()))
