@@ -9,7 +9,6 @@ from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
 from underfoot.engine.commands import Level, Panic, Play, PressTile, ProgramSwap, Pulse, Set, Strike, Tare, Walk
-from underfoot.engine.loop import output_channels
 from underfoot.engine.safety import Limits
 from underfoot.engine.tile_pulse import PULSE_HZ, PULSE_M_S2, PULSE_S
 from underfoot.floor.layout import Floor
@@ -203,7 +202,7 @@ def test_a_pulse_tells_which_tile_is_which_on_its_channel():
         for tile, channel in zip(FLOOR.tiles, (3, 0, 5, 1), strict=True)
     )
     floor = Floor(tiles)
-    assert output_channels(floor) == [3, 0, 5, 1]
+    assert floor.channels == (3, 0, 5, 1)
     loop = loop_of(patch_of(), floor=floor, walking=False)
     loop.send(Pulse("t3"), 960)
     out = played(loop, 24_000)

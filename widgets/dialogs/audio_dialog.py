@@ -173,13 +173,13 @@ class AudioDialog(Dialog):
 
     def _show_map(self) -> None:
         """Show each card with the tiles on its channels; a click on a tile plays a pulse."""
-        tiles = [(i if tile.output is None else tile.output, tile.id) for i, tile in enumerate(self._floor.tiles)]
+        tiles = sorted(zip(self._floor.channels, self._floor.ids, strict=True))
         inside = QWidget()
         grid = QGridLayout(inside)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.GRID)
-        for name, first, end in self._channel_ranges(max(channel for channel, _ in tiles) + 1):
-            there = sorted((channel, tile) for channel, tile in tiles if first <= channel < end)
+        for name, first, end in self._channel_ranges(max(self._floor.channels) + 1):
+            there = [(channel, tile) for channel, tile in tiles if first <= channel < end]
             if name and there:
                 grid.addWidget(theme.label(name, "muted"), grid.rowCount(), 0, 1, _COLUMNS)
             row = grid.rowCount()

@@ -19,7 +19,6 @@ from underfoot.engine.program_fade import ProgramFader
 from underfoot.engine.reports import CommandApplied
 from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.tile_pulse import TilePulse
-from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import PlateOutput, SimulatedPlates
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
@@ -76,7 +75,7 @@ class Loop:
         self.registry, self.source = registry, source
         self.rate_hz, self.block, self.frame = float(options.rate_hz), options.block, options.frame
         floor, rows = source.floor, len(source.floor.tiles)
-        self.channels = output_channels(floor) if options.channels is None else list(options.channels)
+        self.channels = list(floor.channels if options.channels is None else options.channels)
         self.intake = Intake(source, self.rate_hz, self.block)
         self.programs = ProgramFader(self.build(patch, options.scopes))
         self.pulse = TilePulse(rows, self.rate_hz)
@@ -241,11 +240,6 @@ class Loop:
             plates.apply(self.out, self.safety.sounding, self.safety.silent_since, self.intake.signals, frame, at, n)
         if program.scope_names:
             _copy_scope(program.tables.scope, self.scope_frames, at, n)
-
-
-def output_channels(floor: Floor) -> list[int]:
-    """Return the channel of each tile: its `output`, or its index in the floor."""
-    return [tile.output if tile.output is not None else i for i, tile in enumerate(floor.tiles)]
 
 
 @kernel

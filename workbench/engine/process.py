@@ -24,7 +24,7 @@ from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play
 from underfoot.engine.engine_supervisor import STALL_S
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
-from underfoot.engine.loop import Loop, LoopOptions, output_channels
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.pacing import Pacer
 from underfoot.engine.reports import NO_ANSWER, Notice, OutputChanged, PatchRefused, Started
 from underfoot.engine.requests import Setup, StandBy
@@ -67,19 +67,19 @@ class Engine:
         self._connection, self._setup = connection, setup
         target = setup.target
         patch = Patch.loads(setup.patch, REGISTRY)
-        channels, sound_channel, outputs = output_channels(target.floor), None, 0
+        channels, sound_channel, outputs = target.floor.channels, None, 0
         cards: tuple[CardChannels, ...] = ()
         if target.sound is not None:
             behind = max(channels) + 1
             with _waiting_reported(connection):
                 cards = card_channels(target.sound, behind + 2)
             most = cards[-1].first + cards[-1].count
-            channels = [channel if channel < most else -1 for channel in channels]
+            channels = tuple(channel if channel < most else -1 for channel in channels)
             # Open only the needed pairs of channels: a sound server mixes channels that its card lacks into the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
             sound_channel = behind if has_sound and behind < most else -1
             outputs = _outputs(cards, max(*channels, sound_channel) + 1)
-        options = replace(_options(setup, tuple(channels), sound_channel), outputs=outputs)
+        options = replace(_options(setup, channels, sound_channel), outputs=outputs)
         try:
             if rehearsed is None or (rehearsed.patch, rehearsed.target) != (setup.patch, target):
                 KernelParts(patch, target, options).load(connection.send)
@@ -151,7 +151,7 @@ def _waiting_reported(connection: Connection) -> Iterator[None]:
 
 def _rehearse(setup: Setup) -> Setup | None:
     """Load the kernels of another engine's setup; return it, or None if it cannot be played."""
-    options = _options(setup, tuple(output_channels(setup.target.floor)), None)
+    options = _options(setup, setup.target.floor.channels, None)
     try:
         KernelParts(Patch.loads(setup.patch, REGISTRY), setup.target, options).load(lambda progress: None)
     except UnderfootError:

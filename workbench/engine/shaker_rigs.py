@@ -13,7 +13,6 @@ from underfoot.calibration.rig import NO_READINGS, STOPPED, PressRequest, Readin
 from underfoot.devices.outputs import card_channels
 from underfoot.devices.sound import MAX_CHANNELS, STILL_S, PlayRecord, device_of, pairs_up_to, portaudio
 from underfoot.engine.card_process import CardProcess
-from underfoot.engine.loop import output_channels
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, in_one_line, require
 from underfoot.floor.layout import Floor, Tile
@@ -98,8 +97,7 @@ def channels_of(floor: Floor, tile: Tile) -> tuple[int, int]:
     >>> channels_of(default_floor(1, 3), default_floor(1, 3).tiles[1])
     (1, 3)
     """
-    channels = output_channels(floor)
-    return channels[floor.index(tile.id)], max(channels) + 1
+    return floor.channels[floor.index(tile.id)], max(floor.channels) + 1
 
 
 class _OpenCard:

@@ -142,6 +142,11 @@ class Floor(msgspec.Struct, frozen=True):
         """The tiles' ids."""
         return tuple(tile.id for tile in self.tiles)
 
+    @property
+    def channels(self) -> tuple[int, ...]:
+        """The output channel of each tile: its `output`, or its row."""
+        return tuple(row if tile.output is None else tile.output for row, tile in enumerate(self.tiles))
+
     def index(self, id: str) -> int:
         """Return the row of the tile with this id; `BadValue` if there is none."""
         choice("tile", id, self.ids)
