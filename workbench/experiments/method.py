@@ -8,6 +8,7 @@ interrupted session therefore resumes by replaying its answers.
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from underfoot.errors import BadValue, require
@@ -15,7 +16,7 @@ from underfoot.experiments.declared import TextLine
 from underfoot.experiments.latin_square import ANYONE, Turn, row_of, rows_of
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.seeded_random import SeededRandom
-from underfoot.experiments.trials import Answers, Trial, is_right
+from underfoot.experiments.trials import Answers, Presentation, Trial, is_right
 from underfoot.parameters import Choice, Parameter, declared_in
 
 if TYPE_CHECKING:
@@ -230,14 +231,14 @@ class BlockedMethod(ListedMethod):
     )
 
     def in_blocks(
-        self, names: Sequence[str], blocks: int, repeats: int = 1
-    ) -> Iterator[tuple[int, int, str, dict[str, int]]]:
-        """Yield trial number, block, name and facts: each of these names `repeats` times per block."""
-        number = 0
-        for block in range(1, blocks + 1):
-            for name, facts in self._block(names, block, repeats):
-                number += 1
-                yield number, block, name, facts
+        self, names: Sequence[str], blocks: int, repeats: int = 1, right: Mapping[str, int | str] = MappingProxyType({})
+    ) -> list[Trial]:
+        """Return trials of one stimulus: each of these names `repeats` times per block; `right` has right answers."""
+        drawn = [(block, *one) for block in range(1, blocks + 1) for one in self._block(names, block, repeats)]
+        return [
+            Trial(number, block, (Presentation(name),), right.get(name, ""), facts)
+            for number, (block, name, facts) in enumerate(drawn, 1)
+        ]
 
     def _block(self, names: Sequence[str], block: int, repeats: int) -> list[tuple[str, dict[str, int]]]:
         if self.given["order"] == DRAWN:

@@ -6,7 +6,7 @@ from typing import Any
 from underfoot.errors import require
 from underfoot.experiments.declared import TextLine
 from underfoot.experiments.method import BlockedMethod, StimulusNames
-from underfoot.experiments.trials import Presentation, Trial
+from underfoot.experiments.trials import Trial
 from underfoot.parameters import Choice, Count, Parameter, Text, ask
 
 
@@ -29,12 +29,9 @@ class AbsoluteIdentification(BlockedMethod):
     repeats = Count(2, 1, 100, doc="How often each stimulus comes in a session.")
 
     def listed(self) -> Sequence[Trial]:
-        names = self.given["identified"]
-        found: list[Trial] = []
-        for number, session, name, facts in self.in_blocks(names, self.given["sessions"], self.given["repeats"]):
-            right = self.stimuli[name].correct if self.given["answers"] else names.index(name) + 1
-            found.append(Trial(number, session, (Presentation(name),), right, facts))
-        return found
+        names, has_words = self.given["identified"], bool(self.given["answers"])
+        right = {name: self.stimuli[name].correct if has_words else place for place, name in enumerate(names, 1)}
+        return self.in_blocks(names, self.given["sessions"], self.given["repeats"], right)
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from msgspec.structs import replace
+
 from underfoot.experiments.method import BlockedMethod, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.trials import Presentation, Trial
@@ -39,18 +41,18 @@ class ConstantStimuli(BlockedMethod):
         standard = self.given["standard"]
         orders = {name: self._standard_first(blocks) for name in names} if standard else {}
         found: list[Trial] = []
-        for number, block, name, of_block in self.in_blocks(names, blocks):
-            intervals: tuple[Presentation, ...] = (Presentation(name),)
-            facts: dict[str, str | int] = {"comparison": name, **of_block}
+        for trial in self.in_blocks(names, blocks):
+            intervals, name = trial.intervals, trial.intervals[0].stimulus
+            facts = {"comparison": name, **trial.facts}
             right = self.stimuli[name].correct
             if standard:
-                first = orders[name][block - 1]
-                both = (Presentation(standard), Presentation(name))
+                first = orders[name][trial.block - 1]
+                both = (Presentation(standard), *intervals)
                 intervals = both if first else both[::-1]
                 places = {COMPARISON: SECOND if first else FIRST, STANDARD: FIRST if first else SECOND, "": ""}
                 facts |= {"comparison_at": places[COMPARISON], "judged_more": self.given["judged_more"]}
                 right = places[right]
-            found.append(Trial(number, block, intervals, right, facts))
+            found.append(replace(trial, intervals=intervals, correct=right, facts=facts))
         return found
 
     def _standard_first(self, blocks: int) -> list[bool]:

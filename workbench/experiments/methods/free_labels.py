@@ -5,7 +5,7 @@ from typing import Any
 
 from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import OpenChoice
-from underfoot.experiments.trials import Presentation, Trial
+from underfoot.experiments.trials import Trial
 from underfoot.parameters import Count, Parameter, Text, ask
 
 NOT_SORTED = "not sorted"
@@ -24,10 +24,8 @@ class FreeLabels(BlockedMethod):
     sorts = Text("", doc="What labels are sorted into, joined by commas; nothing: labels are not sorted.")
 
     def listed(self) -> Sequence[Trial]:
-        return [
-            Trial(number, block, (Presentation(name),), self.stimuli[name].correct, facts)
-            for number, block, name, facts in self.in_blocks(self.given["named"], self.given["repeats"])
-        ]
+        right = {name: self.stimuli[name].correct for name in self.given["named"]}
+        return self.in_blocks(self.given["named"], self.given["repeats"], right=right)
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import FreeNumber
-from underfoot.experiments.trials import Presentation, Trial
+from underfoot.experiments.trials import Trial
 from underfoot.parameters import Count, Parameter, Text, ask
 
 
@@ -22,8 +22,7 @@ class MagnitudeEstimation(BlockedMethod):
     question = Text("How strong was it? Twice as strong: twice the number.", doc="What is asked after each trial.")
 
     def listed(self) -> Sequence[Trial]:
-        drawn = self.in_blocks(self.given["estimated"], self.given["blocks"])
-        return [Trial(number, block, (Presentation(name),), facts=facts) for number, block, name, facts in drawn]
+        return self.in_blocks(self.given["estimated"], self.given["blocks"])
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from underfoot.experiments.method import BlockedMethod, StimulusNames
 from underfoot.experiments.questions import Scale
-from underfoot.experiments.trials import Presentation, Trial
+from underfoot.experiments.trials import Trial
 from underfoot.parameters import Count, Parameter, Text, ask
 
 
@@ -21,8 +21,7 @@ class Rating(BlockedMethod):
     high = Text("most", doc="What the slider says at 100.")
 
     def listed(self) -> Sequence[Trial]:
-        drawn = self.in_blocks(self.given["rated"], self.given["blocks"])
-        return [Trial(number, block, (Presentation(name),), facts=facts) for number, block, name, facts in drawn]
+        return self.in_blocks(self.given["rated"], self.given["blocks"])
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
