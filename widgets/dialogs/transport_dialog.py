@@ -3,15 +3,16 @@
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.devices.transport import Transport
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
+from underfoot.widgets.controls.dialog import Dialog
 
 
-class TransportDialog(QDialog):
+class TransportDialog(Dialog):
     """Chooses an address of `transport`; `floor` names the layout that is assumed.
 
     `require` is asked first, in a thread, since it may wait for the hardware. If it refuses the address by an
@@ -26,12 +27,11 @@ class TransportDialog(QDialog):
         use: Callable[[str], object],
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(transport.title, parent)
         self._require, self._use, self._scheme = require, use, transport.scheme
         self._trial = BackgroundWorker(self)
         self._trial.found.connect(self._connected)
         self._trial.failed.connect(self._show_refusal)
-        self.setWindowTitle(transport.title)
         self.address = QComboBox()
         self.address.setEditable(True)
         self.address.setAccessibleName(transport.title)

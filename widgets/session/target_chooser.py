@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from underfoot.devices.transports import TRANSPORTS
@@ -65,12 +64,10 @@ class TargetChooser:
 
         floor = self._controller.target.floor
         title = floor.title or counted(len(floor.tiles), "tile")
-        dialog = TransportDialog(
+        TransportDialog(
             TRANSPORTS[scheme],
             title,
             lambda address: self._selection.require_transport(scheme, address),
             lambda address: self._selection.use_transport(scheme, address),
             self._window,
-        )
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.open()
+        ).open()
