@@ -118,7 +118,7 @@ class Wizard(QWidget):
             self.result.show_result(new.result, self._before)
             self._body.setCurrentWidget(self.result)
             if turned:
-                self.drawings.show_drawings(new.result.drawings or new.drawings, "This result has no drawings.")
+                self.drawings.show_drawings(new.result.drawings, "This result has no drawings.")
         else:
             self.page.show_page(new.page)
             self.page.show_live(new.live)

@@ -178,9 +178,7 @@ class CentroidProcedure(PagedProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """Return the error vectors so far; at the end, the drawings of the result."""
-        if self._result is not None:
-            return self._result.drawings
+        """Return the error vectors so far."""
         from underfoot.calibration.results.centroid import error_vectors
         from underfoot.calibration.science.centroid_fit import centroid
 

@@ -164,9 +164,7 @@ class FsrProcedure(PagedProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """Return the pairs so far; at the end, the drawings of the result."""
-        if self._result is not None:
-            return self._result.drawings
+        """Return the pairs so far."""
         from underfoot.calibration.results.fsr import pairs_drawing
 
         return pairs_drawing(self._pairs()) if self._step_data else ()

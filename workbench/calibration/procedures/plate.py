@@ -148,9 +148,7 @@ class PlateProcedure(PagedProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """Return a footstep of each position so far; at the end, the drawings of the result."""
-        if self._result is not None:
-            return self._result.drawings
+        """Return a footstep of each position so far."""
         from underfoot.calibration.science.plate_stiffness import profiles_drawn
 
         lines, samples = self._footsteps()

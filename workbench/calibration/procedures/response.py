@@ -178,9 +178,7 @@ class ResponseProcedure(SoundProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """Return the responses so far, or the noise before there are any; at the end, the drawings of the result."""
-        if self._result is not None:
-            return self._result.drawings
+        """Return the responses so far, or the noise before there are any."""
         from underfoot.calibration.results.response import loads_drawn
 
         loads = self._loads()
