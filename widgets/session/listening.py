@@ -12,7 +12,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.controller import SessionController
-from underfoot.widgets.session.open_patch import SLOTS, OpenPatch, SlotContent
+from underfoot.widgets.session.open_patch import SLOTS, OpenPatch
 
 SILENCE_MS = 700
 """Silence before each presentation of a blind test: longer than the previous patch needs to decay."""
@@ -209,8 +209,7 @@ class Listening(QObject):
             return ""
         slot = self._blind_slot or self._open_patch.slot
         open_patch, other = self._open_patch, self._open_patch.other
-        here = SlotContent(open_patch.patch, open_patch.path, open_patch.patch)
-        chosen = other if slot != open_patch.slot and other is not None else here
+        chosen = other if slot != open_patch.slot and other is not None else open_patch.content
         patch, text = chosen.patch, ""
         if self.auditioned_output is not None:
             patch, text = self._auditioned_patch(patch, self.auditioned_output)

@@ -51,7 +51,7 @@ def first_patch() -> Patch:
 
 
 class SlotContent(Struct, frozen=True):
-    """The patch of the slot that is not edited, its file, and the saved content."""
+    """The patch of a slot, its file, and the saved content."""
 
     patch: Patch
     path: Path | None
@@ -62,14 +62,10 @@ class SlotContent(Struct, frozen=True):
         """The folder of its file; None without a file."""
         return self.path.absolute().parent if self.path else None
 
-
-class _PresetOpening(Struct, frozen=True):
-    """A preset that replaced a patch: both, and the replaced one's file and saved content."""
-
-    before: Patch
-    path: Path | None
-    saved: Patch
-    after: Patch
+    @property
+    def is_saved(self) -> bool:
+        """Whether the patch equals its file, or was never edited."""
+        return self.patch == self.saved
 
 
 class OpenPatch(QObject):
@@ -110,7 +106,7 @@ class OpenPatch(QObject):
         self.nodes = OwnNodes(registry, settings, window)
         self.nodes.notified.connect(self.notified)
         self._saved = self.patch
-        self._preset_openings: list[_PresetOpening] = []
+        self._preset_openings: list[tuple[SlotContent, Patch]] = []  # what a preset replaced, and the preset
         self._registry, self._settings, self._window = registry, settings, window
         self._file_chooser = FileChooser(window, lambda: settings.folder, self.notified.emit)
         self._timer = QTimer(self, singleShot=True, interval=AUTOSAVE_MS)
@@ -118,14 +114,19 @@ class OpenPatch(QObject):
         self._writer = CopyWriter(self.notified.emit, self._timer)
 
     @property
+    def content(self) -> SlotContent:
+        """The patch that is edited, its file, and the saved content."""
+        return SlotContent(self.patch, self.path, self._saved)
+
+    @property
     def is_saved(self) -> bool:
         """Whether the patch equals its file, or was never edited."""
-        return self.patch == self._saved
+        return self.content.is_saved
 
     @property
     def is_all_saved(self) -> bool:
         """The same, for both slots."""
-        return self.is_saved and (self.other is None or self.other.patch == self.other.saved)
+        return self.is_saved and (self.other is None or self.other.is_saved)
 
     @property
     def name(self) -> str:
@@ -140,14 +141,14 @@ class OpenPatch(QObject):
     @property
     def folder(self) -> Path | None:
         """Folder of the patch; None without a file."""
-        return self.path.absolute().parent if self.path else None
+        return self.content.folder
 
     def set_patch(self, patch: Patch) -> None:
         """Set the patch after an edit."""
         self.patch = patch
-        for step in reversed(self._preset_openings):
-            if patch in (step.before, step.after):
-                self._restore_file(step, patch == step.after)
+        for before, preset in reversed(self._preset_openings):
+            if patch in (before.patch, preset):
+                self._restore_file(before, preset if patch == preset else None)
                 break
         self._timer.start()
         self.patch_changed.emit(patch)
@@ -164,16 +165,15 @@ class OpenPatch(QObject):
             self.notified.emit(str(error))
             return False
         if patch != self.patch:
-            self._preset_openings.append(_PresetOpening(self.patch, self.path, self._saved, patch))
+            self._preset_openings.append((self.content, patch))
             self.preset_opened.emit(patch, f"Open {patch.title or path.stem}")
             self.notified.emit(f"{patch.title or path.stem} is open; undo brings back what was there.")
         return True
 
-    def _restore_file(self, step: "_PresetOpening", is_after: bool) -> None:
-        """Restore the file after an undo or redo. A preset has no file of the user's, so saving asks for one."""
-        was_saved = step.before == step.saved
-        self._saved = step.after if is_after and was_saved else step.saved
-        self._set_path(None if is_after else step.path)
+    def _restore_file(self, before: SlotContent, preset: Patch | None) -> None:
+        """Restore the file after an undo, or after a redo, of a `preset`, which has none: saving asks for one."""
+        self._saved = preset if preset is not None and before.is_saved else before.saved
+        self._set_path(before.path if preset is None else None)
 
     # --- A and B ---
 
@@ -181,7 +181,7 @@ class OpenPatch(QObject):
         """Edit and play the other slot. B starts as a copy of A without a file."""
         self._preset_openings.clear()
         other = self.other or SlotContent(self.patch_for_other(), None, self.patch_for_other())
-        self.other = SlotContent(self.patch, self.path, self._saved)
+        self.other = self.content
         self.slot = other_slot(self.slot)
         self.patch, self._saved = other.patch, other.saved
         self._set_path(other.path)
@@ -383,7 +383,7 @@ class OpenPatch(QObject):
         self.ask_to_save(lambda: self._ask_to_save_other(then))
 
     def _ask_to_save_other(self, then: Callable[[], object]) -> None:
-        if self.other is not None and self.other.patch != self.other.saved:
+        if self.other is not None and not self.other.is_saved:
             self.switch()
             self.ask_to_save(then)
         else:
@@ -425,7 +425,7 @@ class OpenPatch(QObject):
             self._writer.submit(self.autosave.remove)
             return
         waiting = self.other
-        other = RecoveredWork(waiting.patch, waiting.path, is_saved=waiting.patch == waiting.saved) if waiting else None
+        other = RecoveredWork(waiting.patch, waiting.path, is_saved=waiting.is_saved) if waiting else None
         self._writer.submit(
             self.autosave.write, RecoveredWork(self.patch, self.path, other, self.is_saved, self.reopens)
         )
