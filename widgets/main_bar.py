@@ -20,6 +20,7 @@ from underfoot.engine.reports import Health
 from underfoot.quantities import counted, first_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
+from underfoot.widgets.controls.panels import one_of_several
 from underfoot.widgets.level_slider import LevelSlider
 
 MAX_WARNINGS = 8
@@ -90,10 +91,7 @@ class MainBar(QWidget):
 
     def add_workspace(self, name: str, key: str, icon: str) -> None:
         """Add a workspace's tab; in a narrow window it shows only the icon."""
-        button = QPushButton(name)
-        button.setProperty("role", "tab")
-        button.setCheckable(True)
-        button.setToolTip(f"{name} ({key})")
+        button = one_of_several(name, f"{name} ({key})")
         button.setAccessibleName(name)
         button.setIconSize(QSize(18, 18))
         button.toggled.connect(self._make_room)
@@ -101,7 +99,6 @@ class MainBar(QWidget):
         button.clicked.connect(lambda _=False: self.workspace_chosen.emit(name))
         self.tabs[name] = button
         self._tab_group.addButton(button)
-        button.setAutoExclusive(True)  # a screen reader's radio button, no check box
         self._tab_line.addWidget(button)
         self._make_room()
 

@@ -29,6 +29,7 @@ from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import one_of_several
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scroll_area
 from underfoot.widgets.controls.undo_actions import UndoActions
@@ -306,11 +307,9 @@ class ProtocolEditor(QWidget):
         head.addWidget(self.close_button)
         tabs.setSpacing(theme.GRID // 2)
         for at, text in enumerate(PAGES):
-            tab = QPushButton(text)
-            tab.setCheckable(True)
-            tab.setProperty("role", "tab")
+            tab = one_of_several(text, "")
+            tab.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # or a click would leave it in the page that goes
             self.tabs.addButton(tab, at)
-            tab.setAutoExclusive(True)  # a screen reader's radio button, no check box
             tabs.addWidget(tab)
         tabs.addStretch(1)
         self.facts = theme.paragraph("", "muted")
