@@ -5,6 +5,9 @@ import pytest
 from given_forces import FLOOR, RATE, GivenForces, intake_signals, standing_forces
 
 from underfoot.engine.intake import Intake
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 
 GATE, HOLD, SHIFT = 0.005, 0.020, 0.2
 
@@ -95,6 +98,25 @@ def test_who_stood_there_lands_as_others_do_once_they_have_left(rate_hz):
     assert cut[: int(0.1 * RATE)].any()
     assert not cut[lands:].any()
     assert force[lands + int(max(GATE * RATE, RATE / rate_hz)) + 2] == 600.0
+
+
+def test_who_stood_there_gives_no_footfall_through_a_filter_either():
+    """Of 5 Hz: the force passes the threshold behind it long after the first sample does, and only once they land."""
+    stamps = np.arange(1_800) * RATE / 1000.0
+    there = (stamps < 0.5 * RATE) | (stamps > 0.9 * RATE)
+    forces = np.full((len(stamps), 2, 4), 150.0)
+    forces[1_200:1_500] = 0.0
+    patch = Patch().add("tile-force", REGISTRY).add("low-pass", REGISTRY, cutoff=5.0).add("footfall", REGISTRY)
+    patch = patch.connect("tile-force.force", "low-pass.signal", REGISTRY)
+    patch = patch.connect("low-pass.out", "footfall.force", REGISTRY)
+    scope = "footfall.onset"
+    loop = Loop(patch, REGISTRY, GivenForces(1000.0, stamps[there], forces[there]), LoopOptions(scopes=(scope,)))
+    heard_s = []
+    for _ in range(80):
+        loop.run(1_024)
+        heard_s += [event[0] / RATE for event in loop.program.events(scope)]
+    assert len(heard_s) == 1
+    assert 1.5 < heard_s[0] < 1.6
 
 
 @RATES

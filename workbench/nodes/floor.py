@@ -46,8 +46,9 @@ class Footfall:
 
     The event is delayed by the wait, over which the loading rate is measured; the strength is 1 at the reference rate.
     A foot that already stands on the tile when the session or the patch starts gives no event, nor one that stood there
-    before a gap in the samples, nor does a force that rises from exactly 0 to the threshold within one frame, which
-    looks alike; of two rises within the wait the second does.
+    before a gap in the samples, if what is between Tile force and here delays by less than 0.1 s; nor does a force that
+    rises from exactly 0 to the threshold within one frame, which looks alike; of two rises within the wait the second
+    does.
     """
 
     accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
