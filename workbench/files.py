@@ -281,3 +281,12 @@ def cache_folder() -> Path:
     True
     """
     return Path(os.environ.get("UNDERFOOT_CACHE") or user_cache_dir("underfoot")) / __version__
+
+
+def cache_refusal() -> str:
+    """Return that compiled kernels cannot be kept, with what to do; "" if they can. The first one makes the folder."""
+    folder = cache_folder()
+    if os.access(folder, os.W_OK):
+        return ""
+    kept = f"kernels cannot be kept in {folder}, so each time they are compiled"
+    return f"{kept}; name another folder in UNDERFOOT_CACHE"

@@ -19,6 +19,7 @@ from underfoot.engine.reports import (
     RecordingFile,
     Started,
 )
+from underfoot.files import cache_refusal
 from underfoot.floor.contacts import SILENT_S
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
@@ -162,6 +163,9 @@ class Bridge(QObject):
                 self.started.emit(report)  # its notice stays at the right: as a message it hid the one before
             case Compiling(ready, total):
                 self.compile_progressed.emit(ready, total)
+                if ready == total:
+                    refusal = cache_refusal()
+                    self._notify_once(f"{refusal[:1].upper()}{refusal[1:]}")
             case CommandApplied(frame, Mark() as mark) if self._session is not None:
                 rate_hz = self._session.target.rate
                 self.marked.emit(mark.text, mark.frame(frame, rate_hz) / rate_hz)

@@ -1,6 +1,5 @@
 """Progress report of a command while kernels are compiled, which takes half a minute at first use."""
 
-import os
 import sys
 import threading
 import time
@@ -10,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from underfoot.commands.telling import tell
-from underfoot.files import cache_folder
+from underfoot.files import cache_refusal
 from underfoot.quantities import counted
 
 if TYPE_CHECKING:
@@ -96,10 +95,8 @@ class _CompileReporter:
                 self._line(again, "" if again and told < self.begun else "\n")
         if told < self.begun:
             self._line(again, "\n")
-        folder = cache_folder()
-        if not os.access(folder, os.W_OK):  # which the first kernel would have made
-            kept = f"kernels cannot be kept in {folder}, so each time they are compiled"
-            tell(f"{kept}; name another folder in UNDERFOOT_CACHE")
+        if refusal := cache_refusal():
+            tell(refusal)
 
     def _line(self, begin: str, end: str) -> None:
         kernels = counted(self.count, "kernel")

@@ -10,7 +10,7 @@ import pytest
 from live import live
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Fault, Notice, OutputChanged, PatchRefused, ProcessDied
+from underfoot.engine.reports import Compiling, Fault, Notice, OutputChanged, PatchRefused, ProcessDied
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -158,6 +158,26 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
     assert "patch goes on playing" in stopped
     with qtbot.waitSignal(followed.forces_tracked, timeout=LONG_MS):
         pass
+
+
+def test_kernels_that_cannot_be_kept_are_told_once_they_are_compiled(qtbot, tmp_path, monkeypatch):
+    """Each start took half a minute, and nobody knew why."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
+    nothing = np.zeros(0), np.zeros((0, 4, 4))
+    force, reports = SimpleNamespace(read=lambda: nothing), [Compiling(0, 2), Compiling(1, 2)]
+    session = SimpleNamespace(poll=lambda: reports, force=force, force_rate_hz=1000.0, health=None)
+    made, said = Bridge(), []
+    made.notified.connect(said.append)
+    made.attach(session, default_floor(), 48_000.0)
+    made.tick()
+    assert not said
+    reports.append(Compiling(2, 2))
+    made.tick()
+    made.tick()
+    made.detach()
+    (told,) = said
+    assert told.startswith(f"Kernels cannot be kept in {tmp_path / 'file'}")
 
 
 def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
