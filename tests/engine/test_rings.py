@@ -32,6 +32,7 @@ def test_what_is_written_is_read_once_and_in_order(ring):
     first, rows = reader.read()
     assert (first, rows.tolist()) == (0, numbered(0, 7).tolist())
     assert len(reader.read()[1]) == 0
+    assert len(reader.read_seen()[1]) == 0, "nobody has looked since"
     ring.write(numbered(7, 3), 3)
     first, rows = reader.read()
     assert (first, rows.tolist()) == (7, numbered(7, 3).tolist())
@@ -59,20 +60,31 @@ def test_what_was_overwritten_is_missing_and_the_number_tells(ring):
     assert rows.tolist() == numbered(first, 3 * CAPACITY - first).tolist()
 
 
-@pytest.mark.parametrize("unread", [0, 20])
-def test_rows_that_were_never_written_are_a_gap(ring, unread):
+def test_rows_that_the_writer_may_be_overwriting_are_missing(ring):
+    """It writes the rows of the next lap first, and then says so."""
+    reader = Reader(ring)
+    ring.write(numbered(0, CAPACITY), CAPACITY)
+    ring.rows[: CAPACITY // 16] = -1.0
+    first, rows = reader.read()
+    assert first == reader.lost == CAPACITY // 16
+    assert rows.tolist() == numbered(first, CAPACITY - first).tolist()
+
+
+@pytest.mark.parametrize(("unread", "missing"), [(0, 50), (20, 50), (0, 2 * CAPACITY)])
+def test_rows_that_were_never_written_are_a_gap_and_not_lost(ring, unread, missing):
     """Where one engine takes over from another, what is in the ring by chance was never played."""
     for first in range(0, 2 * CAPACITY, 32):
         ring.write(numbered(first, 32), 32)
     end = 2 * CAPACITY
     reader = Reader(ring, start=end - unread)
     other = Ring.open(ring.where)
-    other.skip(end + 50)
-    other.write(numbered(end + 50, 4), 4)
+    other.skip(end + missing)
+    other.write(numbered(end + missing, 4), 4)
     reads = [reader.read(), reader.read(), reader.read()]
     got = [(first, rows[:, 0].tolist()) for first, rows in reads if len(rows)]
     before = [(end - unread, list(range(end - unread, end)))] if unread else []
-    assert got == [*before, (end + 50, list(range(end + 50, end + 54)))]
+    assert got == [*before, (end + missing, list(range(end + missing, end + missing + 4)))]
+    assert reader.lost == 0
     other.close()
 
 

@@ -245,7 +245,7 @@ class Reader:
         ring = self.ring
         capacity = ring.where.capacity
         gap, gap_end = int(ring.header["gap"][0]), int(ring.header["gap_end"][0])
-        first = max(self.next, ring.written - capacity + capacity // 8)
+        first = max(self.next, ring.written - capacity)
         self.lost += first - self.next - max(min(first, gap_end) - max(self.next, gap), 0)
         if gap <= first < gap_end:
             first = gap_end
