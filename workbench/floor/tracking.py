@@ -37,9 +37,9 @@ ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
 BLIP_S = 0.05
 """A contact shorter than this does not end a quiet stretch: it may be noise that is larger than estimated so far."""
 
-TARE_N, SETTLED_S, SETTLED_N, SETTLED_SIGMAS, NEGATIVE_S = 100.0, 0.5, 10.0, 8.0, 0.1
-"""No tare exceeds `TARE_N`. A load within `SETTLED_N` or `SETTLED_SIGMAS` times the noise for `SETTLED_S` is steady;
-one below minus the on-threshold for `NEGATIVE_S` is not real."""
+TARE_N, SETTLED_S, SETTLED_N, NEGATIVE_S = 100.0, 0.5, 10.0, 0.1
+"""No tare exceeds `TARE_N`. On an untared tile a load within `SETTLED_N` for `SETTLED_S` is steady; one below minus the
+on-threshold for `NEGATIVE_S` is not real."""
 
 
 def follow(memory: TrackerMemory, where: NDArray[np.int64], count: int) -> tuple[int, int]:
@@ -239,9 +239,10 @@ def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int)
 @part
 def _is_settled(tile: np.record, now_s: float) -> bool:
     """Return whether a load too small for a foot has been steady for `SETTLED_S`, so that it must be a residue."""
-    steady_n = max(SETTLED_N, SETTLED_SIGMAS * tile.noise_n)
     low_n, high_n = min(tile.low_n, tile.load_n), max(tile.high_n, tile.load_n)
-    if high_n - low_n > steady_n or high_n >= (TARE_N if tile.untared else tile.off_n / OFF_SHARE):
+    # On a tared tile it is between the thresholds, which is steady enough.
+    moves = high_n >= TARE_N or high_n - low_n > SETTLED_N if tile.untared else high_n >= tile.off_n / OFF_SHARE
+    if moves:
         tile.low_n = tile.high_n = tile.load_n
         tile.steady_s = now_s
         return False
