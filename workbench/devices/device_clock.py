@@ -261,10 +261,7 @@ def _refit(clock: np.record, rate: float) -> None:
     steepest = MAX_DRIFT * rate * 1e-6 if count >= _FEW else 0.0
     clock.slope = min(max(slope, -steepest), steepest)
     clock.pivot_us, clock.offset = middle, lowest
-    squares, below = 0.0, 0.0
+    squares = 0.0
     for i in range(count):
-        beyond = earliest[i] - _line(clock, at_us[i])
-        below = min(below, beyond)
-        squares += beyond * beyond
-    clock.offset += below  # if the slope is not the hull's
+        squares += (earliest[i] - _line(clock, at_us[i])) ** 2
     clock.rms_error = np.sqrt(squares / count)
