@@ -238,7 +238,9 @@ def test_noise_fills_its_band_and_texture_has_its_rate_of_bursts():
     frequency, power = signal.welch(heard, RATE, nperseg=4_096)
     inside = power[(frequency > 100) & (frequency < 500)].mean()
     assert inside > 100 * power[frequency > 4_000].mean()
-    heard = play(chain("texture", interval=0.2, width=500.0), "texture.out", frames=480_000)
+    heard = play(chain("texture", interval=0.2, centre=800.0, width=500.0), "texture.out", frames=480_000)
+    frequency, power = signal.welch(heard, RATE, nperseg=4_096)
+    assert frequency[power.argmax()] == pytest.approx(800.0, abs=100.0)
     loud = np.abs(heard) > 0.05 * np.abs(heard).max()
     bursts = np.count_nonzero(np.diff(np.flatnonzero(loud)) > 960) + 1
     assert 25 <= bursts <= 65  # Poisson with mean 50 in 10 s, some too close to tell apart

@@ -84,10 +84,11 @@ def test_an_event_at_random_has_the_strength_of_its_frame():
     np.testing.assert_allclose(strengths, ones * strength[times.astype(int) - FROM])
 
 
-def test_a_value_is_held_from_the_frame_of_its_event():
-    row = BareRow(REGISTRY["sample-and-hold"], glide=0.0)
+def test_a_value_is_held_from_the_frame_of_its_event_and_glides_to_the_next():
+    row = BareRow(REGISTRY["sample-and-hold"], glide=0.002)
     row.run(0, N, {"signal": A}, events={"trigger": [(100.25, 1.0, 0.0), (700.0, 0.5, 0.0)]})
-    assert row.outputs["out"].tolist() == [0.0] * 100 + [A[100]] * 600 + [A[700]] * 260
+    expected = np.interp(np.arange(N), [99, 100, 700, 796], [0.0, A[100], A[100], A[700]])
+    assert np.abs(row.outputs["out"] - expected).max() <= 1e-12 * np.abs(A).max()
 
 
 def test_a_footfall_is_where_the_line_between_two_frames_crosses():
@@ -117,6 +118,22 @@ def test_events_of_a_bundle_depend_on_no_scale_of_strains_and_on_ratios_of_its_s
         made.append(row.events["events"])
     assert len(made[0]) > 50
     np.testing.assert_allclose(made[1], made[0], rtol=1e-9)
+
+
+ALL_ALIKE = {"columns": 2, "rows": 2, "reach": 1.0}
+ONE_OF_TWO = {"columns": 2, "rows": 1, "reach": 0.005, "coupling": 0.0, "strength": 1600.0}
+
+
+@pytest.mark.parametrize(
+    ("type", "values"), [("fibre-bundle", {}), ("fibre-grid", ALL_ALIKE), ("fibre-grid", ONE_OF_TWO)]
+)
+def test_ground_breaks_at_its_strength_or_restructures_without_end(type, values):
+    force_n = np.interp(np.arange(48_000), [0, 6_000, 47_999], [0.0, 600.0, 1000.0])
+    place = {"x": np.full(force_n.size, 0.305 / 4), "y": np.zeros(force_n.size)}
+    for model, last_n in (("exact", 800.0), ("inverse", 1000.0)):
+        row = BareRow(REGISTRY[type], **{"strength": 800.0, "model": model, **values})
+        row.run(0, force_n.size, {"force": force_n, **(place if type == "fibre-grid" else {})})
+        assert force_n[int(row.events["events"][-1][0])] == pytest.approx(last_n, rel=0.05), model
 
 
 def test_a_slip_is_as_strong_as_the_square_root_of_its_energy():
