@@ -4,8 +4,6 @@ A control that a wire drives follows its signal instead, sampled at the start of
 every frame are signals themselves.
 """
 
-import math
-
 from underfoot.clock import RAMP, SPAN
 from underfoot.kernels import inlined, kernel
 from underfoot.patch.tables import Tables
@@ -50,8 +48,7 @@ def read_controls(p: Tables, k: int, row: int, frame: int, f: int) -> None:
             p.control[memory + j] = on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame + f - p.ramp_start[q])
         else:
             value = p.buffers[p.buffer_at[buffer] + row * p.row_stride[buffer] + f]
-            if not math.isnan(value):
-                p.control[memory + j] = min(max(value, p.ramp[q, 2]), p.ramp[q, 3])
+            p.control[memory + j] = min(max(value, p.ramp[q, 2]), p.ramp[q, 3])
 
 
 @inlined
