@@ -10,7 +10,7 @@ from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadFile, BadValue
 from underfoot.nodes import REGISTRY
 from underfoot.patch.effective import effective_patch
-from underfoot.patch.patch import Patch
+from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.program import Program
 
 FRAMES = 9600
@@ -122,6 +122,13 @@ def test_a_mark_needs_a_new_program_and_a_number_that_nobody_hears_does_not():
     muted = patch.mark(["scale"], "muted", on=True)
     assert moved_numbers(patch, muted, REGISTRY) is None
     assert moved_numbers(muted, muted.set("noise", "amplitude", 3.0, REGISTRY), REGISTRY) == []
+
+
+def test_another_seed_and_another_type_under_the_same_name_need_a_new_program():
+    patch = two_tones()
+    assert moved_numbers(patch, msgspec.structs.replace(patch, seed=patch.seed + 1), REGISTRY) is None
+    low, high = (Patch(nodes=(PlacedNode("filter", type),)) for type in ("low-pass", "high-pass"))
+    assert moved_numbers(low, high, REGISTRY) is None
 
 
 def test_marks_are_in_the_file_only_where_they_were_set():
