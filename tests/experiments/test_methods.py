@@ -9,6 +9,8 @@ from made_studies import TD, first_answers, made_protocol, preset_protocol, tria
 from msgspec import structs
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.methods.bayesian import quest_of
+from underfoot.experiments.methods.staircases import Staircase, move
 from underfoot.experiments.study import Study
 from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.floor.layout import default_floor
@@ -136,6 +138,7 @@ def test_a_false_alarm_begins_both_staircases_anew():
     found = trials_of("detection-threshold", answers=answers)
     runs = {t.facts["run"] for t in found if t.block == 1 and "run" in t.facts}
     assert runs == {0, 1}
+    assert {t.facts["run"] for t in found if t.block > 1 and "run" in t.facts} == {0}
     again = [t for t in found if t.block == 1 and t.facts.get("run") == 1 and "level_db" in t.facts]
     assert abs(again[0].facts["level_db"]) >= 8.0
 
@@ -154,13 +157,14 @@ def test_a_level_stays_between_its_bounds_and_what_never_turns_is_given_up(felt,
     assert worst(t.facts["level_db"] for t in found) == bound_db
 
 
-def test_two_down_one_up_needs_two_of_yes():
-    parameters = {"followed": ["TD"], "down_after": 2, "reversals": 2, "last": 2}
-    study = Study(made_protocol("staircases", parameters), "P1")
-    found = trials(walked(study, lambda page: {"felt": "yes"}, most=8))
-    above = [t.facts["level_db"] for t in found if t.facts["staircase"] == "above"]
-    assert above[:2] == [above[0]] * 2
-    assert above[2] == pytest.approx(above[0] - 10.0)
+def test_so_many_equal_answers_in_a_row_move_a_level_and_another_one_begins_the_count_anew():
+    rule = {"down_after": 2, "up_after": 3, "steps_db": (8.0, 2.0), "change_after": 1, "up_steps": 1.0}
+    one, levels = Staircase(0.0), []
+    for answer in "ynyynnynnnyy":
+        move(one, answer == "y", rule | {"lowest_db": -60.0, "highest_db": 60.0})
+        levels.append(one.level_db)
+    assert levels == [0.0] * 3 + [-8.0] * 6 + [-6.0] * 2 + [-8.0]
+    assert one.reversals_db == [-8.0, -6.0]
 
 
 def test_a_weighted_step_up_is_so_many_steps_down():
@@ -200,6 +204,16 @@ def test_bayesian_levels_come_near_the_threshold(threshold_db):
     assert all(t.intervals == (Presentation("TD", t.facts["level_db"]),) for t in found)
 
 
+def test_of_two_intervals_half_are_guessed_and_of_one_as_often_as_yes_is_said_to_nothing():
+    pytest.importorskip("questplus")
+    given = {"range_db": (-6.0, 6.0), "step_db": 3.0, "guesses": 0.1}
+    guessed = [quest_of(given | {"intervals": n}).param_domain["lower_asymptote"] for n in ("one", "two")]
+    assert guessed == [[0.1], [0.5]]
+    found = trials(walked(Study(made_protocol("bayesian", {"trials": 40, "catch_share": 0.3}), "P1"), ideal(0.0)))
+    assert len(found) == 40
+    assert 5 < sum(trial.intervals == (Presentation(NOTHING),) for trial in found) < 20
+
+
 @pytest.mark.parametrize(
     ("kind", "parameters", "other"),
     [
@@ -215,6 +229,7 @@ def test_of_two_intervals_one_has_the_level_and_either_is_as_often_the_first(kin
         level, nothing = Presentation("TD", trial.facts["level_db"]), Presentation(other)
         first = trial.facts["comparison_at"] == "first"
         assert trial.intervals == ((level, nothing) if first else (nothing, level))
+        assert kind == "staircases" or trial.correct == trial.facts["comparison_at"]
     assert 0.3 < sum(trial.facts["comparison_at"] == "first" for trial in found) / len(found) < 0.7
 
 
