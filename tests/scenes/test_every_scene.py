@@ -192,3 +192,34 @@ def test_a_foot_keeps_its_id_over_an_edge_and_the_next_one_has_another():
     assert ids == list(range(1, len(ids) + 1))
     assert 0.9 * steps <= len(ids) <= 1.2 * steps  # at once, a foot over an edge may look like two
     assert max(len(contact.tiles) for moment in found for contact in moment.contacts) > 1  # some lie on edges
+
+
+APART = [f"t{6 * row + column + 1}" for row in (0, 2, 4) for column in (0, 2, 4)] + ["t6", "t18", "t32", "t34", "t36"]
+
+
+def of_loads(*loads):
+    """Moments of loads on the large floor (tile, newtons, first sample at 1 kHz, end), and what made them."""
+    force_n = np.zeros((400, len(LARGE.tiles), 4))
+    for tile, newtons, first, end in loads:
+        force_n[first:end, LARGE.index(tile)] = newtons / 4.0
+    made = Moments(LARGE, 48_000.0, 1000.0)
+    return list(made.feed(48.0 * np.arange(400), force_n)), made
+
+
+def test_of_more_than_the_most_contacts_the_heaviest_are_told_the_heaviest_first():
+    loads_n = [100.0 + 20.0 * k for k in range(len(APART))]
+    found, _ = of_loads(*((tile, newtons, 100, 300) for tile, newtons in zip(APART, loads_n, strict=True)))
+    told = [[contact.force_n for contact in moment.contacts] for moment in found[12:28]]
+    np.testing.assert_allclose(told, [loads_n[: -MOST_CONTACTS - 1 : -1]] * len(told))
+
+
+def test_a_foot_that_lands_within_the_moment_in_which_another_lifts_is_another():
+    found, _ = of_loads(("t1", 300.0, 100, 202), ("t1", 300.0, 205, 300))
+    changes = {k: ([c.id for c in m.down], [c.id for c in m.up]) for k, m in enumerate(found) if m.down or m.up}
+    assert changes == {10: ([1], []), 20: ([2], [1]), 30: ([], [2])}
+
+
+def test_an_engine_that_began_anew_has_moments_from_its_first_frame_on():
+    _, made = of_loads(("t1", 300.0, 100, 400))
+    again = list(made.feed(48.0 * np.arange(50), np.zeros((50, len(LARGE.tiles), 4))))
+    assert [round(moment.time_s, 3) for moment in again[-4:]] == [0.01, 0.02, 0.03, 0.04]
