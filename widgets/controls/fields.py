@@ -5,6 +5,7 @@ from typing import Any
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import (
+    QApplication,
     QGridLayout,
     QLineEdit,
     QPlainTextEdit,
@@ -23,6 +24,9 @@ from underfoot.widgets.controls.choice_box import name_control
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.undo_actions import left_to_document
 from underfoot.widgets.escape import claims_escape
+
+STEP_PX = 4
+"""How far a drag goes up for one step of a number."""
 
 
 class ParameterEditor(QWidget):
@@ -128,10 +132,12 @@ class Field(QLineEdit):
     refused = Signal(str)
     """Why the text is not allowed with which the field was left; the old value is shown again."""
     focus_gained = Signal()
-    stepped = Signal(object)
-    """The `QKeyEvent` of an arrow up or down in a field of the role "value"."""
+    stepped = Signal(int, bool, bool)
+    """Steps up, by an arrow key or a drag in a field of the role "value"; whether fine, by Shift; whether first."""
 
     _text_before = ""  # of the class: events come before a field is made
+    _pressed_at: QPoint | None = None
+    _steps: int | None = None
 
     def __init__(self, parent: QWidget | None = None, role: str = "value") -> None:
         """`role` is the field's look while its text is valid."""
@@ -139,17 +145,41 @@ class Field(QLineEdit):
         self._role = role
         self.setProperty("role", role)
         self._selects_on_click = False
+        if role == "value":
+            self.setCursor(Qt.CursorShape.SizeVerCursor)
         self.returnPressed.connect(self._commit_text)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
+        self.setCursor(Qt.CursorShape.IBeamCursor)
         self.focus_gained.emit()
         self._text_before = self.text()
         self._selects_on_click = event.reason() == Qt.FocusReason.MouseFocusReason
         self.selectAll()
 
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        super().mousePressEvent(event)
+        is_grabbed = self._selects_on_click and event.button() == Qt.MouseButton.LeftButton
+        self._pressed_at, self._steps = event.position().toPoint() if is_grabbed else None, None
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Step up and down by a drag that begins in a field without the cursor; across, it selects text."""
+        if self._pressed_at is None or self._role != "value":
+            super().mouseMoveEvent(event)
+            return
+        way = self._pressed_at - event.position().toPoint()
+        is_first = self._steps is None
+        if is_first and (abs(way.y()) < QApplication.startDragDistance() or abs(way.y()) < abs(way.x())):
+            super().mouseMoveEvent(event)
+            return
+        before, self._steps = self._steps or 0, round(way.y() / STEP_PX)
+        if is_first or self._steps != before:
+            is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            self.stepped.emit(self._steps - before, is_fine, is_first)
+
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
+        self._pressed_at = None
         if self._selects_on_click and self.property("role") == "value" and not self.hasSelectedText():
             self.selectAll()  # a click takes the selection away, and what is typed would go into the old number
         self._selects_on_click = False
@@ -159,6 +189,8 @@ class Field(QLineEdit):
         if event.reason() != Qt.FocusReason.PopupFocusReason:
             self._commit_text()
             self.setCursorPosition(0)
+            if self._role == "value":
+                self.setCursor(Qt.CursorShape.SizeVerCursor)
             reason = self.property("reason")
             self.focus_lost.emit()
             if reason and not self.property("reason"):
@@ -182,7 +214,9 @@ class Field(QLineEdit):
             self.selectAll()
             self._selects_on_click = True
         elif event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self._role == "value":
-            self.stepped.emit(event)
+            steps = 1 if event.key() == Qt.Key.Key_Up else -1
+            is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            self.stepped.emit(steps, is_fine, not event.isAutoRepeat())
         else:
             super().keyPressEvent(event)
 

@@ -3,7 +3,7 @@
 import math
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QContextMenuEvent, QKeyEvent
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtWidgets import QToolButton
 
 from underfoot.errors import BadValue
@@ -172,24 +172,23 @@ class NumberEditor(ParameterEditor):
         self.field.show_error("")
         self._say_value()
 
-    def _step(self, event: QKeyEvent) -> None:
-        """Move the value by an arrow key in its field as on its slider, from what is typed. Without a slider, a whole
-        number, such as a seed, goes to the next, and another one by its second digit, or with Shift by its third.
+    def _step(self, steps: int, is_fine: bool, is_first: bool) -> None:
+        """Move the value from what is typed by steps of its slider. Without a slider, a whole number, such as a seed,
+        goes to the next, and another one by its second digit, or if fine by its third.
         """
         self.field.commit()
         if self.field.property("role") == "bad":
             return
-        if self.slider.isVisible():
-            self.slider.keyPressEvent(event)
-            return
-        if not event.isAutoRepeat():
+        if is_first:
             self.edit_began.emit()
+        if self.slider.isVisible():
+            self.slider.step(steps, is_fine=is_fine)
+            return
         step, parameter = 1.0, self.parameter
         assert isinstance(parameter, Number | Count)
         if not self._is_integer:
-            digit = 2 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-            step = 10.0 ** (math.floor(math.log10(abs(self._value) or 1.0)) - digit)
-        moved = self._value + (step if event.key() == Qt.Key.Key_Up else -step)
+            step = 10.0 ** (math.floor(math.log10(abs(self._value) or 1.0)) - (2 if is_fine else 1))
+        moved = self._value + steps * step
         moved = round(moved) if self._is_integer else float(f"{moved:.{EXACT_DIGITS}g}")
         self._commit(min(max(moved, parameter.low), parameter.high))
         self._rewrite()

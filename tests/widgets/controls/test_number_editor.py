@@ -214,6 +214,38 @@ def test_arrows_up_and_down_in_the_field_move_the_number_as_on_its_slider(qtbot,
     assert editor.field.text() == "loud"
 
 
+@pytest.mark.parametrize(
+    ("parameter", "value", "up", "fine"),
+    [
+        (Number(0.5, 0.0, 1.0), 0.5, 0.6, 0.601),
+        (Count(0, 0, 2**31 - 1), 7, 17, 18),  # without a slider
+    ],
+)
+def test_a_drag_up_in_a_field_without_the_cursor_moves_its_number_as_one_edit(qtbot, parameter, value, up, fine):
+    """As in other programs. A drag across, or where the cursor is, selects text, and a click all of it."""
+    editor, began = NumberEditor(parameter), []
+    qtbot.addWidget(editor)
+    editor.resize(280, 40)
+    show(qtbot, editor)
+    editor.set_value(value)
+    editor.field.clearFocus()
+    editor.edit_began.connect(lambda: began.append(editor.value()))
+    field, left, middle = editor.field, Qt.MouseButton.LeftButton, editor.field.rect().center()
+    qtbot.mousePress(field, left, pos=middle)
+    for y in (-5, -25, -40):
+        send(field, QEvent.Type.MouseMove, middle + QPoint(0, y), left)
+    assert (editor.value(), field.text()) == (pytest.approx(up), f"{up:g}")
+    send(field, QEvent.Type.MouseMove, middle + QPoint(0, -44), left, Qt.KeyboardModifier.ShiftModifier)
+    send(field, QEvent.Type.MouseButtonRelease, middle + QPoint(0, -44), left)
+    assert editor.value() == pytest.approx(fine)
+    assert began == [value]
+    assert field.selectedText() == field.text()
+    qtbot.mousePress(field, left, pos=middle)
+    send(field, QEvent.Type.MouseMove, middle - QPoint(0, 40), left)
+    send(field, QEvent.Type.MouseButtonRelease, middle - QPoint(0, 40), left)
+    assert editor.value() == pytest.approx(fine)
+
+
 def test_arrows_move_a_whole_number_that_has_no_slider_to_the_next(qtbot):
     """Such as a seed, of which one wants to hear some."""
     editor = NumberEditor(Count(0, 0, 2**31 - 1, label="Seed"))
