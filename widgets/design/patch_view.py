@@ -238,7 +238,10 @@ class PatchView(QGraphicsView):
         members = self.document.patch.group(id).members if of_group else (id,)
         shown = list(dict.fromkeys(self.patch_scene.group_view.shown_as[member] for member in members))
         self.patch_scene.select(shown)
-        self.ensure_visible(shown)
+        if self.transform().m11() < MIN_LEGIBLE_SCALE:
+            self.fit_view()  # of a patch seen from afar, a frame of one pixel would be all
+        else:
+            self.ensure_visible(shown)
 
     def leave_group(self) -> None:
         """Show the sub-patch that encloses the open one, or the whole patch."""

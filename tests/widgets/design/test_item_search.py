@@ -41,6 +41,17 @@ def test_a_node_in_a_sub_patch_is_found_by_its_name_shown_and_selected(row):
     assert (canvas.inside, scene.selected()) == ("", ["group"])
 
 
+def test_what_is_found_from_afar_is_shown_in_a_size_in_which_it_can_be_read(row):
+    canvas, scene = row.canvas, row.canvas.patch_scene
+    canvas.zoom_to(0.2)
+    QTest.keyClick(find(row, "shaker").field, Qt.Key.Key_Return)
+    assert "shaker" in canvas.visible_ids()
+    canvas.zoom_to(0.7)
+    QTest.keyClick(find(row, "hum").field, Qt.Key.Key_Return)
+    assert canvas.transform().m11() == 0.7
+    assert scene.selected() == ["hum"]
+
+
 def test_notes_and_frames_are_found_and_what_is_not_there_is_said(row):
     canvas, scene = row.canvas, row.canvas.patch_scene
     scene.select(["through", "through1"])
