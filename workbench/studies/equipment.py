@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.plate import Plate, calibration_of, plate_of
-from underfoot.experiments.protocol import Sounds
+from underfoot.errors import BadValue
+from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.floor.layout import Floor
 from underfoot.studies.markers import LslMarkers, Markers, SerialTrigger, lsl_library
 from underfoot.studies.masking import Masking, is_audible
@@ -27,6 +28,29 @@ class Equipment:
         """Send a marker for an event of now, or of the session's `time_s`, `ago_s` ago, to all recorders."""
         for marker in self.markers:
             marker.mark(what, text, time_s, ago_s)
+
+    def lacks(self, protocol: Protocol) -> str:
+        """Return what of a protocol is not set, or not heard, without more equipment; "" for nothing.
+
+        Raises `BadValue` for a stiffness that the plate does not have.
+
+        >>> Equipment().lacks(Protocol(stimuli={}, stages=(), sounds=Sounds(noise="pink")))
+        "without masking sound: the protocol's is not heard"
+        """
+        found = list[str]()
+        stiffness = {name: one.stiffness_n_mm for name, one in protocol.stimuli.items() if one.stiffness_n_mm > 0.0}
+        if self.plate is not None:
+            for name, wanted in stiffness.items():
+                try:
+                    self.plate.calibration.position(wanted)
+                except BadValue as error:
+                    raise BadValue(f"stimulus {name}: {error}, which the plate has") from None
+        elif stiffness:
+            ends = dict.fromkeys(f"{end(stiffness.values()):g}" for end in (min, max))
+            found.append(f"without a plate: the stimuli's stiffness, {' to '.join(ends)} N/mm, is not set")
+        if self.masking is None and is_audible(protocol.sounds):
+            found.append("without masking sound: the protocol's is not heard")
+        return "; ".join(found)
 
     @property
     def problem(self) -> str:

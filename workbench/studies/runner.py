@@ -52,6 +52,8 @@ class Runner:
         """Begin or continue the study at the state of the file; `folder` contains the protocol's patches."""
         require_on_floor(protocol, session.target.floor)
         require_fields(protocol, session.target.floor)
+        self._equipment = equipment or Equipment()
+        lacking = self._equipment.lacks(protocol)
         file.hold()
         self.session, self.file, self.protocol = session, file, protocol
         self.study: Study = file.study(protocol)
@@ -61,11 +63,10 @@ class Runner:
             ForceReader(session.memory.force), target.floor, float(target.rate), session.force_rate_hz
         )
         self._stimuli = StimulusPatches(protocol, session.registry, folder)
-        self._equipment = equipment or Equipment()
         self._apparatus = Apparatus(
             session, protocol, self._stimuli, self._equipment, self.presenter, self.watch, file.begin_packing
         )
-        self.messages: list[str] = []
+        self.messages: list[str] = [lacking] if lacking else []
         """Messages for the experimenter, newest last."""
         self._before = (session.patch, session.level_db, session.playing)
         self._unprepared = self._all_patches()
@@ -84,6 +85,8 @@ class Runner:
             number = f"trial {self.page.trial.number} of {self.page.stage}"
             self.messages.append(f"{number} was felt and not answered when the session ended; it comes again")
         self._note_calibrations()
+        if lacking:
+            self.note(lacking)
         session.stop()  # silence while patches are compiled
 
     # --- display ---
