@@ -5,11 +5,10 @@ import math
 from underfoot.layouts import Layout
 from underfoot.models.signals import low_frequency, polyline, random_walk, ranges, steps
 from underfoot.models.signals.glide import glided
+from underfoot.nodes.shapes import FARTHEST, Mapped
 from underfoot.parameters import Choice, Number, Numbers, Rows
 from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
 
-FARTHEST = 1e6
-"""Largest magnitude of a modulated value, in the unit of what it drives."""
 AT_EVENTS = 1
 """Index of "at events" in the options of `pace`."""
 
@@ -164,24 +163,13 @@ class StanceCurve:
 
 
 @node("map", "Modulation")
-class Map:
+class Map(Mapped):
     """Map a signal from one range to another along a power curve, e.g. a force of 0 to 700 N to 100 to 900 Hz."""
 
-    accuracy = "exact: to 1e-12"
-    signal = Input(doc="any unit")
-    low = Number(0.0, -FARTHEST, FARTHEST, unit_of="signal", doc="input that gives out low")
-    high = Number(1.0, -FARTHEST, FARTHEST, unit_of="signal", doc="input that gives out high")
-    out_low = Number(0.0, -FARTHEST, FARTHEST, unit_of="out", doc="output at and below low")
-    out_high = Number(1.0, -FARTHEST, FARTHEST, unit_of="out", doc="output at and above high")
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
-    out = Output(doc="limited to out low and out high")
-    state, coefficients = ranges.STATE, ranges.RANGES
 
     def design(low, high, out_low, out_high, exponent, coefficients):
         ranges.design(low, high, out_low, out_high, exponent, coefficients)
-
-    def run(signal, coefficients, frame, state, out):
-        ranges.run(signal, coefficients, frame, state, out)
 
     def tail(low, high, out_low, out_high, exponent, state):
         return max(abs(ranges.curve(0.0, low, high, out_low, out_high, exponent)), ranges.tail(state))

@@ -4,6 +4,9 @@ from underfoot.models.signals import ranges
 from underfoot.parameters import Number
 from underfoot.patch.node import Input, Output, node
 
+FARTHEST = 1e6
+"""Largest magnitude of an end of a range, in the unit of the signal."""
+
 
 @node("gain", "Shapes")
 class Gain:
@@ -56,25 +59,28 @@ class Mix:
             out[i] = a[i] * level_a[i] + b[i] * level_b[i] + c[i] * level_c[i] + d[i] * level_d[i]
 
 
-@node("scale", "Shapes")
-class Scale:
-    """Map a signal linearly from one range to another: low to out low, high to out high."""
+class Mapped:
+    """Common part: a signal that is mapped from one range to another, with limits."""
 
     accuracy = "exact: to 1e-12"
     signal = Input(doc="any unit")
-    low = Number(0.0, -1e6, 1e6, unit_of="signal", doc="input that gives out low")
-    high = Number(1.0, -1e6, 1e6, unit_of="signal", doc="input that gives out high")
-    out_low = Number(0.0, -1e6, 1e6, unit_of="out", doc="output at and below low")
-    out_high = Number(1.0, -1e6, 1e6, unit_of="out", doc="output at and above high")
+    low = Number(0.0, -FARTHEST, FARTHEST, unit_of="signal", doc="input that gives out low")
+    high = Number(1.0, -FARTHEST, FARTHEST, unit_of="signal", doc="input that gives out high")
+    out_low = Number(0.0, -FARTHEST, FARTHEST, unit_of="out", doc="output at and below low")
+    out_high = Number(1.0, -FARTHEST, FARTHEST, unit_of="out", doc="output at and above high")
     out = Output(doc="limited to out low and out high")
-
     state, coefficients = ranges.STATE, ranges.RANGES
-
-    def design(low, high, out_low, out_high, coefficients):
-        ranges.design(low, high, out_low, out_high, 1.0, coefficients)
 
     def run(signal, coefficients, frame, state, out):
         ranges.run(signal, coefficients, frame, state, out)
+
+
+@node("scale", "Shapes")
+class Scale(Mapped):
+    """Map a signal linearly from one range to another: low to out low, high to out high."""
+
+    def design(low, high, out_low, out_high, coefficients):
+        ranges.design(low, high, out_low, out_high, 1.0, coefficients)
 
     def tail(low, high, out_low, out_high, state):
         return max(abs(ranges.curve(0.0, low, high, out_low, out_high, 1.0)), ranges.tail(state))
