@@ -119,12 +119,15 @@ def test_a_device_that_begins_anew_is_fitted_anew():
     assert (run.error_ms[16_000:] < 8.0).all()
 
 
-def test_a_connection_that_becomes_slower_for_good_is_followed_within_a_second():
-    clocks = device_clock.DeviceClocks(1, RATE)
+@pytest.mark.parametrize("until", [8000, 6000, 6200])
+def test_a_connection_that_becomes_slower_for_good_or_a_while_is_followed_within_a_second(until):
+    """Samples keep their order: as it becomes faster again, some come together, each less late than the one before."""
+    clocks, came = device_clock.DeviceClocks(1, RATE), 0.0
     for i in range(8000):
-        way = 48.0 if i < 4000 else 48.0 + 0.2 * RATE
-        device_clock.observe(clocks.table[0], 0, 1000.0 * i, 48.0 * i + way, RATE)
-        if i in (3999, 5000, 7999):
+        way = 48.0 + 0.08 * RATE if 4000 <= i < until else 48.0
+        came = max(came, 48.0 * i + way)
+        device_clock.observe(clocks.table[0], 0, 1000.0 * i, came, RATE)
+        if i in (3999, 5000, 5999) or i >= 7000:
             assert device_clock.arrival_frame(clocks.table[0], 1000.0 * i, RATE) == pytest.approx(
                 48.0 * i + way, abs=1.0
             )

@@ -226,8 +226,10 @@ def _close_window(clock: np.record, rate: float) -> None:
     """Keep the earliest arrival of the open window, and fit the line anew."""
     if clock.earliest - _line(clock, clock.earliest_us) > JUMP_S * rate:
         clock.count = 0  # everything is later than before: earlier windows no longer hold
-    before = clock.window_earliest[(clock.count - 1) % WINDOWS]
-    if clock.count > 0 and before - clock.earliest > JUMP_S * rate:
+    before = clock.earliest
+    for age in range(1, min(clock.count, _FEW) + 1):
+        before = max(before, clock.window_earliest[(clock.count - age) % WINDOWS])
+    if before - clock.earliest > JUMP_S * rate:
         clock.count = 0  # earlier samples were held up, and came together: each was less late than the one before
     at = clock.count % WINDOWS
     clock.window_us[at], clock.window_earliest[at] = clock.earliest_us, clock.earliest
