@@ -170,22 +170,34 @@ class TrackPainter:
     def _paint_marks(self, painter: QPainter) -> None:
         opened = self.content.opened
         painter.setPen(QPen(QColor(theme.FAINT), 1.0))
-        for frame, _, _ in opened.commands:
-            x = self.x((frame - opened.first) / opened.rate)
-            if self.left <= x <= self.right:
-                painter.drawLine(QPointF(x, RULER_PX - 4.0), QPointF(x, RULER_PX))
-        violet, bottom, free = QColor(theme.EVENTS), self.tracks["measured"].bottom, -math.inf
-        for mark in sorted(opened.marks, key=lambda mark: (mark.frame, not mark.text)):
-            x = self.x((mark.frame - opened.first) / opened.rate)
-            if not self.left <= x <= self.right:
-                continue
-            painter.setPen(QPen(violet, 1.0, Qt.PenStyle.DashLine))
+        for x in self._columns(self._x_of([frame for frame, _, _ in opened.commands])):
+            painter.drawLine(QPointF(x, RULER_PX - 4.0), QPointF(x, RULER_PX))
+        violet, bottom = QColor(theme.EVENTS), self.tracks["measured"].bottom
+        at = self._x_of([mark.frame for mark in opened.marks])
+        painter.setPen(QPen(violet, 1.0, Qt.PenStyle.DashLine))
+        for x in self._columns(at):
             painter.drawLine(QPointF(x, 12.0), QPointF(x, bottom))
-            if x >= free:
-                painter.setPen(violet)
-                text = painter.fontMetrics().elidedText(mark.text or "mark", Qt.TextElideMode.ElideRight, 160)
-                painter.drawText(QPointF(x + 3.0, 11.0), text)
-                free = x + painter.fontMetrics().horizontalAdvance(text) + 12.0
+        painter.setPen(violet)
+        place = int(np.searchsorted(at, self.left))
+        while place < len(at) and at[place] <= self.right:
+            alike = opened.marks[place : np.searchsorted(at, at[place], "right")]
+            said = next((mark.text for mark in alike if mark.text), "mark")
+            text = painter.fontMetrics().elidedText(said, Qt.TextElideMode.ElideRight, 160)
+            painter.drawText(QPointF(at[place] + 3.0, 11.0), text)
+            width = painter.fontMetrics().horizontalAdvance(text) + 12.0
+            place = int(np.searchsorted(at, at[place] + width))
+
+    def _x_of(self, frames: Sequence[int]) -> NDArray[np.float64]:
+        """Return the positions of session frames in pixels, also beyond the view."""
+        at_s = (np.array(frames, np.float64) - self.content.opened.first) / self.content.opened.rate
+        share = (at_s - self.view.begin_s) / (self.view.end_s - self.view.begin_s)
+        return self.left + share * (self.right - self.left)
+
+    def _columns(self, x: NDArray[np.float64]) -> list[float]:
+        """Return those of the positions that are in view, one for each pixel: a program can set 100,000 marks."""
+        seen = x[(x >= self.left) & (x <= self.right)]
+        _, first = np.unique(np.floor(seen), return_index=True)
+        return seen[first].tolist()
 
     def _paint_gaps(self, painter: QPainter) -> None:
         opened = self.content.opened

@@ -1,4 +1,4 @@
-"""What a right click on the time axis of a recording offers."""
+"""What a right click on the time axis of a recording offers, and how its marks are drawn."""
 
 from long_recording import write_recording
 from on_screen import show
@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Mark
 
 
 def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, folder, qtbot):
@@ -31,3 +32,21 @@ def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, fo
     axis.setFocus()
     QTest.keyClick(axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
     assert said == ["No mark is near the cursor."]
+
+
+def test_of_marks_at_one_moment_the_words_of_one_are_drawn_and_those_beyond_the_view_are_not(workspace, folder, qtbot):
+    write_recording(folder / "marked.underfoot", 2.0, default_floor(1, 2), vibration=False)
+    workspace.open_file(folder / "marked.underfoot")
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and not workspace.surveyor.is_busy)
+    axis = workspace.axis
+    axis.set_view(0.5, 1.5)
+
+    def picture(*marks):
+        axis.content.opened.marks[:] = [Mark(number, *mark) for number, mark in enumerate(marks)]
+        axis.redraw()
+        return axis.grab().toImage()
+
+    one = picture((48_000, "turn"))
+    assert picture((100, "x"), *[(48_000, "")] * 999, (48_000, "turn"), (48_000, "back"), (90_000, "y")) == one
+    assert picture((48_000, "")) != one
+    assert picture((48_000, "turn"), (60_000, "stop")) != one

@@ -28,7 +28,7 @@ def test_a_file_that_goes_while_its_folder_is_listed_leaves_the_others(qtbot, fo
     assert not (folder / "gone.underfoot").exists()
 
 
-def test_a_recording_is_listed_once_it_has_begun(workspace, folder):
+def test_a_recording_is_listed_once_it_has_begun(workspace, folder, qtbot):
     """The empty file with which a window keeps its name until then cannot be opened, and was called damaged.
 
     It may be another window's. Where no recording begins, a fault of the disk took it.
@@ -39,3 +39,4 @@ def test_a_recording_is_listed_once_it_has_begun(workspace, folder):
         os.utime(path, (time.time() - age_s,) * 2)
         workspace.recordings.refresh()
         assert workspace.recordings.list.count() == count
+    qtbot.waitUntil(lambda: workspace.recordings.list.item(0).text() == "today\ncannot be read")
