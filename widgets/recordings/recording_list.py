@@ -28,8 +28,10 @@ from underfoot.files import reason_of
 from underfoot.floor.layout import Floor, grid_of
 from underfoot.quantities import counted, first_of
 from underfoot.records.recording_format import SUFFIXES
+from underfoot.records.renaming import require_unused
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.file_dialog import ask_file, file_dialog
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.menu import Menu
@@ -137,7 +139,7 @@ class RecordingList(QWidget):
         theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
         self._folder, self._added, self._use_of = folder, added, use_of
-        self.summaries = Summaries(self)
+        self.summaries, self.unused = Summaries(self), BackgroundWorker(self)
         self._known: dict[Path, Summary] = {}
         self._rows: dict[Path, _Row] = {}
         self._marked: list[Path] = []
@@ -218,7 +220,7 @@ class RecordingList(QWidget):
         paths = self.chosen_paths()
         if use := next(filter(None, map(self._use_of, paths)), ""):
             self.show_problem(use)
-        elif paths:
+        elif paths and not self.unused.is_busy:
             text = f"Move {_named(paths)} to the trash?{_names(paths)}"
             ask(self, "Delete recordings", text, "Move to trash", lambda: self._delete(paths))
 
@@ -247,8 +249,10 @@ class RecordingList(QWidget):
         self.problem.setVisible(bool(why))
 
     def close_down(self) -> None:
-        """End the thread."""
+        """End the threads."""
         self.summaries.close()
+        self.unused.stop()
+        self.unused.join()
 
     # --- files ---
 
@@ -284,6 +288,12 @@ class RecordingList(QWidget):
 
     def _delete(self, paths: Sequence[Path]) -> None:
         self.deleted.emit(paths)
+        self.unused.compute(lambda _: [(path, _use_elsewhere(path)) for path in paths])
+
+    def _move_to_trash(self, uses: Sequence[tuple[Path, str]]) -> None:
+        """Move to the trash what no other program uses: one that records would go on in a file that nobody finds."""
+        self.show_problem("; ".join(first_of([use for _, use in uses if use], 1)))
+        paths = [path for path, use in uses if not use]
         left = [path for path in paths if not move_to_trash(path)]
         self._tell_gone([path for path in paths if path not in left], "in the trash")
         if left:
@@ -383,6 +393,7 @@ class RecordingList(QWidget):
             self.compared.emit(paths)
 
     def _connect(self) -> None:
+        self.unused.found.connect(self._move_to_trash)
         self.summaries.found.connect(self._add_summary)
         self.summaries.failed.connect(self._show_failure)
         self.search.textChanged.connect(self._filter)
@@ -414,6 +425,15 @@ def _named(paths: Sequence[Path]) -> str:
 def _names(paths: Sequence[Path]) -> str:
     """Return the names of several recordings, for below the question about them."""
     return "\n\n" + "\n".join(first_of([path.stem for path in paths], MOST_NAMED)) if len(paths) > 1 else ""
+
+
+def _use_elsewhere(path: Path) -> str:
+    """Return why a recording cannot be deleted since a program writes or reads it; "" if none does."""
+    try:
+        require_unused(path, "deleted")
+    except UnderfootError as error:
+        return str(error)
+    return ""
 
 
 def summary_text(summary: Summary) -> str:

@@ -65,14 +65,22 @@ def _settled(path: Path) -> tuple[Path, ...]:
     cached: tuple[Path, ...] = ()
     with suppress(BadFile), closing(Recording(path)) as recording:
         cached = cached_files(recording)
-    given_up_s = time.monotonic() + PATIENCE_S
-    while _is_in_use(path):
-        if time.monotonic() > given_up_s:
-            raise BadFile(f"{path} cannot be renamed: it is being recorded or read; wait until that is done")
-        time.sleep(_ASK_S)  # SQLite does not wait for the log's other users by itself
+    require_unused(path, "renamed")
     if any(Path(f"{path}{end}").exists() for end in _BESIDE):
         raise BadFile(f"{path} cannot be renamed: a part of it is in a file beside it; open it once, then rename it")
     return cached
+
+
+def require_unused(path: Path, how: str) -> None:
+    """Put what a killed writer left beside a recording into its file.
+
+    `BadFile`, that it cannot be renamed or deleted, as `how` says, if a program writes or reads it for `PATIENCE_S`.
+    """
+    given_up_s = time.monotonic() + PATIENCE_S
+    while _is_in_use(path):
+        if time.monotonic() > given_up_s:
+            raise BadFile(f"{path} cannot be {how}: it is being recorded or read; wait until that is done")
+        time.sleep(_ASK_S)  # SQLite does not wait for the log's other users by itself
 
 
 def _is_in_use(path: Path) -> bool:

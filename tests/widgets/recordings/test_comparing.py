@@ -182,6 +182,7 @@ def test_of_several_the_one_that_cannot_be_deleted_is_told_last(two, qtbot, fold
     (folder / "before.underfoot").unlink()
     (folder / "before.underfoot").mkdir()
     for question in ("Move 2 recordings to the trash?", "There is no trash for 2 recordings."):
+        qtbot.waitUntil(lambda: any(one.isVisible() for one in two.recordings.findChildren(QMessageBox)))
         box = next(one for one in two.recordings.findChildren(QMessageBox) if one.isVisible())
         assert box.text().startswith(question)
         QTest.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)

@@ -316,9 +316,9 @@ def test_a_recording_is_deleted_only_once_that_is_confirmed(workspace, folder, w
     box = workspace.recordings.findChild(QMessageBox)
     qtbot.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
     assert path.exists()
+    qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
     for _ in ("to the trash", "for good, where there is none"):
-        if not any(one.isVisible() for one in workspace.recordings.findChildren(QMessageBox)):
-            qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: any(one.isVisible() for one in workspace.recordings.findChildren(QMessageBox)))
         box = next(one for one in workspace.recordings.findChildren(QMessageBox) if one.isVisible())
         qtbot.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
     assert not path.exists()

@@ -9,7 +9,7 @@ from long_recording import write_recording
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QMessageBox, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.layout import default_floor
@@ -168,7 +168,11 @@ def test_a_recording_that_is_being_recorded_or_exported_stays_as_it_is(workspace
     click(workspace, "tuesday")
     qtbot.waitUntil(lambda: workspace.title.text() == "tuesday" and workspace.axis.content is not None)
     type_name(workspace, "later")
-    qtbot.waitUntil(lambda: "it is being recorded or read" in workspace.recordings.problem.text())
+    qtbot.waitUntil(lambda: "cannot be renamed: it is being recorded or read" in workspace.recordings.problem.text())
+    QTest.keyClick(workspace.recordings.list, Qt.Key.Key_Delete)
+    box = next(one for one in workspace.recordings.findChildren(QMessageBox) if one.isVisible())
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: "cannot be deleted: it is being recorded or read" in workspace.recordings.problem.text())
     workspace.reader.close()
     writer.close()
     assert sorted(path.name for path in folder.glob("*.underfoot")) == ["monday.underfoot", "tuesday.underfoot"]
