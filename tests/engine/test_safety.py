@@ -121,13 +121,13 @@ def test_what_is_not_finite_is_silence_and_is_counted():
     assert guarded.safety.faults == 3
 
 
-def test_ramps_are_straight_and_as_long_as_they_are_said_to_be():
+def test_ramps_are_straight_and_as_long_as_the_contracts_say():
     hum = np.where(np.arange(4800) % 2, 0.3, -0.3)  # far above the DC block, and its size is the gain
     plain = guarded(hum)[:, 0]
     for call, length, end in (
-        (lambda safety: safety.level(0.25, 960), RAMP, 0.25),
-        (lambda safety: safety.close(960), FADE, 0.0),
-        (lambda safety: safety.panic(960), PANIC, 0.0),
+        (lambda safety: safety.level(0.25, 960), 240, 0.25),
+        (lambda safety: safety.close(960), 480, 0.0),
+        (lambda safety: safety.panic(960), 48, 0.0),
     ):
         gain = guarded(hum, at_frame={960: call})[:, 0] / plain
         line = np.interp(np.arange(4800), [960, 960 + length], [1.0, end])

@@ -40,7 +40,7 @@ def test_walkers_in_hard_shoes_notice_the_thesis_s_stimulus_at_its_threshold():
     patch = Patch.loads(files("underfoot.presets").joinpath("patches/stimulus-td.json").read_bytes(), REGISTRY)
     _, signals, _ = previewed(patch, (), "t1", 0.9, RATE, measures=True)
     measured = signals["measured"].astype(np.float64)
-    measured *= sole.NOTICED_M_S2 / sole.windowed_peak(measured, RATE)
+    measured *= 0.46 / sole.windowed_peak(measured, RATE)
     found = sole.felt(measured, RATE)
     assert abs(found.level_db["shoe"]) < 1.0
     assert found.noticed == pytest.approx(0.5, abs=0.1)
@@ -63,8 +63,14 @@ def test_bands_add_up_to_the_power_of_noise():
     assert (ratio[10:] < 1.5).all()
 
 
+def test_the_share_in_band_is_that_from_50_to_750_hz():
+    tones = sum(sine(1.0, frequency_hz) for frequency_hz in (47.0, 53.0, 747.0, 753.0))
+    assert sole.share_in_band(tones, RATE) == pytest.approx(0.5)
+
+
 def test_who_notices_what_is_half_at_the_mean_and_a_sixth_one_deviation_below():
-    low = 20.0 * math.log10((sole.NOTICED_M_S2 - sole.NOTICED_SD_M_S2) / sole.NOTICED_M_S2)
+    """0.46 m/s^2, with 0.18 m/s^2 (6.4.2)."""
+    low = 20.0 * math.log10((0.46 - 0.18) / 0.46)
     assert sole.chance_noticed(0.0) == 0.5
     assert sole.chance_noticed(low) == pytest.approx(0.1587, abs=1e-4)
     assert sole.felt(np.zeros(4800), RATE).noticed == 0.0
