@@ -70,7 +70,9 @@ def test_a_spoiled_trial_has_no_score_and_the_analysis_says_that_it_is_left_out(
     assert found.remarks == ["1 spoiled trial is left out: a phone rang."]
 
 
-@pytest.mark.parametrize(("standard", "correct", "scores"), [("", "no", {0}), ("X", "comparison", {0, 1})])
+@pytest.mark.parametrize(
+    ("standard", "correct", "scores"), [("", "no", {0}), ("X", "comparison", {0, 1}), ("X", "standard", {0, 1})]
+)
 def test_constant_stimuli_are_scored_by_yes_and_no_and_by_the_interval(standard, correct, scores):
     parameters = {"comparisons": ["TD"], "standard": standard, "blocks": 4}
     stimuli = {"TD": {**TD, "correct": correct}, "X": {}}
@@ -81,7 +83,7 @@ def test_constant_stimuli_are_scored_by_yes_and_no_and_by_the_interval(standard,
     rows = rows_of(protocol, "P1", study.entries)
     assert {row["right"] for row in rows} == scores
     if standard:
-        assert all(row["right"] == (row["comparison_at"] == "first") for row in rows)
+        assert all(row["right"] == ((row["comparison_at"] == "first") == (correct == "comparison")) for row in rows)
 
 
 def test_labels_are_right_whatever_their_case():
