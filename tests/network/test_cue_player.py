@@ -305,6 +305,17 @@ def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
 
 
 def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(stage, recorded):
+    def panics():
+        return sum(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied))
+
+    before = panics()
+    stage.send_message("/underfoot/set", "tone", "frequency", 95.0, 93)
+    stage.send_message("/underfoot/strike", "t1", 1.0, 94)
+    for number in (93, 94):
+        stage.answer("/underfoot/played", number)
+    stage.send_message("/underfoot/panic")
+    stage.until(lambda: panics() > before, "panic")
+    stage.playing.session.play()
     stage.playing.play(9_600)
     stage.playing.session.stop_recording()
     with Recording(recorded) as recording:

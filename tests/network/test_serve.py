@@ -42,16 +42,29 @@ class Served:
         return block.replace("9701", str(self.messages)).replace("9700", str(self.cues))
 
 
-@pytest.fixture(scope="module")
-def served(tmp_path_factory):
-    made = Served(tmp_path_factory.mktemp("served"))
+@pytest.fixture
+def served(tmp_path):
+    made = Served(tmp_path)
     yield made
     if made.process.poll() is None:
         made.process.kill()
         made.process.communicate()
 
 
-def test_the_client_of_thirty_lines_hears_a_foot_and_plays(served):
+def test_clients_of_the_page_hear_a_foot_and_get_onsets_until_it_is_told_to_end_and_has_recorded_them(served, until):
+    client_of_thirty_lines_hears_a_foot_and_plays(served)
+    trial_for_psychopy_gets_its_onset(served, until)
+    served.process.send_signal(signal.SIGINT)
+    _, error = served.process.communicate(timeout=300.0)
+    assert served.process.returncode == 0, error
+    assert re.search(r"\d+ datagrams sent, \d+ cues received, 1 refused", error)
+    with Recording(served.recording) as recording:
+        texts = [mark.text for mark in recording.marks()]
+    assert texts == ["tacton-ws1 on t2", *["tacton-ws2 on t2"] * (len(texts) - 1)]
+    assert len(texts) > 1
+
+
+def client_of_thirty_lines_hears_a_foot_and_plays(served):
     code = served.code("Hears contacts")
     assert len([line for line in code.splitlines() if line]) <= 30
     with contextlib.redirect_stdout(io.StringIO()) as said:
@@ -64,7 +77,7 @@ def test_the_client_of_thirty_lines_hears_a_foot_and_plays(served):
     assert re.fullmatch(r"/underfoot/played \d+ \[\d+, [\d.]+, -?[\d.]+\]", played)
 
 
-def test_the_trial_for_psychopy_gets_its_onset(served, until):
+def trial_for_psychopy_gets_its_onset(served, until):
     variables = {}
     exec(served.code("PsychoPy trial"), variables)
     floor = variables["Floor"](port=served.cues)
@@ -85,17 +98,6 @@ def test_the_trial_for_psychopy_gets_its_onset(served, until):
     floor.socket.close()
     on_its_clock = [began_s, *(onset_s for onset_s, _ in onsets), time.perf_counter()]
     assert on_its_clock == sorted(on_its_clock)
-
-
-def test_it_ends_when_asked_to_and_has_recorded_the_cues(served):
-    served.process.send_signal(signal.SIGINT)
-    _, error = served.process.communicate(timeout=300.0)
-    assert served.process.returncode == 0, error
-    assert re.search(r"\d+ datagrams sent, \d+ cues received, 1 refused", error)
-    with Recording(served.recording) as recording:
-        texts = [mark.text for mark in recording.marks()]
-    assert texts == ["tacton-ws1 on t2", *["tacton-ws2 on t2"] * (len(texts) - 1)]
-    assert len(texts) > 1
 
 
 def test_what_cannot_be_served_is_one_line(refused):
