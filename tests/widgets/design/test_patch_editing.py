@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from underfoot.errors import BadFile
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch import preset_files
-from underfoot.patch.patch import Patch
+from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import downstream
 from underfoot.widgets.design.patch_editing import (
     aligned,
@@ -27,14 +27,28 @@ def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
     for value in (40.0, 50.0, 60.0):
         document.edit(document.patch.set("step", "threshold", value, REGISTRY), "Set", "drag 1")
     document.edit(document.patch.set("step", "threshold", 70.0, REGISTRY), "Set", "drag 2")
-    assert document.stack.count() == 2
+    for value in (80.0, 70.0):
+        document.edit(document.patch.set("step", "threshold", value, REGISTRY), "Set", "drag 3")
+    assert document.stack.count() == 2, "a drag that ended where it began is no step"
     document.stack.undo()
     assert document.patch.node("step").parameters == {"threshold": 60.0}
     document.stack.undo()
     assert document.patch == sample()
-    assert len(seen) == 6
+    assert len(seen) == 8
     document.edit(document.patch, "Nothing")
     assert document.stack.count() == 2
+
+
+def test_what_is_put_into_the_other_slot_is_undone_to_what_was_there_and_no_further(qapp):
+    document, opened, copied = Document(sample()), Patch(title="opened there"), Patch(title="copied")
+    document.switch("B", sample())
+    document.edit(Patch(title="edited"), "Edit")
+    document.switch("A", sample())
+    document.edit_other(opened, copied, "Copy to B")
+    document.switch("B", copied)
+    assert document.stack.count() == 1
+    document.stack.undo()
+    assert document.patch == opened
 
 
 def test_pasting_beside():
@@ -67,6 +81,14 @@ def test_offers_are_never_refused_and_what_is_not_offered_is_or_is_there():
         assert all(refusal(patch, REGISTRY, source, target) for target in {*inputs} - {*offered} - there)
 
 
+def test_offers_are_free_inputs_then_free_parameters_then_what_is_wired():
+    patch = Patch().add("lfo", NODES).add("gain", NODES).add("mix", NODES)
+    patch = patch.connect("gain.out", "mix.a", NODES).connect("lfo.out", "mix.level_d", NODES)
+    levels = ["mix.level_a", "mix.level_b", "mix.level_c"]
+    free = ["gain.signal", "mix.b", "mix.c", "mix.d", "gain.gain", *levels]
+    assert open_targets(patch, NODES, "lfo.out") == [*free, "mix.a"]
+
+
 def test_only_what_is_downstream_of_a_change_is_rendered_again():
     patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY)
     assert changed_nodes(patch, patch.move({"hum": (8.0, 8.0)})) == set()
@@ -76,6 +98,10 @@ def test_only_what_is_downstream_of_a_change_is_rendered_again():
     for field, value in (("seed", 7), ("error_scale", 10.0)):
         assert changed_nodes(patch, replace(patch, **{field: value})) == {node.id for node in patch.nodes}
     assert changed_nodes(patch, replace(patch, title="Hum")) == set()
+    assert changed_nodes(patch, patch.mark(["hum"], "muted", on=True)) == {"hum"}
+    assert changed_nodes(patch, patch.mark(["hum"], "soloed", on=True)) == {node.id for node in patch.nodes}
+    one, other = (Patch(nodes=(PlacedNode("filter", type),)) for type in ("low-pass", "high-pass"))
+    assert changed_nodes(one, other) == {"filter"}
 
 
 def test_what_reaches_ears_and_no_tile_is_only_heard():
