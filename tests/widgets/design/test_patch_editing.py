@@ -14,6 +14,7 @@ from underfoot.widgets.design.patch_editing import (
     changed_nodes,
     is_only_heard,
     open_targets,
+    outputs_with_wired_units,
     pasted,
     refusal,
 )
@@ -67,6 +68,19 @@ def test_pasting_beside():
 
 def test_aligning_one_node_changes_nothing():
     assert aligned({"hum": (3.0, 160.0)}, "left", {"hum": (136.0, 80.0)}) == {"hum": (3.0, 160.0)}
+
+
+def test_nodes_are_spread_evenly_between_the_first_and_the_last():
+    places = {"b": (120.0, 8.0), "c": (640.0, 16.0), "a": (0.0, 24.0)}
+    sizes = {"a": (96.0, 80.0), "b": (160.0, 80.0), "c": (96.0, 80.0)}
+    assert aligned(places, "across", sizes) == {**places, "b": (288.0, 8.0)}, "192 between a and b, and b and c"
+
+
+def test_a_signal_has_the_unit_of_all_that_it_drives_and_none_where_they_differ():
+    patch = Patch().add("value", NODES).add("tone", NODES).add("delay", NODES).add("low-pass", NODES)
+    for end, unit in (("tone.frequency", "Hz"), ("low-pass.cutoff", "Hz"), ("delay.time", "")):
+        patch = patch.connect("value.out", end, NODES)
+        assert [port.unit for port in outputs_with_wired_units(patch, NODES, "value")] == [unit]
 
 
 def test_offers_are_never_refused_and_what_is_not_offered_is_or_is_there():
