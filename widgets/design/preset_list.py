@@ -1,6 +1,7 @@
 """The list of presets: rows with the name, the response to a step, and a star."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import (
@@ -12,13 +13,14 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPolygonF
+from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter, QPolygonF
 from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design import preset_drops
 from underfoot.widgets.design.headed_list import HeadedList, Index
 
@@ -32,7 +34,7 @@ class PresetList(HeadedList):
 
     chosen = Signal(object)
     insertion_requested = Signal(object)
-    """The preset on which Shift+Enter was pressed."""
+    """The preset on which Shift+Enter was pressed; as below, also from its context menu."""
     current_changed = Signal(object)
     starred = Signal(object)
     """The preset whose star was clicked, or toggled with *."""
@@ -129,6 +131,23 @@ class PresetList(HeadedList):
             self.deletion_requested.emit(current)
         else:
             super().keyPressEvent(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what keys do with the preset under the mouse, or by Shift+F10 with the current one."""
+        by_key = event.reason() == QContextMenuEvent.Reason.Keyboard
+        item = self.currentItem() if by_key else self.itemAt(event.pos())
+        if item is None or item.data(_PRESET) is None:
+            return
+        preset = item.data(_PRESET)
+        menu = Menu(self)
+        star = "Take from ★" if item.data(_IS_STARRED) else "Keep under ★"
+        menu.addAction("Open\tReturn", partial(self.chosen.emit, preset))
+        menu.addAction("Put into the patch\tShift+Return", partial(self.insertion_requested.emit, preset))
+        menu.addAction(f"{star}\t*", partial(self.starred.emit, preset))
+        if preset.is_user_preset:
+            menu.addAction("Delete…\tDel", partial(self.deletion_requested.emit, preset))
+        below = self.visualItemRect(item).bottomLeft()
+        menu.open_once(self.viewport().mapToGlobal(below) if by_key else event.globalPos())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._on_star = event.position().x() > self.viewport().width() - _STAR_PX

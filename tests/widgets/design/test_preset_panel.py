@@ -8,8 +8,9 @@ import pytest
 from made_patches import hum
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QSignalSpy
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
 
 from underfoot.engine.levels import levels_of
 from underfoot.engine.preset_pictures import PresetPicture
@@ -142,6 +143,37 @@ def test_only_ones_own_can_be_deleted_and_only_after_a_question(panel, qtbot, ow
     qtbot.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
     assert not (own / "humming.json").exists()
     assert names(panel) == []
+
+
+def test_a_right_click_on_a_preset_offers_what_keys_do(panel, qtbot):
+    presets, rows = panel.list, {}
+    for row in range(presets.count()):
+        rows[presets.item(row).text()] = presets.item(row)
+
+    def texts(name, use=""):
+        place = presets.visualItemRect(rows[name]).center()
+        qtbot.mouseClick(presets.viewport(), Qt.MouseButton.RightButton, pos=place)
+        at = presets.viewport().mapToGlobal(place)
+        QApplication.sendEvent(presets.viewport(), QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, at))
+        menu = next((menu for menu in presets.findChildren(QMenu) if menu.isVisible()), None)
+        found = [action.text().partition("\t")[0] for action in menu.actions()] if menu else []
+        if use:
+            action = menu.actions()[found.index(use)]
+            qtbot.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
+        elif menu:
+            menu.close()
+        return found
+
+    assert texts("Gravel") == ["Open", "Put into the patch", "Keep under ★"]
+    assert texts("MATERIALS") == []
+    with qtbot.waitSignal(panel.insertion_requested) as asked:
+        texts("Gravel", "Put into the patch")
+    assert asked.args[0].name == "Gravel"
+    presets.scrollToItem(rows["Humming"])
+    assert texts("Humming", "Delete…")[-1] == "Delete…"
+    question = panel.findChild(QMessageBox)
+    assert "Humming" in question.text()
+    question.reject()
 
 
 def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):
