@@ -2,14 +2,16 @@
 
 import re
 
-from design_samples import REGISTRY, drag, port, send
+from design_samples import REGISTRY, drag, port, sample, send
 from groups_by_hand import collapse
+from msgspec.structs import replace
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QMenu
 from windows import quiet_window
 
 from underfoot.engine.reports import Fault
+from underfoot.patch.groups import Note
 from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import TITLE
 from underfoot.widgets.design.node_painting import far_note, far_size, far_text
@@ -99,6 +101,18 @@ def test_a_long_name_is_cut_short_and_the_mouse_shows_all_of_it(workspace):
     assert 24 <= far_size("Band-pass", 30, 128.0) < 30
     assert re.fullmatch("Two feet.*\n.+…", far_note("Two feet on one tile:\nthe left one is softer", 24, 224.0, 64.0))
     assert far_note("Short", 24, 224.0, 16.0) == "Short"
+
+
+def test_a_note_runs_from_right_to_left_if_its_words_do(workspace):
+    """As while it is typed. A mark that is not seen before the words decides on the direction."""
+
+    def picture(mark):
+        workspace.set_patch(replace(sample(), notes=(Note("note", f"{mark}خطوات (3)!", (240.0, 160.0)),)))
+        return workspace.canvas.grab().toImage()
+
+    left_to_right, right_to_left = "\u200e", "\u200f"
+    assert picture("") == picture(right_to_left)
+    assert picture("") != picture(left_to_right)
 
 
 def test_a_wire_tells_its_ends_by_name_and_the_range_of_its_signal(workspace):
