@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
 from underfoot.errors import BadValue
 from underfoot.experiments.questions import (
     FreeNumber,
-    OpenChoice,
     Scale,
     keys_of,
     needs_answer,
@@ -294,7 +293,6 @@ class AnswerForm(QWidget):
             button.clicked.connect(
                 lambda _=False, value=option, b=button: self._choose(question, value, row_buttons, b)
             )
-            button.setChecked(isinstance(question, OpenChoice) and option == question.default)
             row_buttons.append(button)
         self.buttons += row_buttons
         return _ButtonRows(row_buttons)

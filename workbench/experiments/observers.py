@@ -339,8 +339,8 @@ class Labeller(Observer):
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         of_it = self.protocol.stimuli[trial.intervals[0].stimulus].factors.get("set") == "IT"
         first = random.random() < self._share("impact_share_it" if of_it else "impact_share_ws")
-        sorts = sorts_of(self.given)
-        return {"label": "knock" if first else "hum", **({"sort": sorts[0 if first else -1]} if sorts else {})}
+        sorts = sorts_of(self.given) or ("knock", "hum")
+        return {"label": sorts[0 if first else -1]}
 
     def truths(self) -> dict[str, float]:
         sorts = sorts_of(self.given)

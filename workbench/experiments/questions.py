@@ -48,18 +48,13 @@ class FreeNumber(Number):
         return f"a number above 0, up to {self.high:g}"
 
 
-@dataclass(frozen=True)
-class OpenChoice(Choice):
-    """An optional choice; its default means "no answer"."""
-
-
 def needs_answer(question: Parameter) -> bool:
     """Return whether a page requires an answer to this question. A default is never stored as an answer.
 
     >>> needs_answer(Number(50.0, 0.0, 100.0)), needs_answer(Text(""))
     (True, False)
     """
-    return not isinstance(question, Text | OpenChoice)
+    return not isinstance(question, Text)
 
 
 def unanswered(question: Parameter) -> BadValue:

@@ -8,7 +8,7 @@ from underfoot.experiments.analysis.comparisons import shares_compared
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, Estimate, people_share_interval
 from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.methods.free_labels import NOT_SORTED, sorts_of
+from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.table import Row, grouped, shares_by_person
 
 
@@ -28,12 +28,12 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found = Findings("Free labels")
     words = []
     for (name,), part in sorted(grouped(rows, "stimulus").items()):
-        given = Counter(str(row.get("label", "")).strip().lower() for row in part)
+        given = Counter(_label(row) or "(no words)" for row in part)
         words.append((str(name), ", ".join(f"{word} ({n})" if n > 1 else word for word, n in given.most_common())))
     found.tables.append(Table("Labels", ("stimulus", "labels"), tuple(words)))
     sorts = _sorts(rows, settings)
-    if not sorts:
-        found.remarks.append("No label was sorted yet: fill in the column sort of the table of trials.")
+    if not any(_sort(row) in sorts for row in rows):
+        found.remarks.append("No label was sorted yet: add a column sort to the table of trials, and analyse that.")
         return found
     sets = sorted(grouped(rows, "set").items())
     note = f"{PEOPLE_NOTE} {_THESIS if any(name in thesis.SETS for (name,), _ in sets) else ''}".rstrip()
@@ -53,11 +53,19 @@ _THESIS = (
 
 def _sorted_by_person(rows: Sequence[Row], sorts: Sequence[str]) -> dict[str, tuple[int, int]]:
     """Return how many labels of each person are of the first sort, and how many were sorted."""
-    return shares_by_person((row for row in rows if row.get("sort") in sorts), lambda row: row["sort"] == sorts[0])
+    return shares_by_person((row for row in rows if _sort(row) in sorts), lambda row: _sort(row) == sorts[0])
+
+
+def _label(row: Row) -> str:
+    return str(row.get("label", "")).strip().lower()
+
+
+def _sort(row: Row) -> str:
+    """Return what a label was sorted into; one that is a sort's own word needs no sorting."""
+    return str(row.get("sort") or _label(row))
 
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:
     """Return the sorts, in the order of the protocol, or as found in the table."""
-    named = sorts_of(settings.given)
-    used = dict.fromkeys(str(row.get("sort", "")) for row in rows)
-    return [sort for sort in (named or used) if sort not in ("", NOT_SORTED)]
+    used = dict.fromkeys(str(row["sort"]) for row in rows if row.get("sort"))
+    return sorts_of(settings.given) or list(used)

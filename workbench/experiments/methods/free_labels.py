@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.method import BlockedMethod, StimulusNames
-from underfoot.experiments.questions import OpenChoice
 from underfoot.experiments.trials import Trial
 from underfoot.parameters import Count, Parameter, Text, ask
 
-NOT_SORTED = "not sorted"
-
 
 class FreeLabels(BlockedMethod):
-    """Words for each stimulus. The experimenter sorts them by hand afterwards, in the table of trials."""
+    """Words for each stimulus. The experimenter sorts them by hand afterwards, in the table of trials.
+
+    Participants do not see the sorts: they would name what is asked for.
+    """
 
     kind, name = "free-labels", "Free labels"
     about = (
@@ -21,7 +21,7 @@ class FreeLabels(BlockedMethod):
     named = StimulusNames((), doc="What is named.")
     repeats = Count(1, 1, 100, doc="How often each one comes.")
     question = Text("What does it remind you of?", doc="What is asked after each one.")
-    sorts = Text("", doc="What labels are sorted into, joined by commas; nothing: labels are not sorted.")
+    sorts = Text("", doc="What labels are sorted into afterwards, joined by commas; the first is counted.")
 
     def listed(self) -> Sequence[Trial]:
         right = {name: self.stimuli[name].correct for name in self.given["named"]}
@@ -29,12 +29,7 @@ class FreeLabels(BlockedMethod):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        sorts = sorts_of(given)
-        questions = [ask("label", Text("", doc=given["question"]))]
-        if sorts:
-            options = tuple(dict.fromkeys((NOT_SORTED, *sorts)))
-            questions.append(ask("sort", OpenChoice(NOT_SORTED, options=options, doc="Which of these is it?")))
-        return tuple(questions)
+        return (ask("label", Text("", doc=given["question"])),)
 
 
 def sorts_of(given: Mapping[str, Any]) -> list[str]:
