@@ -55,6 +55,18 @@ def test_beside_silence_answers_are_right_and_the_thesis_asked_for_something_els
     assert over.note == ""
 
 
+def test_who_guesses_up_to_the_highest_level_is_named():
+    """Where half of the guesses are right, a staircase turns there, too: some dB below it was a threshold like any."""
+    given = {"followed": ["TD"], "standard": "X", "down_after": 2, "highest_db": 18.0, "steps_db": [4.0, 1.0]}
+    protocol = made_protocol("staircases", given)
+    study = Study(protocol, "P2")
+    while not study.is_done:
+        study.answer({"interval": "first"})
+    rows = [*simulated_rows(protocol, 0, 1, {})[0], *rows_of(protocol, "P2", study.entries)]
+    (found,) = analysed(rows, protocol, Settings())
+    assert found.remarks == ["Turned at the highest or lowest level, so that the threshold may lie beyond: P2."]
+
+
 def test_beside_a_standard_that_vibrates_the_point_of_equality_is_named_in_the_order_of_the_protocol():
     protocol = preset_protocol("intensity-equalisation")
     rows, _ = simulated_rows(protocol, 0, 1, {})

@@ -92,6 +92,9 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
     found.tables.append(over_people(title, lines, rows, _beside(rows, settings)))
     found.tables += false_alarms(rows)
+    if beyond := ", ".join(str(person) for (person,), part in people.items() if _has_turned_at_an_end(part, settings)):
+        point = "PSE" if _point(rows, settings) == PSE else THRESHOLD
+        found.remarks.append(f"Turned at the highest or lowest level, so that the {point} may lie beyond: {beyond}.")
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
@@ -128,6 +131,13 @@ def false_alarms(rows: Sequence[Row]) -> list[Table]:
     if any(row.get("comparison") == "TD" for row in rows):
         note = f"{note} Thesis 6.4.2: median {thesis.FALSE_ALARMS_MEDIAN:g}.".lstrip()
     return [Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms), note)] if alarms else []
+
+
+def _has_turned_at_an_end(rows: Sequence[Row], settings: Settings) -> bool:
+    """Return whether a reversal of one person that counts is at an end of the levels, beyond which none can go."""
+    rule = _rule(settings)
+    turns = (level for run in staircases(rows, settings).values() for level in run.turns_db[-rule["last"] :])
+    return any(not rule["lowest_db"] < level < rule["highest_db"] for level in turns)
 
 
 def _point(rows: Sequence[Row], settings: Settings) -> str:
