@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from numpy.typing import NDArray
 
 from underfoot.kernels import inlined, kernel, part
@@ -52,6 +53,28 @@ def test_a_part_that_python_calls_says_so_and_the_interpreter_lives_on():
     with pytest.raises(TypeError, match=r"_root is a part of kernels; Python calls _root\.py_func"):
         _root(9.0)
     assert _root.py_func(9.0) == 3.0
+
+
+@njit
+def _tripled(number: float) -> float:
+    return 3.0 * number
+
+
+@part
+def _next_to_triple(number: float) -> float:
+    return _tripled(number) + 1.0
+
+
+@kernel
+def _largest(number: float) -> float:
+    return max(_next_to_triple(number), 2.0)
+
+
+def test_a_function_of_numba_that_a_part_calls_can_be_called_from_python_afterwards(monkeypatch, tmp_path):
+    """As one that a node's `run` calls and its `sizes`, too: the interpreter crashed."""
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
+    assert _largest(2.0) == 7.0
+    assert _tripled(2.0) == 6.0
 
 
 @kernel

@@ -20,7 +20,7 @@ from numba.extending import intrinsic
 
 from underfoot import lane_lowering, memory_lowering
 from underfoot.errors import BadFile
-from underfoot.kernel_cache import KernelCache, digest, of_part, options_text
+from underfoot.kernel_cache import KernelCache, called, digest, options_text
 
 
 class _Dispatcher(CPUDispatcher):
@@ -30,7 +30,7 @@ class _Dispatcher(CPUDispatcher):
 
     def compile(self, sig: Signature | tuple[types.Type, ...]) -> Callable[..., Any]:
         """Compile or load the version for a signature."""
-        with released(self._cache), of_part(self.is_part):
+        with released(self._cache), called("" if self.is_part else self.py_func.__qualname__):
             return super().compile(sig)
 
     def get_call_template(
@@ -95,7 +95,7 @@ def compiled_callback(signature: str | Signature, function: Callable[..., Any]) 
     """Return the function compiled for this signature, or loaded; `BadFile` names its file if it cannot be."""
     callback: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
     callback._cache = KernelCache(function, f"callback {signature} {LOWERING}")
-    with released(callback._cache):
+    with released(callback._cache), called(function.__qualname__):
         try:
             callback.compile()
         except (NumbaError, UnsupportedBytecodeError, AttributeError, TypeError) as error:

@@ -27,6 +27,7 @@ from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import CompileResult
 from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime import rtsys
+from numba.core.targetconfig import ConfigStack
 from numba.core.typing.templates import Signature
 
 from underfoot.files import cache_folder
@@ -204,17 +205,20 @@ class _Locator(_CacheLocator):
         return self._mark[:16]
 
 
-_IS_PART: ContextVar[bool] = ContextVar("is_part", default=False)
+_CALLED: ContextVar[str | None] = ContextVar("called", default=None)
 
 
 @contextmanager
-def of_part(is_part: bool) -> Iterator[None]:
-    """Declare whether functions compiled in this block exist only inlined in their callers."""
-    before = _IS_PART.set(is_part)
+def called(name: str) -> Iterator[None]:
+    """Name the function compiled in this block that is called from outside, "" for none.
+
+    What it calls is a part of it, Numba's own functions too, but for what Python can call.
+    """
+    before = _CALLED.set(name)
     try:
         yield
     finally:
-        _IS_PART.reset(before)
+        _CALLED.reset(before)
 
 
 class _PartCodegen:
@@ -234,7 +238,8 @@ class _Library(JITCodeLibrary):
 
     def __init__(self, codegen: JITCPUCodegen, name: str) -> None:
         super().__init__(codegen, name)
-        self._is_part = _IS_PART.get()
+        from_outside, flags = _CALLED.get(), ConfigStack.top_or_none()
+        self._is_part = from_outside not in (None, name) and flags is not None and flags.no_cpython_wrapper
 
     def _optimize_functions(self, module: llvm.ModuleRef) -> None:
         """Optimise what a module defines. Numba also sets up the passes for what it only declares: nine of ten."""

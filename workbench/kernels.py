@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 """Arrays of float64, which kernels take where they are contiguous."""
 
-_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_STRICT = {"nopython": True, "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
+_PART = {"no_cpython_wrapper": True}
 _INLINED = {**_PART, "forceinline": True}
 
 
@@ -44,7 +45,7 @@ class Kernel:
     def __init__(self, function: Callable[..., Any], **options: object) -> None:
         update_wrapper(self, function)
         self.py_func = function
-        self.options = {"nopython": True, "nogil": True, "error_model": "numpy", "_nrt": False, **options}
+        self.options = {**_STRICT, **options}
 
     __call__ = property(attrgetter("compiled"))  # no interpreter frame: the output callback calls kernels
 
