@@ -52,8 +52,6 @@ class PolledProcess(QObject):
         if messages := process.receive():
             self.received.emit(messages)
         if is_over and process is self._process:
-            has_failed = process.has_failed
             self._timer.stop()
             self._process = None
-            how = process.end(0.0)
-            self.ended.emit(how if has_failed else "")
+            self.ended.emit(process.reap())

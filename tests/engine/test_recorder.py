@@ -145,7 +145,8 @@ def test_a_recorder_killed_at_any_moment_has_lost_at_most_the_last_block(rings, 
     until(lambda: kept_by(recorder) == 9_600)
     rings.write(4_800)
     os.kill(recorder.pid, signal.SIGKILL)
-    until(lambda: recorder.death() == "signal 9", "it died")
+    until(lambda: recorder.has_died, "it died")
+    assert recorder.reap() == "signal 9"
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert first == 0
@@ -183,7 +184,8 @@ def test_a_recorder_asked_to_end_with_all_other_processes_closes_its_file(rings,
 def test_a_recorder_killed_before_there_is_a_file_begins_anew(rings, record, until):
     recorder = record()
     os.kill(recorder.pid, signal.SIGKILL)
-    until(lambda: recorder.death() == "signal 9", "it died")
+    until(lambda: recorder.has_died, "it died")
+    assert recorder.reap() == "signal 9"
     rings.write(480)
     recorder.restart()
     recorder.end(480)
@@ -198,7 +200,8 @@ def test_while_somebody_has_the_file_locked_nothing_is_lost(rings, record, until
     rings.write(9_600)
     until(lambda: kept_by(recorder) == 9_600)
     os.kill(recorder.pid, signal.SIGKILL)
-    until(lambda: recorder.death() == "signal 9", "it died")
+    until(lambda: recorder.has_died, "it died")
+    assert recorder.reap() == "signal 9"
     with closing(sqlite3.connect(recorder.path)) as other:
         other.execute("pragma locking_mode = exclusive")
         other.execute("select count(*) from about").fetchone()
@@ -255,7 +258,7 @@ def test_a_file_that_is_moved_away_is_told_and_is_whole(rings, record, until, ot
     assert until(recorder.receive, "it says so") == [
         f"{recorder.path} is not recorded any further: the file was moved, removed or replaced"
     ]
-    until(lambda: recorder.death() is not None, "it ends")
+    until(lambda: recorder.has_died, "it ends")
     assert sorted(path.name for path in moved.parent.iterdir()) == ["a.uf"] * bool(other) + ["b.uf"]
     with Recording(moved) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_600))
@@ -266,7 +269,8 @@ def test_a_place_that_cannot_be_written_is_told_in_one_line(rings, record, until
     said = until(recorder.receive, "it says so")
     assert len(said) == 1
     assert re.search("none/a.uf is not recorded any further: it cannot be written: [a-z ]+$", said[0])
-    until(lambda: recorder.death() == "", "it ends by itself")
+    until(lambda: recorder.has_died, "it ends by itself")
+    assert recorder.reap() == ""
 
 
 def test_what_a_full_disk_refuses_at_the_end_is_told(rings, record, until):

@@ -54,11 +54,6 @@ class ChildProcess:
         """Whether it is running."""
         return self._process.is_alive()
 
-    @property
-    def has_failed(self) -> bool:
-        """Whether it ended in any way other than returning."""
-        return self._process.exitcode != 0
-
     def send(self, message: object) -> None:
         """Send a message; dropped if the process has died, since its successor receives the full state.
 
@@ -97,6 +92,12 @@ class ChildProcess:
         code = self._process.exitcode
         self._process.close()
         return f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+
+    def reap(self) -> str:
+        """Release it once it has ended by itself; return how, if it failed, else ""."""
+        failed = self._process.exitcode != 0
+        how = self.end(0.0)
+        return how if failed else ""
 
 
 def engine_process() -> ChildProcess:

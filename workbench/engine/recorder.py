@@ -172,13 +172,14 @@ class Recorder:
         self._forget_what_is_kept()
         return lines + [f"{self.path} has gaps: {_TOO_SLOW}"] * (self._has_lost and not had_lost)
 
-    def death(self) -> str | None:
-        """Return None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
-        if self._process.is_alive:
-            return None
-        failed = self._process.has_failed
-        reason = self._process.end(0.0)
-        return reason if failed else ""
+    @property
+    def has_died(self) -> bool:
+        """Whether the process has ended."""
+        return not self._process.is_alive
+
+    def reap(self) -> str:
+        """Release a process that died, and return the reason; "" if it has reported that itself."""
+        return self._process.reap()
 
     def end(self, frame: int) -> None:
         """Write everything before session frame `frame` and close the file, without waiting."""

@@ -78,15 +78,15 @@ class RecorderSupervisor:
         files, self._files = self._files, []
         return files
 
-    def reap(self) -> str:
-        """Return why the present recording's process died; "" while it lives.
+    @property
+    def has_died(self) -> bool:
+        """Whether the present recording's process has ended."""
+        return self._recorder is not None and self._recorder.has_died
 
-        Also "" if it has ended by itself and reported why: then there is no recording any more.
-        """
-        reason = self._recorder.death() if self._recorder is not None else None
-        if reason == "":
-            self.give_up()
-        return reason or ""
+    def reap(self) -> str:
+        """Release a process that died, and return the reason; "" if it has reported that itself."""
+        assert self._recorder is not None
+        return self._recorder.reap()
 
     def restart(self) -> None:
         """Restart the process that died; it continues its file."""
@@ -95,8 +95,8 @@ class RecorderSupervisor:
 
     def give_up(self) -> None:
         """Leave the file as the process that died has left it; there is no recording any more."""
-        if self._recorder is not None:
-            self._files.append(RecordingFile(self._recorder.path, "cut"))
+        assert self._recorder is not None
+        self._files.append(RecordingFile(self._recorder.path, "cut"))
         self._recorder = None
 
     def _close(self, recorder: Recorder) -> list[str]:

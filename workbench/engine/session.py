@@ -108,7 +108,8 @@ class Session:
         self._started = False  # whether the engine plays it
         self._standby_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what plays, with numbers set since
-        self._is_compiling = False  # the present patch
+        self.is_compiled = True
+        """Whether the present patch is not being compiled; the engine compiles the first one itself."""
         self._anew, self._settle_s = False, 0.0  # how it will be played, by all edits since what plays
         self._is_refused = False  # whether an earlier patch plays instead of the present one
         self._compile_progress = CompileProgress()
@@ -174,11 +175,6 @@ class Session:
     def _require_open(self) -> None:
         if self._closed:
             raise DeviceError(CLOSED)
-
-    @property
-    def is_compiled(self) -> bool:
-        """Whether the present patch is not being compiled; the engine compiles the first one itself."""
-        return not self._is_compiling
 
     @property
     def health(self) -> Health:
@@ -358,7 +354,7 @@ class Session:
     def _request_compile(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Compile the kernels of the present patch; it is played as soon as they are ready."""
         if self._setup is not None:
-            self._is_compiling = True
+            self.is_compiled = False
             self._anew, self._settle_s = self._anew or anew, max(self._settle_s, settle_s)
             self._compile_progress.forget("compiler")
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
@@ -386,7 +382,7 @@ class Session:
 
     def _play_compiled(self) -> None:
         """Play the present patch, whose kernels are compiled now."""
-        self._compiled, self._is_compiling, self._is_refused = (self.patch, self.scopes), False, False
+        self._compiled, self.is_compiled, self._is_refused = (self.patch, self.scopes), True, False
         if self._started:
             self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._anew, settle_s=self._settle_s))
             self.repeats.resend()
@@ -397,7 +393,7 @@ class Session:
             return
         self._handle_compiler_answers()
         if self._may_restart("compiler", self._compiler.reap()):
-            restart = self._request_compile if self._is_compiling else self._compiler.start
+            restart = self._compiler.start if self.is_compiled else self._request_compile
             restart()
 
     # --- the engine ---
@@ -481,12 +477,14 @@ class Session:
     # --- processes that died ---
 
     def _restart_recorder(self) -> None:
+        has_died = self._recorder.has_died  # asked first: what it reported before it ended is then received
         self._reports.extend(Notice(text) for text in self._recorder.receive())
-        reason = self._recorder.reap()
-        if reason and self._may_restart("recorder", reason):
-            self._recorder.restart()
-        elif reason:
-            self._recorder.give_up()
+        if has_died:
+            reason = self._recorder.reap()
+            if reason and self._may_restart("recorder", reason):
+                self._recorder.restart()
+            else:
+                self._recorder.give_up()
         self._reports.extend(self._recorder.take_files())
         if self._setup is None and self._engine.is_started:
             self._start_engine()
