@@ -90,7 +90,7 @@ class Weighing:
         return Result(
             "response", "Weighing of t1", (("error", 0.5, "dB"), ("level_db", level, "dB")), "It rings true.", True,
             ("the bell is small",), (curve,), (("bell", "frequency_hz,level", bell),),
-            lambda profile: profile.with_part(part),
+            part,
         )  # fmt: skip
 
     def without_conclusion(self, reason):

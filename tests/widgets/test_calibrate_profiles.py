@@ -350,7 +350,7 @@ def test_a_profile_is_saved_although_the_own_file_of_its_plate_cannot_be_written
     plate = PlateStiffness(made="2026-11-01", positions=(0.0, 1.0), stiffness_n_mm=(20.0, 60.0))
     own_file = plate_file(driver.file())
     own_file.mkdir()
-    result = Result("plate", "Plate", (), "Stiff.", True, apply=lambda profile: profile.with_part(plate))
+    result = Result("plate", "Plate", (), "Stiff.", True, part=plate)
     driver.workspace.profiles.save("t1", result)
     driver.wait(lambda: driver.said)
     assert driver.said[0].startswith(f"The profile of t1 is saved: {driver.file()}; but not the plate's own file")

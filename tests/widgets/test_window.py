@@ -294,7 +294,7 @@ def _with_response(level):
         acceleration_per_unit=level,
         equaliser=((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),),
     )
-    return Result("response", "Response", (), "", True, apply=lambda profile: profile.with_part(part))
+    return Result("response", "Response", (), "", True, part=part)
 
 
 def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_is_old(window, qtbot, monkeypatch):

@@ -54,7 +54,7 @@ class Profiles(QObject):
 
     def save(self, tile: str, result: Result) -> None:
         """Store a result in a tile's profile; the part it replaces goes into the history."""
-        self._submit(self._write, self.folder, tile, result.kind, result.applied, f"The profile of {tile} is saved")
+        self._submit(self._write, self.folder, tile, result.kind, result.apply, f"The profile of {tile} is saved")
 
     def set_serial(self, tile: str, serial: str) -> None:
         """Store a tile's serial number in its profile."""

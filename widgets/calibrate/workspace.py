@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 
+from msgspec import structs
 from PySide6.QtCore import QFileInfo, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
@@ -333,8 +334,11 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.profiles.save(self.tile.id, self._with_origin(result))
 
     def _with_origin(self, result: Result) -> Result:
-        """Return the result with whether a simulated tile was measured."""
-        return replace(result, is_simulated=self._is_simulated)
+        """Return the result with whether a simulated tile was measured, also in its part: hardware may find it."""
+        part = result.part
+        if part is not None and self._is_simulated:
+            part = structs.replace(part, simulated=True)
+        return replace(result, part=part, is_simulated=self._is_simulated)
 
     def _saved(self, tile: str, kind: str) -> None:
         if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):
@@ -384,7 +388,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         def write() -> str:
             from underfoot.calibration.files.report import write_report
 
-            return f"The report is in {write_report(result, folder, result.applied(profile))}"
+            return f"The report is in {write_report(result, folder, result.apply(profile))}"
 
         self._settings.folder = str(folder.parent)  # where the next one is put beside it
         self.profiles.do(write)

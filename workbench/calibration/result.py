@@ -1,19 +1,17 @@
 """Result of a calibration: figures, a verdict, pictures and raw data, and the change of a profile."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import date
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import structs
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement
 
 if TYPE_CHECKING:
-    from underfoot.floor.profile import Profile
+    from underfoot.floor.profile import Part, Profile
 
 
 @dataclass(frozen=True)
@@ -33,20 +31,20 @@ class Result:
     warnings: tuple[str, ...] = ()
     drawings: tuple[Drawing, ...] = ()
     raw: tuple[tuple[str, str, NDArray[np.float64]], ...] = ()
-    apply: Callable[["Profile"], "Profile"] = field(default=lambda profile: profile, repr=False)
-    """Returns the profile with this result; the previous values are kept in its history."""
+    part: "Part | None" = None
+    """What it changes in a profile; None without a conclusion."""
+    tile: str = ""
+    """The tile whose profile it may change; "" for any."""
     method: str = ""
     """Method of measurement, in a few sentences for the report."""
     is_simulated: bool = False
-    """Whether the tile was simulated, which the report says, and `applied`."""
+    """Whether the tile was simulated, which the report says."""
 
-    def applied(self, profile: "Profile") -> "Profile":
-        """Return what `apply` does, with a part that says if the tile was simulated: where hardware may find it."""
-        new = self.apply(profile)
-        part = new.part(self.kind) if self.is_simulated and new is not profile else None
-        if part is None:
-            return new
-        return profile.with_part(structs.replace(part, simulated=True), date.fromisoformat(part.made))
+    def apply(self, profile: "Profile") -> "Profile":
+        """Return the profile with this result; the previous values are kept in its history."""
+        if self.part is None:
+            return profile
+        return profile.with_part(self.part, date.fromisoformat(self.part.made), self.tile)
 
     @property
     def figures(self) -> dict[str, float]:

@@ -50,7 +50,8 @@ def result_of(
         warnings=found.left_out,
         drawings=drawings_of(found),
         raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
-        apply=lambda profile: profile.with_part(part_of(found, reference), tile=found.tile.id),
+        part=part_of(found, reference),
+        tile=found.tile.id,
         method=METHOD,
     )
 

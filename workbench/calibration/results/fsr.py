@@ -69,7 +69,8 @@ def result_of(found: Linearisation, reference: str) -> Result:
         warnings=found.warnings,
         drawings=drawings_of(found),
         raw=_raw(np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),
-        apply=lambda profile: profile.with_part(part_of(found, reference), tile=found.tile),
+        part=part_of(found, reference),
+        tile=found.tile,
         method=" ".join(filter(None, (METHOD, _more_of_method(found)))),
     )
 

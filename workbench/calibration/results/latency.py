@@ -64,7 +64,8 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, tile: str = "") -> R
         good=good,
         drawings=_drawings(found),
         raw=(("delays", "played_s,delay_ms", np.stack([found.played_s, ms], axis=1)),),
-        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
+        part=part,
+        tile=tile,
         method=f"{METHOD} It holds at {rate_hz} Hz in blocks of {block} frames, as it was measured.",
     )
 

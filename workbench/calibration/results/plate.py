@@ -64,7 +64,8 @@ def result_of(
         good=fit.good,
         drawings=drawings_of(fit, samples),
         raw=_raw(lines, samples),
-        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
+        part=part,
+        tile=tile,
         method=METHOD,
     )
 

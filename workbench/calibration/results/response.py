@@ -80,7 +80,8 @@ def result_of(found: ResponseMeasurements, tile: str = "") -> Result:
             *_raw(found.sweeps, found.sensitivity, found.tones),
             ("equaliser", "b0,b1,b2,a0,a1,a2", found.sections),
         ),
-        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made), tile),
+        part=part,
+        tile=tile,
         method=METHOD + _level_words(found),
     )
 
