@@ -1,13 +1,11 @@
 """The Calibrate workspace: the choice of tile and calibration, and the wizard that runs it."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from datetime import date
 from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 
-from msgspec import structs
 from PySide6.QtCore import QFileInfo, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
@@ -334,11 +332,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.profiles.save(self.tile.id, self._with_origin(result))
 
     def _with_origin(self, result: Result) -> Result:
-        """Return the result with whether a simulated tile was measured, also in its part: hardware may find it."""
-        part = result.part
-        if part is not None and self._is_simulated:
-            part = structs.replace(part, simulated=True)
-        return replace(result, part=part, is_simulated=self._is_simulated)
+        """Return the result with whether a simulated tile was measured."""
+        return result.of_simulated_tile() if self._is_simulated else result
 
     def _saved(self, tile: str, kind: str) -> None:
         if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):

@@ -1,10 +1,11 @@
 """Result of a calibration: figures, a verdict, pictures and raw data, and the change of a profile."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
@@ -39,6 +40,10 @@ class Result:
     """Method of measurement, in a few sentences for the report."""
     is_simulated: bool = False
     """Whether the tile was simulated, which the report says."""
+
+    def of_simulated_tile(self) -> "Result":
+        """Return the result as that of a simulated tile, also in its part: hardware with the profile is told."""
+        return replace(self, is_simulated=True, part=self.part and structs.replace(self.part, simulated=True))
 
     def apply(self, profile: "Profile") -> "Profile":
         """Return the profile with this result; the previous values are kept in its history."""

@@ -5,7 +5,6 @@ needs, and of those that every calibration of a tile has.
 """
 
 import sys
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -83,11 +82,12 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             first = CALIBRATIONS[calibration.requires].command()
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
-        known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
+        setup = MeasurementSetup(tile, known, options.seed)
+        known = _measured(required, rig, floor, setup, options).of_simulated_tile().apply(known)
     with report_compiling(), raised_at_signals():
         setup = MeasurementSetup(tile, known, options.seed, sensors=rig.sensors)
         found = _measured(calibration, rig, floor, setup, options)
-    options.conclude(replace(found, is_simulated=rig.is_simulated), known)
+    options.conclude(found.of_simulated_tile() if rig.is_simulated else found, known)
 
 
 def _measured(
