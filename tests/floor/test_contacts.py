@@ -212,6 +212,19 @@ def test_the_baseline_is_renewed_only_after_half_a_second_of_quiet():
         np.testing.assert_allclose(tracker.baseline_n, baseline_n, atol=1e-9)
 
 
+def test_what_is_too_short_for_a_foot_counts_in_the_median_of_the_baseline():
+    """It is of the 2 s that ended 0.2 s ago, sample by sample: each enters it once, and leaves it once."""
+    force_n = 12.0 + np.random.default_rng(1).normal(0.0, 0.3, (1500, 1, 4))
+    for at in range(200, 1450, 64):
+        force_n[at : at + 10] += 30.0
+    tracker = ContactTracker(ONE_TILE, 250.0)
+    for end in range(50, 1500, 50):
+        tracker.feed(np.arange(end - 50, end) / 250.0, force_n[end - 50 : end])
+        if end >= 150 and (end - 1 - 200) % 64 >= 10:
+            expected = np.median(force_n[max(end - 550, 0) : end - 50, 0], axis=0)
+            np.testing.assert_allclose(tracker.baseline_n[0], expected, rtol=1e-12)
+
+
 def test_tare_by_hand():
     time_s, force_n = loads((0.0, 1.0), (150.0, 1.12), (550.0, 0.5), (150.0, 0.5))
     tracker = ContactTracker(ONE_TILE, 1000.0)
