@@ -48,6 +48,11 @@ def test_the_closed_form_has_its_times():
     np.testing.assert_allclose(attack_decay(t, 0.0, 0.1, 2.0, 0.01, 0.03), exact, atol=1e-12)
 
 
+def test_attack_and_decay_of_0_take_half_a_millisecond():
+    exact = attack_decay(np.arange(6000) / RATE, 0.0, 0.1, 1.0, 0.5e-3, 0.5e-3)
+    np.testing.assert_allclose(notes([0.0, 1.0, 0.1], note(0.0, 0.0), 6000), exact, atol=1e-9)
+
+
 def test_segments_that_do_not_fit_are_shortened_in_proportion():
     y = notes([0.0, 1.0, 0.02], note(0.03, 0.01), 2000)
     assert y.argmax() == round(0.015 * RATE)
