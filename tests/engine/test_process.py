@@ -68,6 +68,18 @@ def test_a_card_with_fewer_channels_than_tiles_plays_the_first_ones(monkeypatch)
         assert played.any(axis=0).tolist() == [True, True, False, False]
 
 
+class QuietCard:
+    """A card's stream that asks for no block."""
+
+    latency_s = stamped_output_latency_s = stamped_input_latency_s = 0.0
+    underruns, finished = 0, False
+
+    def start(self):
+        pass
+
+    abort = close = start
+
+
 def clock_of(engine, monkeypatch, end_s):
     """Let time pass for the engine only where it waits, until `end_s`; return the time, and what lets it pass."""
     now_s = [0.0]
@@ -153,10 +165,7 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
     played, plays, lists = [], {}, []
     pause = "a sound card has come; the others pause until the cards are listed"
 
-    class Card:
-        latency_s = stamped_output_latency_s = stamped_input_latency_s = 0.0
-        underruns, finished = 0, False
-
+    class Card(QuietCard):
         def __init__(self, name, channels, rate, block, fill, *_):
             if name == "late" and len(lists) < 2:
                 raise DeviceError("not there")
@@ -167,9 +176,6 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
 
         def abort(self):
             del plays[self.name]
-
-        def close(self):
-            pass
 
     class Leave(threading.Event):
         def wait(self, timeout):
@@ -199,6 +205,45 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
     assert loudest > 0.1
     assert not left[220 * 128 - 512 : 220 * 128].any()
     assert np.abs(np.diff(left)).max() < loudest * (2.0 * np.pi * 100.0 / 48_000 + 1.1 / FADE)
+
+
+def test_output_latency_is_that_of_the_clock_or_of_the_round_trip_and_xruns_outlast_their_stream(monkeypatch):
+    """Each case: a measured round trip, what the card's clock says of both directions, what was asked for; in ms."""
+    cases = [
+        ((0.0, 0.0, 0.0, 20.0), 20.0),
+        ((0.0, 12.0, 0.0, 20.0), 12.0),
+        ((30.0, 0.0, 0.0, 20.0), 15.0),
+        ((30.0, 12.0, 8.0, 20.0), 17.0),  # each direction has half of the 10 ms that the clock does not know of
+        ((30.0, 40.0, 0.0, 20.0), 30.0),
+    ]
+    cards, found = [], []
+
+    class Card(QuietCard):
+        def __init__(self, *_):
+            cards.append(self)
+
+    class Leave(threading.Event):
+        def wait(self, timeout):
+            card, status = cards[-1], memory.status
+            found.append(1e3 * status.get(Field.STREAM_LATENCY_S))
+            if len(found) <= len(cases):
+                trip_s, *latencies_s = (1e-3 * ms for ms in cases[len(found) - 1][0])
+                status.put(Field.ROUND_TRIP_S, trip_s)
+                card.stamped_output_latency_s, card.stamped_input_latency_s, card.latency_s = latencies_s
+            elif len(cards) == 1:
+                card.underruns, card.finished = 3, True
+            else:
+                engine.pacer.fill()
+                self.set()
+
+    with engine_of(hum(), sound="card=4") as (engine, _, memory):
+        monkeypatch.setattr(pacing, "Stream", Card)
+        engine.pacer.leave = Leave()
+        engine.pacer.open()
+        engine.pacer.run()
+        monkeypatch.undo()
+        assert found[1 : 1 + len(cases)] == pytest.approx([latency_ms for _, latency_ms in cases])
+        assert memory.status.get(Field.XRUNS) == 3.0
 
 
 def test_output_ramps_up_after_the_engine_stood_still(monkeypatch):
