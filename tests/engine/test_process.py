@@ -183,11 +183,12 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
                 played.append(np.array(plays["left"].samples.from_address(plays["left"].fill())))
             if len(played) in (200, 400):
                 engine.pacer.there = {"late": "late"}
+                plays["left"].underruns = 2
             if len(played) > 600:
                 self.set()
 
     sine = hum(tone={"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0})
-    with engine_of(sine, sound="left=2; late=1; right=1") as (engine, *_):
+    with engine_of(sine, sound="left=2; late=1; right=1") as (engine, _, memory):
         clock_of(engine, monkeypatch, np.inf)
         for module in (pacing, further_streams):
             monkeypatch.setattr(module, "Stream", Card)
@@ -197,6 +198,7 @@ def test_a_card_pauses_in_a_ramp_for_one_that_has_come(monkeypatch):
         engine.pacer.open()
         engine.pacer.run()
         monkeypatch.undo()
+        assert memory.status.get(Field.XRUNS) == 4.0, "of the two streams that have ended"
     assert plays.keys() == {"left", "late", "right"}
     told = [notice.silence for notice in engine.listener.notices]
     assert told == [pause, "sound device 'late' is not there; silent: t3", pause, ""]
