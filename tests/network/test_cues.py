@@ -93,6 +93,15 @@ def test_every_preset_can_be_played_on_some_tiles(preset):
     assert with_cues(GRAVEL, cued.stopped(FLOOR.ids), FLOOR.ids, REGISTRY) == GRAVEL
 
 
+def test_each_preset_is_for_its_own_tiles_and_the_floor_s_outputs_for_what_is_left_of_theirs():
+    own = Patch().add("tone", REGISTRY).add("tile-output", REGISTRY, tiles="t1+t2")
+    own = own.connect("tone.out", "tile-output.acceleration", REGISTRY)
+    cued = CuedChanges().playing(["t2"], "stimulus-sp", 0.0).playing(["t3", "t4"], "tacton-ws1", -6.0)
+    patch = with_cues(own, cued, (*FLOOR.ids, "t5"), REGISTRY)
+    tiles = {one.id.partition("--")[2]: one.parameters["tiles"] for one in patch.nodes if one.type == "tile-output"}
+    assert tiles == {"": "t1", "stimulus-sp--t2": "t2", "tacton-ws1--t3": "t3+t4"}
+
+
 @pytest.fixture(scope="module")
 def steps():
     """A foot on the middle of each tile, one after the other."""
