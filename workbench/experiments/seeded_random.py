@@ -13,8 +13,9 @@ class SeededRandom:
     All draws use `random.Random.random` only. Python guarantees its sequence for a given seed, so the order of a
     started study stays the same after an update.
 
-    >>> SeededRandom(1, "P01", "main").shuffled("abcd") == SeededRandom(1, "P01", "main").shuffled("abcd")
-    True
+    >>> given = ((1, "P01", "main"), (1, "P01", "main"), (2, "P01", "main"), (1, "P02", "main"), (1, "P01", "more"))
+    >>> len({tuple(SeededRandom(*one).shuffled("abcdefgh")) for one in given})
+    4
     """
 
     def __init__(self, seed: int, *words: str) -> None:
