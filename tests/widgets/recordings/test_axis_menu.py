@@ -1,4 +1,4 @@
-"""What a right click on the time axis of a recording offers, and how its marks are drawn."""
+"""What a right click on the time axis of a recording offers, how its marks are drawn, and what is said of its keys."""
 
 from long_recording import write_recording
 from on_screen import show
@@ -50,3 +50,18 @@ def test_of_marks_at_one_moment_the_words_of_one_are_drawn_and_those_beyond_the_
     assert picture((100, "x"), *[(48_000, "")] * 999, (48_000, "turn"), (48_000, "back"), (90_000, "y")) == one
     assert picture((48_000, "")) != one
     assert picture((48_000, "turn"), (60_000, "stop")) != one
+
+
+def test_the_readout_and_a_screen_reader_say_what_keys_did_on_the_time_axis(workspace, folder, qtbot):
+    write_recording(folder / "read.underfoot", 0.5, default_floor(1, 2), vibration=False)
+    workspace.open_file(folder / "read.underfoot")
+    axis, text = workspace.axis, workspace.readout.text
+    qtbot.waitUntil(lambda: axis.content is not None)
+    qtbot.keyClick(axis, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: axis.accessibleDescription().startswith(f"{axis.cursor_s:.3f} s  ·  all tiles"))
+    qtbot.keyClick(axis, Qt.Key.Key_BracketLeft)
+    begin_s, end_s = axis.selection
+    assert text.full_text.startswith(f"{begin_s:.3f} s to {end_s:.3f} s selected, {end_s - begin_s:.3f} s  ·  ")
+    assert axis.accessibleDescription() == text.full_text
+    qtbot.keyClick(axis, Qt.Key.Key_Backspace)
+    assert "selected" not in axis.accessibleDescription() == text.full_text

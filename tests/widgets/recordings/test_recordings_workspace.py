@@ -130,20 +130,6 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert axis.cursor_s == pytest.approx(2.001, abs=0.02)
 
 
-def test_the_readout_and_a_screen_reader_say_what_keys_did_on_the_time_axis(opened, qtbot):
-    axis, text = opened.axis, opened.readout.text
-    qtbot.keyClick(axis, Qt.Key.Key_Right)
-    qtbot.waitUntil(lambda: axis.accessibleDescription().startswith(f"{axis.cursor_s:.3f} s  ·  all tiles"))
-    qtbot.keyClick(axis, Qt.Key.Key_BracketLeft)
-    begin_s, end_s = axis.selection
-    selected = f"{begin_s:.3f} s to {end_s:.3f} s selected, {end_s - begin_s:.3f} s  ·  {axis.cursor_s:.3f} s  ·  "
-    assert axis.accessibleDescription().startswith(selected)
-    assert axis.accessibleDescription() == text.full_text
-    qtbot.keyClick(axis, Qt.Key.Key_Backspace)
-    assert axis.accessibleDescription() == text.full_text
-    assert "selected" not in text.full_text
-
-
 def test_the_time_axis_shows_that_it_has_the_focus(opened):
     axis = opened.axis
     edges = []
