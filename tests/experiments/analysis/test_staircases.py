@@ -38,6 +38,8 @@ def test_what_was_answered_before_a_false_alarm_does_not_count():
         turns = zip(run.levels_db, run.levels_db[1:], run.levels_db[2:], strict=False)
         followed = [level for at, level in zip(run.turned_at, run.turns_db, strict=True) if run.levels_db[at + 1 :]]
         assert followed == [b for a, b, c in turns if (b - a) * (c - b) < 0.0]
+    restarted = next(k for k, row in enumerate(rows, 1) if row.get("staircase") and row["run"] == 2)
+    assert len(staircases(rows[:restarted], Settings(given=PARAMETERS))) == 1  # who leaves then has no other one left
     (result,) = analysed(rows, protocol, Settings(bootstrap=0))
     (drawing,) = result.drawings
     drawn = [(one.x.tolist(), one.y.tolist()) for one in drawing.series]

@@ -59,7 +59,10 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
         move(one, is_yes(row, row), given)
         if len(one.reversals_db) > turns:
             run.turned_at.append(len(run.levels_db) - 1)
-    return {key: run for key, (_, _, run) in states.items()}
+    newest: dict[tuple[str, int], int] = {}
+    for key, (number, _, _) in states.items():
+        newest[key[:2]] = max(number, newest.get(key[:2], 0))
+    return {key: run for key, (number, _, run) in states.items() if number == newest[key[:2]]}
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
