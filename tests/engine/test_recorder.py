@@ -95,6 +95,11 @@ def expected(first, end):
     return (np.arange(first, end)[:, None] / [[1e6, -1e6]]).astype(np.float32)
 
 
+def reason_of_death(recorder, until):
+    until(lambda: recorder.has_died, "it died")
+    return recorder.reap()
+
+
 def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
     rings.write(9_600)
     recorder = record()
@@ -145,8 +150,7 @@ def test_a_recorder_killed_at_any_moment_has_lost_at_most_the_last_block(rings, 
     until(lambda: kept_by(recorder) == 9_600)
     rings.write(4_800)
     os.kill(recorder.pid, signal.SIGKILL)
-    until(lambda: recorder.has_died, "it died")
-    assert recorder.reap() == "signal 9"
+    assert reason_of_death(recorder, until) == "signal 9"
     with Recording(recorder.path) as recording:
         first, played = recording.vibration()
         assert first == 0
@@ -184,8 +188,7 @@ def test_a_recorder_asked_to_end_with_all_other_processes_closes_its_file(rings,
 def test_a_recorder_killed_before_there_is_a_file_begins_anew(rings, record, until):
     recorder = record()
     os.kill(recorder.pid, signal.SIGKILL)
-    until(lambda: recorder.has_died, "it died")
-    assert recorder.reap() == "signal 9"
+    assert reason_of_death(recorder, until) == "signal 9"
     rings.write(480)
     recorder.restart()
     recorder.end(480)
@@ -200,8 +203,7 @@ def test_while_somebody_has_the_file_locked_nothing_is_lost(rings, record, until
     rings.write(9_600)
     until(lambda: kept_by(recorder) == 9_600)
     os.kill(recorder.pid, signal.SIGKILL)
-    until(lambda: recorder.has_died, "it died")
-    assert recorder.reap() == "signal 9"
+    assert reason_of_death(recorder, until) == "signal 9"
     with closing(sqlite3.connect(recorder.path)) as other:
         other.execute("pragma locking_mode = exclusive")
         other.execute("select count(*) from about").fetchone()
@@ -269,8 +271,7 @@ def test_a_place_that_cannot_be_written_is_told_in_one_line(rings, record, until
     said = until(recorder.receive, "it says so")
     assert len(said) == 1
     assert re.search("none/a.uf is not recorded any further: it cannot be written: [a-z ]+$", said[0])
-    until(lambda: recorder.has_died, "it ends by itself")
-    assert recorder.reap() == ""
+    assert reason_of_death(recorder, until) == ""
 
 
 def test_what_a_full_disk_refuses_at_the_end_is_told(rings, record, until):
