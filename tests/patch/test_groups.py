@@ -13,7 +13,7 @@ from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.patch.grouping import grouped, put_into, ungrouped
+from underfoot.patch.grouping import grouped, published, put_into, ungrouped
 from underfoot.patch.groups import Group, Note, chain, innermost
 from underfoot.patch.patch import Patch
 
@@ -133,6 +133,22 @@ def test_a_group_goes_with_its_last_member_and_is_copied_when_all_of_it_is():
     assert copy.at == (18.0, 16.0)
     assert not set(copy.members) & {node.id for node in patch.nodes}
     assert after.check(REGISTRY) is after
+
+
+def test_what_is_shown_of_a_node_goes_with_it_and_is_copied_with_it():
+    patch = dressed()
+    first, *_ = patch.group("group1").members
+    name = next(iter(REGISTRY[patch.node(first).type].parameters))
+    patch = published(patch, "group1", f"{first}.{name}", on=True)
+    assert patch.remove([first]).check(REGISTRY).group("group1").published == ()
+    copy = patch.paste(patch.part(patch.group("group1").members), REGISTRY).check(REGISTRY).groups[-1]
+    assert copy.published == (f"{copy.members[0]}.{name}",)
+
+
+def test_a_group_of_all_that_is_in_the_opened_one_lies_in_it():
+    members = dressed().group("group1").members
+    for within, ids in (("group1", ["group", "group1", "group2"]), ("", ["group", "group2", "group1"])):
+        assert [group.id for group in grouped(dressed(), members, within=within).groups] == ids
 
 
 # --- what is computed ---
