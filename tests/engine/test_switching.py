@@ -208,6 +208,7 @@ def test_an_output_is_heard_without_the_others_and_a_muted_node_in_spite_of_it()
     np.testing.assert_array_equal(heard(auditioned(patch, REGISTRY, "tile-output").patch), heard(hum()))
     muted = hum().mark(["tone"], "muted", on=True)
     assert heard(auditioned(muted, REGISTRY, "tone").patch).any()
+    assert heard(auditioned(patch.mark(["noise"], "soloed", on=True), REGISTRY, "tone").patch).any()
 
 
 def test_what_is_played_softer_is_so_by_the_factor():
