@@ -446,16 +446,6 @@ def test_cut_takes_away_whole_blocks_and_parts_of_them(tmp_path):
         assert recording.about["patch"] == "another"
 
 
-@pytest.mark.parametrize("text", [b"", b"no recording at all", b"SQLite format 3\0" + bytes(200)])
-def test_other_files_are_refused_in_one_line(tmp_path, text):
-    path = tmp_path / "b.uf"
-    path.write_bytes(text)
-    with pytest.raises(BadFile, match="is not a recording"):
-        Recording(path)
-    with pytest.raises(BadFile, match="no such file"):
-        Recording(tmp_path / "c.uf")
-
-
 def test_what_tiles_were_asked_and_did_is_kept_and_a_tile_that_is_still_takes_no_room(rings, record):
     asked = np.zeros((4_800, 2), np.float32)
     asked[:, 1] = -0.0

@@ -213,3 +213,13 @@ def test_one_with_programs_of_its_own_is_refused(whole, program):
         base.executescript(program)
     with pytest.raises(BadFile, match="is not a recording: it has views or triggers, which are programs, and not run"):
         Recording(whole)
+
+
+@pytest.mark.parametrize("text", [b"", b"no recording at all", b"SQLite format 3\0" + bytes(200)])
+def test_other_files_are_refused_in_one_line(tmp_path, text):
+    path = tmp_path / "b.uf"
+    path.write_bytes(text)
+    with pytest.raises(BadFile, match="is not a recording"):
+        Recording(path)
+    with pytest.raises(BadFile, match="no such file"):
+        Recording(tmp_path / "c.uf")
