@@ -93,7 +93,12 @@ def test_who_stood_there_lands_as_others_do_once_they_have_left(rate_hz):
     stamps = np.arange(round(0.3 * rate_hz)) * RATE / rate_hz
     forces = np.full((len(stamps), 2, 4), 150.0)
     forces[(stamps > 0.1 * RATE) & (stamps < 0.15 * RATE), 0] = 0.0
-    force, _, _, cut = intake_signals(GivenForces(rate_hz, stamps, forces), 14_000)[:, 0]
+    signals, other = (
+        intake_signals(GivenForces(rate_hz, stamps, forces), 14_000, blocks=blocks)[:, 0]
+        for blocks in [(512,), (7, 33)]
+    )
+    assert signals.tobytes() == other.tobytes()
+    force, _, _, cut = signals
     lands = np.flatnonzero((force[1:] > 0.0) & (force[:-1] == 0.0))[-1]
     assert cut[: int(0.1 * RATE)].any()
     assert not cut[lands:].any()

@@ -317,13 +317,16 @@ def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> N
     now = sample.from_frame
     share = _share(segment, now)
     begins, missed = segment.gate_target == 0.0, now - segment.at_frame > timing.hold
-    if sample.contact and (begins or missed):
+    if not sample.contact:
+        segment.cut_end = 0
+    elif begins or missed:
         stood = not begins or (sample.untared and segment.at_frame == _LONG_AGO)
         opens_in = timing.gate
         if missed:
             opens_in = timing.shift if stood else min(max(sample.values[0] / timing.landing, opens_in), timing.shift)
         segment.opening = 1.0 / opens_in
-        segment.cut_end = _first_frame(sample.at_frame + opens_in, timing.period) if stood else 0
+        if stood:
+            segment.cut_end = _first_frame(sample.at_frame + opens_in, timing.period)
     segment.gate *= _held(segment, now, timing)
     for j in range(3):
         segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
