@@ -14,7 +14,7 @@ from underfoot.__main__ import cli
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.latency import LatencyProcedure
 from underfoot.calibration.results.latency import result_of
-from underfoot.calibration.science.clicks import click_delays, click_onsets, click_train
+from underfoot.calibration.science.clicks import ClickDelays, click_delays, click_onsets, click_train
 from underfoot.engine.shaker_rigs import SimulatedShaker
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
@@ -82,6 +82,12 @@ def test_figures_and_pictures_are_in_milliseconds():
         click_delays(*returned(np.full(50, 0.005)), RATE), RATE, 128).drawings)  # fmt: skip
     assert over.y == pytest.approx(np.full(50, 5.0), abs=0.05)
     assert often.x == pytest.approx(np.full(len(often.x), 5.0), abs=1.0)
+
+
+@pytest.mark.parametrize(("wavers_ms", "lost", "good"), [(0.48, 0, True), (0.52, 0, False), (0.1, 1, False)])
+def test_a_round_trip_is_good_if_it_wavers_by_half_a_millisecond_at_most_and_loses_no_click(wavers_ms, lost, good):
+    delays_s = 0.01 + 1e-3 * wavers_ms * np.tile([1.0, -1.0], 50)
+    assert result_of(ClickDelays(delays_s, np.arange(100.0), lost), RATE, 128).good == good
 
 
 def test_clocks_that_drift_apart_are_named_and_other_wavering_is_not():
