@@ -16,7 +16,7 @@ from underfoot.patch.patch import Patch
 
 FLOOR = default_floor(1, 1)
 PATCH = Patch().add("poisson", REGISTRY).dumps()
-LIMIT_S = 60.0
+LIMIT_S = 300.0  # a new clone compiles kernels before the first answer, and a busy machine takes minutes for them
 POISSON = (PATCH, "poisson", "t1", 0.05, 48_000.0)
 
 
