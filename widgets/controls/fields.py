@@ -133,64 +133,71 @@ class Field(QLineEdit):
     """Why the text is not allowed with which the field was left; the old value is shown again."""
     focus_gained = Signal()
     stepped = Signal(int, bool, bool)
-    """Steps up, by an arrow key or a drag in a field of the role "value"; whether fine, by Shift; whether first."""
+    """A step, 1 up or -1 down, by an arrow key or a drag in a field of the role "value"; whether fine, by Shift;
+    whether the first of several."""
 
     _text_before = ""  # of the class: events come before a field is made
-    _pressed_at: QPoint | None = None
-    _steps: int | None = None
+    _dragged_from: QPoint | None = None
+    _is_dragged = False
 
     def __init__(self, parent: QWidget | None = None, role: str = "value") -> None:
         """`role` is the field's look while its text is valid."""
         super().__init__(parent)
         self._role = role
         self.setProperty("role", role)
-        self._selects_on_click = False
-        if role == "value":
-            self.setCursor(Qt.CursorShape.SizeVerCursor)
+        self._offer_drag(True)
+        self.textEdited.connect(lambda: self._offer_drag(False))
         self.returnPressed.connect(self._commit_text)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
-        self.setCursor(Qt.CursorShape.IBeamCursor)
         self.focus_gained.emit()
         self._text_before = self.text()
-        self._selects_on_click = event.reason() == Qt.FocusReason.MouseFocusReason
+        self._offer_drag(event.reason() == Qt.FocusReason.MouseFocusReason)
         self.selectAll()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         super().mousePressEvent(event)
-        is_grabbed = self._selects_on_click and event.button() == Qt.MouseButton.LeftButton
-        self._pressed_at, self._steps = event.position().toPoint() if is_grabbed else None, None
+        is_grabbed = self._selects_on_click and self._role == "value" and event.button() == Qt.MouseButton.LeftButton
+        self._dragged_from, self._is_dragged = event.position().toPoint() if is_grabbed else None, False
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Step up and down by a drag that begins in a field without the cursor; across, it selects text."""
-        if self._pressed_at is None or self._role != "value":
+        """Step up and down by a drag that begins so in a number that is not being typed; others select text."""
+        if self._dragged_from is None:
             super().mouseMoveEvent(event)
             return
-        way = self._pressed_at - event.position().toPoint()
-        is_first = self._steps is None
-        if is_first and (abs(way.y()) < QApplication.startDragDistance() or abs(way.y()) < abs(way.x())):
-            super().mouseMoveEvent(event)
+        way = self._dragged_from - event.position().toPoint()
+        if not self._is_dragged and way.manhattanLength() < QApplication.startDragDistance():
             return
-        before, self._steps = self._steps or 0, round(way.y() / STEP_PX)
-        if is_first or self._steps != before:
-            is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-            self.stepped.emit(self._steps - before, is_fine, is_first)
+        if not self._is_dragged and abs(way.y()) < abs(way.x()):
+            self._dragged_from = None
+            return
+        steps = int(way.y() / STEP_PX)
+        self._dragged_from -= QPoint(0, steps * STEP_PX)
+        is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        for _ in range(abs(steps)):  # one by one: how far a number goes must not depend on how often the mouse is read
+            self.stepped.emit(1 if steps > 0 else -1, is_fine, not self._is_dragged)
+            self._is_dragged = True
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
-        self._pressed_at = None
+        self._dragged_from = None
         if self._selects_on_click and self.property("role") == "value" and not self.hasSelectedText():
             self.selectAll()  # a click takes the selection away, and what is typed would go into the old number
-        self._selects_on_click = False
+        self._offer_drag(self._is_dragged)
+
+    def _offer_drag(self, on: bool) -> None:
+        """Have the next click select all and the next drag move the number, or place the cursor and select text."""
+        self._selects_on_click = on
+        if self._role == "value":
+            self.setCursor(Qt.CursorShape.SizeVerCursor if on else Qt.CursorShape.IBeamCursor)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
         if event.reason() != Qt.FocusReason.PopupFocusReason:
             self._commit_text()
             self.setCursorPosition(0)
-            if self._role == "value":
-                self.setCursor(Qt.CursorShape.SizeVerCursor)
+            self._offer_drag(True)
             reason = self.property("reason")
             self.focus_lost.emit()
             if reason and not self.property("reason"):
@@ -212,11 +219,11 @@ class Field(QLineEdit):
             self.setText(self._text_before)
             self.show_error("")
             self.selectAll()
-            self._selects_on_click = True
+            self._offer_drag(True)
         elif event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self._role == "value":
-            steps = 1 if event.key() == Qt.Key.Key_Up else -1
+            way = 1 if event.key() == Qt.Key.Key_Up else -1
             is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-            self.stepped.emit(steps, is_fine, not event.isAutoRepeat())
+            self.stepped.emit(way, is_fine, not event.isAutoRepeat())
         else:
             super().keyPressEvent(event)
 
@@ -252,7 +259,7 @@ class Field(QLineEdit):
                 self._text_before = self.text()
         if self.hasFocus() and self.property("role") == "value":
             self.selectAll()  # the next number may be typed, or clicked into, at once
-            self._selects_on_click = True
+            self._offer_drag(True)
 
 
 def end_typing(window: QWidget) -> None:

@@ -172,8 +172,8 @@ class NumberEditor(ParameterEditor):
         self.field.show_error("")
         self._say_value()
 
-    def _step(self, steps: int, is_fine: bool, is_first: bool) -> None:
-        """Move the value from what is typed by steps of its slider. Without a slider, a whole number, such as a seed,
+    def _step(self, way: int, is_fine: bool, is_first: bool) -> None:
+        """Move the value from what is typed by a step of its slider. Without a slider, a whole number, such as a seed,
         goes to the next, and another one by its second digit, or if fine by its third.
         """
         self.field.commit()
@@ -182,13 +182,13 @@ class NumberEditor(ParameterEditor):
         if is_first:
             self.edit_began.emit()
         if self.slider.isVisible():
-            self.slider.step(steps, is_fine=is_fine)
+            self.slider.step(way, is_fine=is_fine)
             return
         step, parameter = 1.0, self.parameter
         assert isinstance(parameter, Number | Count)
         if not self._is_integer:
             step = 10.0 ** (math.floor(math.log10(abs(self._value) or 1.0)) - (2 if is_fine else 1))
-        moved = self._value + steps * step
+        moved = self._value + way * step
         moved = round(moved) if self._is_integer else float(f"{moved:.{EXACT_DIGITS}g}")
         self._commit(min(max(moved, parameter.low), parameter.high))
         self._rewrite()

@@ -93,9 +93,9 @@ class Slider(QSlider):
     def minimumSizeHint(self) -> QSize:
         return QSize(48, 16)
 
-    def step(self, steps: int, *, is_fine: bool) -> None:
-        """Move by hundredths of the way, or if fine by thousandths, as a change by the user."""
-        self.setValue(self.value() + steps * (1 if is_fine else 10))
+    def step(self, way: int, *, is_fine: bool) -> None:
+        """Move by a hundredth of the way, 1 up or -1 down, or if fine by a thousandth, as a change by the user."""
+        self.setValue(self.value() + way * (1 if is_fine else 10))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:

@@ -215,14 +215,15 @@ def test_arrows_up_and_down_in_the_field_move_the_number_as_on_its_slider(qtbot,
 
 
 @pytest.mark.parametrize(
-    ("parameter", "value", "up", "fine"),
+    ("parameter", "value", "up"),
     [
-        (Number(0.5, 0.0, 1.0), 0.5, 0.6, 0.601),
-        (Count(0, 0, 2**31 - 1), 7, 17, 18),  # without a slider
+        (Number(0.5, 0.0, 1.0), 0.5, 0.601),
+        (Count(14, 1, 40), 14, 25),  # less than a whole number at each step of its slider
+        (Count(0, 0, 2**31 - 1), 7, 18),  # without a slider
     ],
 )
-def test_a_drag_up_in_a_field_without_the_cursor_moves_its_number_as_one_edit(qtbot, parameter, value, up, fine):
-    """As in other programs. A drag across, or where the cursor is, selects text, and a click all of it."""
+def test_drags_up_in_a_field_without_the_cursor_move_its_number_as_one_edit_each(qtbot, parameter, value, up):
+    """As in other programs. How far does not depend on how often the mouse is read."""
     editor, began = NumberEditor(parameter), []
     qtbot.addWidget(editor)
     editor.resize(280, 40)
@@ -231,19 +232,41 @@ def test_a_drag_up_in_a_field_without_the_cursor_moves_its_number_as_one_edit(qt
     editor.field.clearFocus()
     editor.edit_began.connect(lambda: began.append(editor.value()))
     field, left, middle = editor.field, Qt.MouseButton.LeftButton, editor.field.rect().center()
-    qtbot.mousePress(field, left, pos=middle)
-    for y in (-5, -25, -40):
-        send(field, QEvent.Type.MouseMove, middle + QPoint(0, y), left)
-    assert (editor.value(), field.text()) == (pytest.approx(up), f"{up:g}")
-    send(field, QEvent.Type.MouseMove, middle + QPoint(0, -44), left, Qt.KeyboardModifier.ShiftModifier)
-    send(field, QEvent.Type.MouseButtonRelease, middle + QPoint(0, -44), left)
-    assert editor.value() == pytest.approx(fine)
+
+    def drag(*ways, then=Qt.KeyboardModifier.NoModifier):
+        qtbot.mousePress(field, left, pos=middle)
+        for x, y in ways[:-1]:
+            send(field, QEvent.Type.MouseMove, middle - QPoint(x, y), left)
+        send(field, QEvent.Type.MouseMove, middle - QPoint(*ways[-1]), left, then)
+        send(field, QEvent.Type.MouseButtonRelease, middle - QPoint(*ways[-1]), left)
+
+    drag((0, 5), (0, 25), (0, 40), (0, 44), then=Qt.KeyboardModifier.ShiftModifier)
+    assert editor.value() == pytest.approx(up)
     assert began == [value]
     assert field.selectedText() == field.text()
-    qtbot.mousePress(field, left, pos=middle)
-    send(field, QEvent.Type.MouseMove, middle - QPoint(0, 40), left)
-    send(field, QEvent.Type.MouseButtonRelease, middle - QPoint(0, 40), left)
-    assert editor.value() == pytest.approx(fine)
+    drag((0, 41), (0, 0))
+    assert (editor.value(), field.text()) == (pytest.approx(up), f"{up:g}")
+    drag((0, -44), then=Qt.KeyboardModifier.ShiftModifier)
+    drag((0, 42))
+    assert len(began) == 4
+    assert field.cursor().shape() == Qt.CursorShape.SizeVerCursor
+
+
+def test_a_drag_across_or_while_a_number_is_typed_selects_text(qtbot, editor):
+    field, left, middle = editor.field, Qt.MouseButton.LeftButton, editor.field.rect().center()
+    field.clearFocus()
+    end = middle - QPoint(60, 0)
+    for typed in ("", "12 dB"):
+        if typed:
+            type_into(qtbot, editor, "0")
+            qtbot.keyClicks(field, typed)
+        qtbot.mousePress(field, left, pos=QPoint(field.width() - 3, middle.y()))
+        for place in (end, end, end - QPoint(0, 900)):
+            send(field, QEvent.Type.MouseMove, place, left)
+        assert field.cursor().shape() == Qt.CursorShape.IBeamCursor or not typed
+        send(field, QEvent.Type.MouseButtonRelease, end, left)
+        assert field.selectedText() == field.text() == (typed or "0 dB")
+    assert editor.value() == 1.0
 
 
 def test_arrows_move_a_whole_number_that_has_no_slider_to_the_next(qtbot):
