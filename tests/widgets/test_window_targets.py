@@ -71,6 +71,8 @@ def test_a_floor_of_another_size_is_asked_for(window, qtbot):
     assert dialog.isVisible()
     type_into(qtbot, dialog.rows, "3", Qt.Key.Key_Tab)
     assert dialog.extent.text() == "96 tiles, 30.5 cm square: 9.915 m along x, 0.925 m along y"
+    type_into(qtbot, dialog.rows, "50")
+    assert dialog.isVisible()
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
         type_into(qtbot, dialog.columns, "4")
     assert window.controller.target.floor == default_floor(3, 4)

@@ -226,6 +226,8 @@ class Field(QLineEdit):
             self.stepped.emit(way, is_fine, not event.isAutoRepeat())
         else:
             super().keyPressEvent(event)
+            if self.property("role") == "bad":
+                event.accept()  # by Return: a dialog would be done with the old value
 
     def show_text(self, text: str) -> None:
         """Show the text of a value that was set otherwise, to which Escape returns."""
