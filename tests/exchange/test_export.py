@@ -15,7 +15,8 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.exchange.format import Export
 from underfoot.exchange.formats import FORMATS, WRITTEN
 from underfoot.exchange.losses import KEPT, features, losses
-from underfoot.exchange.voices import analysed, banded, envelope_error_db
+from underfoot.exchange.patches import Channel, patch_of
+from underfoot.exchange.voices import Voice, analysed, banded, envelope_error_db
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import FilePath, Tiles
@@ -108,6 +109,14 @@ def test_ahap_has_a_transient_for_each_tap_where_it_is_and_as_strong(tmp_path):
         _, burst, frequency_hz = max((row for row in bursts if abs(row[0] - time) < 0.004), key=lambda row: row[1])
         assert burst == pytest.approx(strongest[1], rel=0.05)
         assert frequency_hz == pytest.approx(strongest[2], abs=5.0)
+
+
+def test_ahap_has_a_transient_for_a_tap_with_a_louder_one_right_behind_its_22_ms(tmp_path):
+    taps = [
+        (at + dt, v, 200.0) for at, top in ((0.1, 0.5), (0.124, 1.0)) for dt, v in ((0, 0), (0.004, top), (0.014, 0))
+    ]
+    export = Export(patch_of([Channel([Voice(np.array(taps))])], "taps", 1.0), seconds=0.3)
+    assert "short impacts as transients: 1;" in FORMATS["ahap"].write(export, tmp_path / "taps.ahap")[-1]
 
 
 def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):

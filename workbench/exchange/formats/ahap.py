@@ -125,12 +125,11 @@ def _impacts(points: Floats) -> list[tuple[int, int]]:
     """Find short impacts: the index of the first point of each, and one after its last.
 
     Each is one isolated hump of the envelope, where that is above a tenth of its peak: a transient would mask anything
-    near it, such as neighbouring grains of gravel. So none is as high within a burst, and no further is looked than
-    one is long.
+    near it, such as neighbouring grains of gravel. No further is looked than one is long.
     """
     amplitude, apart, longest = points[:, AMPLITUDE], round(BURST_S / HOP_S), round(LONGEST_IMPACT_S / HOP_S)
     found: list[tuple[int, int]] = []
-    is_high = (amplitude >= LEAST_IMPACT) & (amplitude == maximum_filter1d(amplitude, 2 * apart + 1))
+    is_high = (amplitude >= LEAST_IMPACT) & (amplitude == maximum_filter1d(amplitude, 3))
     for top in np.flatnonzero(is_high).tolist():
         begin = max(top - longest, 0)
         around = amplitude[begin : top + longest + 1]
