@@ -71,3 +71,5 @@ def test_thinned_points_stay_within_the_tolerance():
     allowed = [thinned(points, factor * np.array([0.001, 0.1]), 500) for factor in (1, 2, 4, 8)]
     assert [len(rows) > 50 for rows in allowed] == [True, True, True, False]  # doubled until they are few enough
     np.testing.assert_array_equal(thinned(points, np.array([0.001, 0.1]), 50), allowed[3])
+    inner = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, -0.9], [4.0, 0.0]])  # the second is further off than the first
+    assert len(thinned(inner, np.array([0.5]), 3)) == 2

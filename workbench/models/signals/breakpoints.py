@@ -100,25 +100,21 @@ def thinned(points: NDArray[np.float64], tolerances: NDArray[np.float64], most: 
 def _worth(points: NDArray[np.float64], tolerances: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the number of tolerances below which each row is kept; 0 for those that none of them keeps.
 
-    A stretch is cut at the same row whatever is allowed, so all stretches of a depth are cut together, once.
+    A stretch is cut at the same row whatever is allowed, so each is cut once.
     """
     worth = np.zeros(len(points))
     worth[[0, -1]] = np.inf
-    first, last = np.array([0]), np.array([len(points) - 1])
-    while (long := last - first > 1).any():
-        first, last = first[long], last[long]
-        inner = last - first - 1
-        starts, of = np.cumsum(inner) - inner, np.repeat(np.arange(len(first)), inner)
-        at = first[of] + 1 + np.arange(len(of)) - starts[of]
-        ways = points[last] - points[first]
-        share = (points[at, 0] - points[first[of], 0]) / np.where(ways[:, 0] > 0.0, ways[:, 0], 1.0)[of]
-        line = points[first[of], 1:] + share[:, None] * ways[of, 1:]
-        off = (np.abs(points[at, 1:] - line) / tolerances).max(axis=1)
-        furthest = np.maximum.reduceat(off, starts)
-        hits = np.flatnonzero(off == furthest[of])
-        cut = at[hits[np.searchsorted(of[hits], np.arange(len(first)))]]
-        worth[cut] = np.minimum(furthest, np.minimum(worth[first], worth[last]))
-        is_cut = furthest > 1.0
-        first, cut, last = first[is_cut], cut[is_cut], last[is_cut]
-        first, last = np.concatenate([first, cut]), np.concatenate([cut, last])
+    waiting = [(0, len(points) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        inner, way = points[first + 1 : last], points[last] - points[first]
+        share = (inner[:, :1] - points[first, 0]) / (way[0] if way[0] > 0.0 else 1.0)
+        line = points[first, 1:] + share * way[1:]
+        off = (np.abs(inner[:, 1:] - line) / tolerances).max(axis=1)
+        at = first + 1 + int(off.argmax())
+        worth[at] = min(off.max(), worth[first], worth[last])
+        if off.max() > 1.0:
+            waiting += [(first, at), (at, last)]
     return worth
