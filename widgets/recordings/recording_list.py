@@ -296,6 +296,8 @@ class RecordingList(QWidget):
         paths = [path for path, use in uses if not use]
         left = [path for path in paths if not move_to_trash(path)]
         self._tell_gone([path for path in paths if path not in left], "in the trash")
+        if (chosen := self.chosen_path()) is not None and dict(uses).get(chosen):
+            self.chosen.emit(chosen)  # it was closed, since the window's own reader counts as one
         if left:
             text = f"There is no trash for {_named(left)}. Delete for good?{_names(left)}"
             ask(self, "Delete recordings", text, "Delete", lambda: self._remove(left))

@@ -173,6 +173,7 @@ def test_a_recording_that_is_being_recorded_or_exported_stays_as_it_is(workspace
     box = next(one for one in workspace.recordings.findChildren(QMessageBox) if one.isVisible())
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: "cannot be deleted: it is being recorded or read" in workspace.recordings.problem.text())
+    qtbot.waitUntil(lambda: workspace.title.text() == "tuesday" and workspace.axis.content is not None)
     workspace.reader.close()
     writer.close()
     assert sorted(path.name for path in folder.glob("*.underfoot")) == ["monday.underfoot", "tuesday.underfoot"]
