@@ -124,6 +124,7 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     )
     profile = Profile.load("both.json")
     assert profile.is_calibrated
+    assert profile.fsr.simulated is True
     assert profile.centroid.reference == "presses at known places"  # their newtons came with the file
     refused = underfoot("calibrate", "centroid", "--target", "udp:127.0.0.1:9999", "--profile", "none.json")
     assert (refused.status, refused.out) == (1, "")
@@ -169,6 +170,10 @@ def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underf
     assert "no sensor can be calibrated" in (folder / "report" / "fsr.html").read_text()
     assert not (folder / "t1.json").exists()
     assert underfoot("calibrate", "forces", "--pairs", "report/fsr-pairs.csv", "--profile", "t1.json").status == 0
+    reasons.append("no sensor can be calibrated")
+    assert underfoot("calibrate", "forces", "--target", "simulator", "--report", "other").status == 1
+    pages = [(folder / name / "fsr.html").read_text() for name in ("report", "other")]
+    assert ["<td>t1, simulated</td>" in page for page in pages] == [False, True]
 
 
 def test_what_was_measured_by_hand_is_kept_in_a_new_folder_where_no_report_is_named(underfoot, folder, monkeypatch):

@@ -82,12 +82,11 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             first = CALIBRATIONS[calibration.requires].command()
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
-        setup = MeasurementSetup(tile, known, options.seed)
-        known = _measured(required, rig, floor, setup, options).of_simulated_tile().apply(known)
+        known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
     with report_compiling(), raised_at_signals():
         setup = MeasurementSetup(tile, known, options.seed, sensors=rig.sensors)
         found = _measured(calibration, rig, floor, setup, options)
-    options.conclude(found.of_simulated_tile() if rig.is_simulated else found, known)
+    options.conclude(found, known)
 
 
 def _measured(
@@ -118,7 +117,8 @@ def _measured(
             try:
                 if waits:
                     _wait_for_key()
-                return run(procedure, opened, answers, show, calibration.skips_optional)
+                found = run(procedure, opened, answers, show, calibration.skips_optional)
+                return found.of_simulated_tile() if rig.is_simulated else found
             except (UnderfootError, KeyboardInterrupt) as error:
                 page, measured = procedure.page, procedure.without_conclusion(str(error) or "interrupted")
                 can_repeat = page.press is not None or (page.sound is not None and sys.stdin.isatty())
@@ -126,7 +126,8 @@ def _measured(
                 is_nothing_lost = isinstance(error, DeviceError) and measured is None
                 if not by_hand or not can_repeat or is_nothing_lost or is_final:
                     if measured is not None:
-                        options.keep(measured, setup.tile.id, by_hand=by_hand)
+                        kept = measured.of_simulated_tile() if rig.is_simulated else measured
+                        options.keep(kept, setup.tile.id, by_hand=by_hand)
                     raise
                 tell(f"{error}; again")
                 waits = page.sound is not None
