@@ -28,12 +28,17 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found = Findings("Free labels")
     words = []
     for (name,), part in sorted(grouped(rows, "stimulus").items()):
-        given = Counter(_label(row) or "(no words)" for row in part)
+        given = Counter(_plain(row.get("label", "")) or "(no words)" for row in part)
         words.append((str(name), ", ".join(f"{word} ({n})" if n > 1 else word for word, n in given.most_common())))
     found.tables.append(Table("Labels", ("stimulus", "labels"), tuple(words)))
     sorts = _sorts(rows, settings)
-    if not any(_sort(row) in sorts for row in rows):
-        found.remarks.append("No label was sorted yet: add a column sort to the table of trials, and analyse that.")
+    if left := sum(_sort(row, sorts) is None for row in rows):
+        words_of = f" with {' or '.join(sorts)}" if sorts else ""
+        found.remarks.append(
+            f"Of {len(rows)} labels, {left} are not sorted, and in no share: fill in a column sort of the table of "
+            f"trials{words_of}, and analyse that."
+        )
+    if left == len(rows):
         return found
     sets = sorted(grouped(rows, "set").items())
     note = f"{PEOPLE_NOTE} {_THESIS if any(name in thesis.SETS for (name,), _ in sets) else ''}".rstrip()
@@ -53,19 +58,24 @@ _THESIS = (
 
 def _sorted_by_person(rows: Sequence[Row], sorts: Sequence[str]) -> dict[str, tuple[int, int]]:
     """Return how many labels of each person are of the first sort, and how many were sorted."""
-    return shares_by_person((row for row in rows if _sort(row) in sorts), lambda row: _sort(row) == sorts[0])
+    return shares_by_person((row for row in rows if _sort(row, sorts)), lambda row: _sort(row, sorts) == sorts[0])
 
 
-def _label(row: Row) -> str:
-    return str(row.get("label", "")).strip().lower()
-
-
-def _sort(row: Row) -> str:
-    """Return what a label was sorted into; one that is a sort's own word needs no sorting."""
-    return str(row.get("sort") or _label(row))
+def _sort(row: Row, sorts: Sequence[str]) -> str | None:
+    """Return what a label was sorted into, None if into none of these; one that is a sort's own word is sorted."""
+    word = _plain(row.get("sort") or row.get("label", ""))
+    return next((sort for sort in sorts if _plain(sort) == word), None)
 
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:
     """Return the sorts, in the order of the protocol, or as found in the table."""
-    used = dict.fromkeys(str(row["sort"]) for row in rows if row.get("sort"))
-    return sorts_of(settings.given) or list(used)
+    return sorts_of(settings.given) or list(dict.fromkeys(_plain(row["sort"]) for row in rows if row.get("sort")))
+
+
+def _plain(words: object) -> str:
+    """Return words by which a label is told from others, and a sort: letter case and spaces around are typed so or so.
+
+    >>> _plain(" Impact")
+    'impact'
+    """
+    return str(words).strip().lower()
