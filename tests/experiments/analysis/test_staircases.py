@@ -1,5 +1,6 @@
 """Staircases: which of a person's trials count, and what is reported of them."""
 
+import math
 from collections import Counter
 
 import pytest
@@ -57,16 +58,22 @@ def test_beside_silence_answers_are_right_and_the_thesis_asked_for_something_els
     assert over.note == ""
 
 
-def test_who_guesses_up_to_the_highest_level_is_named():
+def test_who_guesses_up_to_the_highest_level_is_named_and_who_turns_there_as_it_is_felt_is_not():
     """Where half of the guesses are right, a staircase turns there, too: some dB below it was a threshold like any."""
     given = {"followed": ["TD"], "standard": "X", "down_after": 2, "highest_db": 18.0, "steps_db": [4.0, 1.0]}
     protocol = made_protocol("staircases", given)
-    study = Study(protocol, "P2")
-    while not study.is_done:
-        study.answer({"interval": "first"})
-    rows = [*simulated_rows(protocol, 0, 1, {})[0], *rows_of(protocol, "P2", study.entries)]
+    rows = simulated_rows(protocol, 0, 1, {})[0]
+    for person, least_db in (("guesses", math.inf), ("feels", 17.5)):
+        study = Study(protocol, person)
+        while not study.is_done:
+            facts = study.page.trial.facts
+            study.answer({"interval": facts["comparison_at"] if facts["level_db"] > least_db else "first"})
+        rows += rows_of(protocol, person, study.entries)
     (found,) = analysed(rows, protocol, Settings())
-    assert found.remarks == ["Turned at the highest or lowest level, so that the threshold may lie beyond: P2."]
+    told = "Held by answers at the highest or lowest level, beyond which the threshold may lie"
+    assert found.remarks == [f"{told}: guesses (TD)."]
+    elsewhere = [row | {"level_db": row["level_db"] + 40.0} for row in rows]  # whose ends no protocol tells
+    assert not any(told in remark for remark in analysed(elsewhere, None, Settings())[0].remarks)
 
 
 def test_beside_a_standard_that_vibrates_the_point_of_equality_is_named_in_the_order_of_the_protocol():

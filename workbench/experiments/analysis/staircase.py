@@ -1,7 +1,7 @@
 """Staircases: their reversals, and thresholds or points of equality (thesis figure 6.9, table 6.1)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
@@ -30,10 +30,13 @@ _COLOURS = ("force", "vibration", "contact", "events")
 
 @dataclass
 class Run:
-    """The last run of one staircase: its levels in dB, and the indices of its reversals."""
+    """The last run of one staircase: its levels in dB, the indices of its reversals, and whether it was held at the
+    highest or lowest level by an answer that would have led beyond.
+    """
 
     levels_db: list[float]
     turned_at: list[int]
+    is_held: bool = False
 
     @property
     def turns_db(self) -> list[float]:
@@ -55,8 +58,9 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
         _, one, run = states[key]
         run.levels_db.append(level)
         one.level_db = level
-        turns = len(one.reversals_db)
-        move(one, is_yes(row, row), given)
+        turns, said_yes = len(one.reversals_db), is_yes(row, row)
+        run.is_held |= level <= given["lowest_db"] if said_yes else level >= given["highest_db"]
+        move(one, said_yes, given)
         if len(one.reversals_db) > turns:
             run.turned_at.append(len(run.levels_db) - 1)
     newest: dict[tuple[str, int], int] = {}
@@ -95,9 +99,11 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
     found.tables.append(over_people(title, lines, rows, _beside(rows, settings)))
     found.tables += false_alarms(rows)
-    if beyond := ", ".join(str(person) for (person,), part in people.items() if _has_turned_at_an_end(part, settings)):
+    if settings.given and (held := _held(people, settings)):
         point = "PSE" if _point(rows, settings) == PSE else THRESHOLD
-        found.remarks.append(f"Turned at the highest or lowest level, so that the {point} may lie beyond: {beyond}.")
+        found.remarks.append(
+            f"Held by answers at the highest or lowest level, beyond which the {point} may lie: {held}."
+        )
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
@@ -136,11 +142,13 @@ def false_alarms(rows: Sequence[Row]) -> list[Table]:
     return [Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms), note)] if alarms else []
 
 
-def _has_turned_at_an_end(rows: Sequence[Row], settings: Settings) -> bool:
-    """Return whether a reversal of one person that counts is at an end of the levels, beyond which none can go."""
-    rule = _rule(settings)
-    turns = (level for run in staircases(rows, settings).values() for level in run.turns_db[-rule["last"] :])
-    return any(not rule["lowest_db"] < level < rule["highest_db"] for level in turns)
+def _held(people: Mapping[tuple[Any, ...], Sequence[Row]], settings: Settings) -> str:
+    """Return whose staircases were held at an end of the levels, each person with the stimuli; "" for nobody."""
+    found = list[str]()
+    for (person,), rows in people.items():
+        of = dict.fromkeys(stimulus for (stimulus, _, _), run in staircases(rows, settings).items() if run.is_held)
+        found += [f"{person} ({', '.join(of)})"] if of else []
+    return ", ".join(found)
 
 
 def _point(rows: Sequence[Row], settings: Settings) -> str:
