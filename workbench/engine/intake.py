@@ -4,9 +4,10 @@ From frame s to s + period the force ramps to the sample of frame s, so that the
 at audio rate is delayed by exactly one sample period, live and offline. A sample that arrives too late for that is
 ramped to within one period of its arrival; of several that arrive together, only the newest is used. Where samples are
 missing, on the whole floor or on a tile that is NaN, the last force is held for 20 ms and then ramped to 0 in 0.2 s. A
-tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms. For somebody who stood there
-already, from a tile's first sample on or in a gap, it opens in 0.2 s, as slowly as weight is shifted, and the signal
-`cut` is 1 meanwhile: that is no landing. For a foot that landed in a gap it lets the force rise by 10 kN/s.
+tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms. After a gap, and from a
+tile's first sample on, the force changes no faster than a foot changes it until it is what is measured: by 10 kN/s
+where somebody landed or left meanwhile, and in 0.2 s, as slowly as weight is shifted, where somebody stands who stood
+there before. The signal `cut` is 1 in these 0.2 s: that is no landing.
 
 Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
@@ -39,7 +40,8 @@ faster change is a load that no foot makes: ground breaks under it, louder than 
 (docs/contracts.md#signals-events-rows).
 """
 LANDING_N_S = 10_000.0
-"""Loading rate of a foot that landed in a gap, N/s: that of walking (5.3 to 13.1 kN/s in measured footsteps)."""
+"""Rate of the force where a foot landed or left in a gap, N/s: that of walking (5.3 to 13.1 kN/s in measured
+footsteps)."""
 
 _LEAST_QUEUE = 1024  # samples of a tile that can wait, beside those of the block
 _LONG_AGO = -1e18
@@ -67,7 +69,8 @@ SEGMENT = np.dtype(
         ("at_values", np.float64, (3,)),
         ("gate", np.float64),
         ("gate_target", np.float64),
-        ("opening", np.float64),
+        ("force_n", np.float64),
+        ("slew", np.float64),
         ("queue_head", np.int64),
         ("queue_tail", np.int64),
         ("last_frame", np.float64),
@@ -76,9 +79,10 @@ SEGMENT = np.dtype(
     ],
     align=True,
 )
-"""Line segment that a tile's signals follow, its gate (0 to 1), the gate's target and change per frame as it opens, and
-its queue: samples removed and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the
-block are zero. Before frame `cut_end` the force rises that was there before the tile's first sample, or before a gap.
+"""Line segment that a tile's signals follow, its gate (0 to 1) and the gate's target, the last force that was written,
+and by how much it may go up (down, if negative) per frame, until it is the line's: 0 for at once. Its queue: samples
+removed and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero.
+Before frame `cut_end` the force rises that was there before the tile's first sample, or before a gap.
 """
 
 TIMING = np.dtype(
@@ -230,7 +234,7 @@ def _enqueue(
     period, places = timing.period, queue.size - 1
     start = max(segment.last_frame, stamp - period, arrival - period)
     waiting = segment.queue_head < segment.queue_tail
-    if not (tile.on or waiting) and stamp > start and segment.gate == 0.0 and segment.gate_target == 0.0:
+    if not (tile.on or waiting) and stamp > start and _is_at_rest(segment):
         _rest(segment, start, stamp, tile.load_n)
         return
     sample = queue[(segment.queue_tail - 1) & places]
@@ -277,7 +281,7 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
                     end = min(n, first)
                     break
                 _next_segment(segment, sample, timing[0])
-            if segment.gate == 0.0 and segment.gate_target == 0.0:
+            if _is_at_rest(segment):
                 for j in range(4):
                     for i in range(max(begin, segment.zeros), end):
                         signals[j, k, i] = 0.0
@@ -298,6 +302,12 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
             segment.queue_head = segment.queue_tail = 0  # reuse the same few places: they are still in the cache
 
 
+@inlined
+def _is_at_rest(segment: np.record) -> bool:
+    """Return whether the signals are 0 until the next sample with contact."""
+    return segment.gate == 0.0 and segment.gate_target == 0.0 and segment.force_n == 0.0
+
+
 @part
 def _first_frame(start: float, period: float) -> int:
     """Return the first frame at least one period after `start`, whichever way the sum is rounded."""
@@ -316,24 +326,20 @@ def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> N
     """Begin the segment to a sample, from the present values of the signals."""
     now = sample.from_frame
     share = _share(segment, now)
-    begins, missed = segment.gate_target == 0.0, now - segment.at_frame > timing.hold
-    if not sample.contact:
-        segment.cut_end = 0
-    elif begins or missed:
-        stood = not begins or (sample.untared and segment.at_frame == _LONG_AGO)
-        opens_in = timing.gate
-        if missed:
-            opens_in = timing.shift if stood else min(max(sample.values[0] / timing.landing, opens_in), timing.shift)
-        segment.opening = 1.0 / opens_in
-        if stood:
-            segment.cut_end = _first_frame(sample.at_frame + opens_in, timing.period)
-    segment.gate *= _held(segment, now, timing)
     for j in range(3):
         segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
         # Hold the centroid where there is no contact: ramping to 0, it would wander over the tile.
         segment.at_values[j] = sample.values[j] if j == 0 or sample.contact else segment.from_values[j]
         if j > 0 and segment.gate_target == 0.0 and sample.contact:
             segment.from_values[j] = sample.values[j]
+    if not sample.contact:
+        segment.cut_end = 0
+    if now - segment.at_frame > timing.hold:  # the slew takes the place of the line
+        pace, segment.from_values[0] = timing.landing, sample.values[0]
+        if sample.contact and (segment.gate_target == 1.0 or (sample.untared and segment.at_frame == _LONG_AGO)):
+            pace = max(sample.values[0], segment.force_n) / timing.shift
+            segment.cut_end = _first_frame(sample.at_frame + timing.shift, timing.period)
+        segment.slew = pace if sample.values[0] > segment.force_n else -pace
     segment.from_frame, segment.at_frame = now, sample.at_frame
     segment.gate_target = 1.0 if sample.contact else 0.0
     segment.queue_head += 1
@@ -359,21 +365,28 @@ def _held(segment: np.record, now: float, timing: np.record) -> float:
 def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, timing: np.record, frame: int) -> None:
     """Write a tile's signals, all on one segment, from session frame `frame` on; empty ones are not wanted."""
     last = frame + force_n.size - 1 - timing.period
-    if segment.gate == segment.gate_target == 1.0 and _held(segment, last, timing) == 1.0:
+    if segment.gate == segment.gate_target == 1.0 and segment.slew == 0.0 and _held(segment, last, timing) == 1.0:
         _write_frames_ungated(force_n, x_m, y_m, segment, timing.period, frame)
+        segment.force_n = force_n[force_n.size - 1]
         return
-    start, target, closing = segment.from_values, segment.at_values, 1.0 / timing.gate
+    start, target, step = segment.from_values, segment.at_values, 1.0 / timing.gate
     for i in range(force_n.size):
         now = frame + i - timing.period
         share, held = _share(segment, now), _held(segment, now, timing)
         goal = segment.gate_target if held > 0.0 else 0.0
         gate = segment.gate
-        gate = min(gate + segment.opening, goal) if gate < goal else max(gate - closing, goal)
+        gate = min(gate + step, goal) if gate < goal else max(gate - step, goal)
         segment.gate = gate
-        force_n[i] = (start[0] + (target[0] - start[0]) * share) * held * gate if gate != 0.0 else 0.0
+        now_n = (start[0] + (target[0] - start[0]) * share) * held * gate if gate != 0.0 else 0.0
+        limit_n = segment.force_n + segment.slew
+        if now_n > limit_n if segment.slew > 0.0 else now_n < limit_n and segment.slew < 0.0:
+            now_n = limit_n
+        else:
+            segment.slew = 0.0
+        segment.force_n = force_n[i] = now_n
         if x_m.size:
-            x_m[i] = start[1] + (target[1] - start[1]) * share if gate != 0.0 else 0.0
-            y_m[i] = start[2] + (target[2] - start[2]) * share if gate != 0.0 else 0.0
+            x_m[i] = start[1] + (target[1] - start[1]) * share if gate != 0.0 or now_n != 0.0 else 0.0
+            y_m[i] = start[2] + (target[2] - start[2]) * share if gate != 0.0 or now_n != 0.0 else 0.0
 
 
 @part
