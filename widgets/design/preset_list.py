@@ -45,7 +45,7 @@ class PresetList(HeadedList):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, "Presets", _ROW_PX, _paint_row)
-        self.itemDoubleClicked.connect(lambda: self._choose())
+        self.itemDoubleClicked.connect(self._double_clicked)
         self.itemClicked.connect(self._clicked)
         self._on_star = False
 
@@ -118,11 +118,9 @@ class PresetList(HeadedList):
         key, current = event.key(), self.current()
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.step(1 if key == Qt.Key.Key_Down else -1)
-        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-            if current is not None:
-                self.insertion_requested.emit(current)
-        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self._choose()
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current is not None:
+            is_inserted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            (self.insertion_requested if is_inserted else self.chosen).emit(current)
         elif key == Qt.Key.Key_Escape:
             self.escaped.emit()
         elif key == Qt.Key.Key_Asterisk and current is not None:
@@ -158,10 +156,9 @@ class PresetList(HeadedList):
         if preset is not None:
             (self.starred if self._on_star else self.current_changed).emit(preset)
 
-    def _choose(self) -> None:
-        current = self.current()
-        if current is not None and not self._on_star:
-            self.chosen.emit(current)
+    def _double_clicked(self, item: QListWidgetItem) -> None:
+        if item.data(_PRESET) is not None and not self._on_star:
+            self.chosen.emit(item.data(_PRESET))
 
     def _items(self) -> list[QListWidgetItem]:
         return [item for i in range(self.count()) if (item := self.item(i)).data(_PRESET) is not None]

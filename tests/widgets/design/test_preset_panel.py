@@ -116,6 +116,9 @@ def test_a_star_is_kept(panel, qtbot):
     qtbot.mouseClick(
         panel.list.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(place.right() - 4, place.center().y())
     )
+    with qtbot.waitSignal(panel.chosen) as chosen:
+        qtbot.keyClick(panel.list, Qt.Key.Key_Return)
+    assert chosen.args[0].name == "Gravel"
     qtbot.mouseClick(panel.filters.buttons()[1], Qt.MouseButton.LeftButton)
     assert names(panel) == ["Gravel"]
     panel.list.setFocus()
