@@ -99,7 +99,7 @@ class RecordingsWorkspace(Workspace):
     def attach(self, context: WorkspaceContext) -> None:
         self.playback.attach(context)
         self.follower.attach(context.controller)
-        context.controller.recording_file_changed.connect(lambda _: self.recordings.refresh())
+        context.controller.recording_file_changed.connect(lambda _: self._list_recorded())
 
     def open_file(self, path: Path) -> None:
         """Open a recording, and add it to the list."""
@@ -115,6 +115,7 @@ class RecordingsWorkspace(Workspace):
     def set_active(self, active: bool) -> None:
         if active:
             self.recordings.refresh()
+            self.follower.show_begun()
 
     def close_down(self) -> None:
         self.exporting.close_down()
@@ -124,6 +125,11 @@ class RecordingsWorkspace(Workspace):
         self.reader.close()
 
     # --- the recording ---
+
+    def _list_recorded(self) -> None:
+        self.recordings.refresh()
+        if self.isVisible() and self._asked is None:
+            self.follower.show_begun()
 
     def open(self, path: Path) -> None:
         """Open a recording; show errors."""
@@ -386,7 +392,7 @@ class RecordingsWorkspace(Workspace):
         reader, axis = self.reader, self.axis
         reader.opened.connect(self._show_opened)
         reader.extended.connect(self._show_extended)
-        self.follower.ended.connect(self.open)
+        self.follower.to_show.connect(self.open)
         reader.overview_read.connect(self._show_overview)
         reader.marked.connect(self._show_marks)
         reader.renamed.connect(self._show_renamed)
@@ -481,18 +487,8 @@ class RecordingsWorkspace(Workspace):
         self.stopping = self._button("stop", "", "Stop the export", self.exporting.stop)
         self.stopping.hide()
         self._needs_one: list[QWidget] = [*zoom, marking, *play, self.export_button]
-        return [
-            self.title,
-            self.facts,
-            self.progress,
-            None,
-            self.export_state,
-            self.stopping,
-            *zoom,
-            marking,
-            *play,
-            self.export_button,
-        ]
+        shown = (self.title, self.facts, self.progress, None, self.export_state, self.stopping)
+        return [*shown, *self._needs_one]
 
     def _button(self, icon: str, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
         button = tool_button(icon, text, tip)

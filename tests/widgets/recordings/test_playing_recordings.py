@@ -82,11 +82,16 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
     said, controller = [], window.controller
     controller.notified.connect(said.append)
     controller.bridge.notified.connect(said.append)
-    controller.record(True)
-    path = controller.session.recording.absolute()
-    qtbot.waitUntil(lambda: path.stat().st_size > 0, timeout=LONG_MS)  # it began: an empty file keeps its name
-    window.open_file(path)
+
+    def record(on):
+        with qtbot.waitSignal(controller.recording_file_changed, timeout=LONG_MS):
+            controller.record(on)
+        return on and controller.session.recording.absolute()
+
+    window.workspaces.choose("Recordings")
     workspace = window.workspaces["Recordings"]
+    path = record(True)
+    assert workspace.title.full_text == path.stem
     qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.length_s > 0.5, timeout=LONG_MS)
 
     def rename():
@@ -106,8 +111,13 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
     assert not any("not recorded any further" in line for line in said), said
     rename()
     qtbot.waitUntil(lambda: workspace.title.text() == "named", timeout=LONG_MS)
+    window.workspaces.choose("Monitor")
+    other = record(True)
+    window.workspaces.choose("Recordings")
+    assert workspace.title.full_text == other.stem
+    record(False)
     workspace.reader.close()
-    assert [file.name for file in path.parent.iterdir()] == ["named.underfoot"]
+    assert [file.name for file in path.parent.iterdir() if other.stem not in file.name] == ["named.underfoot"]
     with Recording(path.with_stem("named")) as recording:
         first, end = recording.span
         assert end - first > 0.5 * 48_000
