@@ -266,6 +266,15 @@ def test_the_list_of_losses_names_every_parameter_of_every_node_that_a_format_do
     assert ("hand" in has) == (type == "strike")
 
 
+def test_of_many_nodes_that_lose_the_same_the_first_are_named():
+    patch = Patch()
+    for _ in range(60):
+        patch = patch.add("strike", REGISTRY)
+    (line,) = losses(patch, REGISTRY, KEPT.keys() - {"hand"})
+    assert line.startswith("strikes by hand: strike, strike1, ")
+    assert line.endswith(", strike7, and 52 more")
+
+
 SOUNDING = ("format", "version", "nodes", "wires", "error_scale")
 """Fields of a patch that are in what is rendered, or lost with its nodes and wires."""
 SOUNDING_OF_NODES = ("id", "type", "at", "parameters", *MARKS)

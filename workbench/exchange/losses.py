@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from underfoot.parameters import FilePath, Tiles
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.quantities import first_of
 
 KEPT: Mapping[str, str] = {
     "force": "the answer to the foot: it plays as for the steps that were rendered",
@@ -34,10 +35,13 @@ KEPT: Mapping[str, str] = {
 
 ALWAYS = ("unit", "waveform", "spectrum", "frequency", "range", "onsets")
 """Features of every patch."""
+MOST_NODES = 8
+"""Nodes that are named in one line."""
 
 
 def losses(patch: Patch, registry: Registry, carries: Iterable[str]) -> tuple[str, ...]:
-    """Return the losses of a patch in a format that carries these of `KEPT`: one line each, with the nodes concerned.
+    """Return the losses of a patch in a format that carries these of `KEPT`: one line each, with the nodes concerned,
+    of many the first.
 
     >>> from underfoot.nodes import REGISTRY
     >>> losses(Patch().add("sound-output", REGISTRY), REGISTRY, KEPT.keys() - {"sound"})
@@ -45,7 +49,7 @@ def losses(patch: Patch, registry: Registry, carries: Iterable[str]) -> tuple[st
     """
     has = features(patch, registry)
     missing = [name for name in KEPT if name in has and name not in set(carries)]
-    return tuple(f"{KEPT[name]}{': ' if has[name] else ''}{', '.join(has[name])}" for name in missing)
+    return tuple(": ".join(filter(None, (KEPT[name], ", ".join(first_of(has[name], MOST_NODES))))) for name in missing)
 
 
 def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
