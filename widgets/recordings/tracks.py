@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ _BARS, _MOST_BARS = 4, 20
 """Rows of contacts, usual and at most: as many overlap without one hiding another."""
 _BARS_SHARE, _LEAST_BAR_PX = 0.3, 7.0
 """Share of the height for more rows than usual, which are lower if need be; without texts then."""
+_Times = TypeVar("_Times", float, NDArray[np.float64])
 _TICKS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600)
 
 
@@ -128,8 +130,8 @@ class TrackPainter:
         self._edges = opened.first + at_s * opened.rate
         self._frames = float(self._edges[1] - self._edges[0])
 
-    def x(self, time_s: float) -> float:
-        """Return the position of a time in pixels."""
+    def x(self, time_s: _Times) -> _Times:
+        """Return the position of a time, or of several, in pixels."""
         share = (time_s - self.view.begin_s) / (self.view.end_s - self.view.begin_s)
         return self.left + share * (self.right - self.left)
 
@@ -170,34 +172,30 @@ class TrackPainter:
     def _paint_marks(self, painter: QPainter) -> None:
         opened = self.content.opened
         painter.setPen(QPen(QColor(theme.FAINT), 1.0))
-        for x in self._columns(self._x_of([frame for frame, _, _ in opened.commands])):
+        for x in self._pixels([(frame, "") for frame, _, _ in opened.commands]):
             painter.drawLine(QPointF(x, RULER_PX - 4.0), QPointF(x, RULER_PX))
-        violet, bottom = QColor(theme.EVENTS), self.tracks["measured"].bottom
-        at = self._x_of([mark.frame for mark in opened.marks])
-        painter.setPen(QPen(violet, 1.0, Qt.PenStyle.DashLine))
-        for x in self._columns(at):
+        violet, bottom, free = QColor(theme.EVENTS), self.tracks["measured"].bottom, -math.inf
+        for x, text in self._pixels([(mark.frame, mark.text) for mark in opened.marks]).items():
+            painter.setPen(QPen(violet, 1.0, Qt.PenStyle.DashLine))
             painter.drawLine(QPointF(x, 12.0), QPointF(x, bottom))
-        painter.setPen(violet)
-        place = int(np.searchsorted(at, self.left))
-        while place < len(at) and at[place] <= self.right:
-            alike = opened.marks[place : np.searchsorted(at, at[place], "right")]
-            said = next((mark.text for mark in alike if mark.text), "mark")
-            text = painter.fontMetrics().elidedText(said, Qt.TextElideMode.ElideRight, 160)
-            painter.drawText(QPointF(at[place] + 3.0, 11.0), text)
-            width = painter.fontMetrics().horizontalAdvance(text) + 12.0
-            place = int(np.searchsorted(at, at[place] + width))
+            if x >= free:
+                painter.setPen(violet)
+                shown = painter.fontMetrics().elidedText(text or "mark", Qt.TextElideMode.ElideRight, 160)
+                painter.drawText(QPointF(x + 3.0, 11.0), shown)
+                free = x + painter.fontMetrics().horizontalAdvance(shown) + 12.0
 
-    def _x_of(self, frames: Sequence[int]) -> NDArray[np.float64]:
-        """Return the positions of session frames in pixels, also beyond the view."""
-        at_s = (np.array(frames, np.float64) - self.content.opened.first) / self.content.opened.rate
-        share = (at_s - self.view.begin_s) / (self.view.end_s - self.view.begin_s)
-        return self.left + share * (self.right - self.left)
+    def _pixels(self, said: Sequence[tuple[int, str]]) -> dict[float, str]:
+        """Return the pixels in view of these session frames, with the first words at each.
 
-    def _columns(self, x: NDArray[np.float64]) -> list[float]:
-        """Return those of the positions that are in view, one for each pixel: a program can set 100,000 marks."""
-        seen = x[(x >= self.left) & (x <= self.right)]
-        _, first = np.unique(np.floor(seen), return_index=True)
-        return seen[first].tolist()
+        A program can set 100,000 marks, which are seen in a thousand pixels.
+        """
+        opened = self.content.opened
+        at_s = (np.array([frame for frame, _ in said], np.float64) - opened.first) / opened.rate
+        found: dict[float, str] = {}
+        for x, (_, text) in zip(np.rint(self.x(at_s)).tolist(), said, strict=True):
+            if self.left <= x <= self.right:
+                found[x] = found.get(x) or text
+        return found
 
     def _paint_gaps(self, painter: QPainter) -> None:
         opened = self.content.opened
