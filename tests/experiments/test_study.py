@@ -2,6 +2,7 @@
 
 import pytest
 from made_studies import first_answers, made_protocol, preset_protocol, walked
+from msgspec.structs import replace
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.study import Study
@@ -105,8 +106,12 @@ def test_feedback_names_the_right_number():
 def test_entries_of_another_participant_or_protocol_are_refused():
     study = Study(preset_protocol("detection-threshold"), "P1")
     walked(study, most=30)
-    with pytest.raises(BadFile, match="go on with the protocol, the participant and the version"):
+    begun = "go on with the protocol, the participant and the version"
+    with pytest.raises(BadFile, match=begun):
         Study(study.protocol, "P2", study.entries)
+    of_earlier = replace(study.entries[-1], answers={**study.entries[-1].answers, "sort": "impact"})
+    with pytest.raises(BadFile, match=f"does not ask for sort; {begun}"):
+        Study(study.protocol, "P1", [*study.entries[:-1], of_earlier])
     with pytest.raises(BadFile):
         Study(preset_protocol("compliance-rating"), "P1", study.entries)
 

@@ -34,6 +34,7 @@ CALIBRATIONS = "calibrations in use: "
 GAIN_DB = "gain_db"
 LEVEL_RANGE_DB = (-40.0, 0.0)
 """Range of a participant's gain re the protocol's levels, in dB; never above 0."""
+_AS_BEGUN = "go on with the protocol, the participant and the version that it was begun with"
 
 
 class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -286,13 +287,13 @@ class Study:
         if (entry.stage, entry.kind, entry.trial, entry.attempt) != (page.stage, page.kind, page.trial, page.attempt):
             raise BadFile(
                 f"entry {number} is of {entry.stage!r} ({entry.kind}), and the protocol asks for {page.stage!r} "
-                f"({page.kind}); go on with the protocol, the participant and the version that it was begun with"
+                f"({page.kind}); {_AS_BEGUN}"
             )
         if not entry.spoiled:
             try:
                 self._checked(entry.answers)
             except BadValue as error:
-                raise BadFile(f"entry {number}: {error}") from None
+                raise BadFile(f"entry {number}: {error}; {_AS_BEGUN}") from None
         self._take(entry)
 
     def _share(self) -> float:
