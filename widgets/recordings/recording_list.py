@@ -288,7 +288,7 @@ class RecordingList(QWidget):
 
     def _delete(self, paths: Sequence[Path]) -> None:
         self.deleted.emit(paths)
-        self.unused.compute(lambda _: [(path, _use_elsewhere(path)) for path in paths])
+        self.unused.compute(lambda task: [(path, _use_elsewhere(path)) for path in paths if not task.is_stopped()])
 
     def _move_to_trash(self, uses: Sequence[tuple[Path, str]]) -> None:
         """Move to the trash what no other program uses: one that records would go on in a file that nobody finds."""
