@@ -31,15 +31,15 @@ _FASTEST = 1
 """The fastest level of gzip, because recordings at audio rate are large."""
 
 
-def write_physio(folder: str | Path, file: SessionFile, task: str) -> tuple[list[Path], dict[int, BadFile]]:
-    """Write the recordings of a session's trials under a BIDS `folder`; return the paths of the files.
+def write_physio(folder: str | Path, file: SessionFile, task: str) -> dict[int, BadFile]:
+    """Write the recordings of a session's trials under a BIDS `folder`.
 
-    With them, by entry, why recordings of damaged trials cannot be read: the others are written. `task` is the task
-    name of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
+    Return, by entry, why recordings of damaged trials cannot be read: the others are written. `task` is the task name
+    of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
     """
     label, name = bids_label(file.participant), bids_task(task)
     beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
-    written, unread = list[Path](), dict[int, BadFile]()
+    unread: dict[int, BadFile] = {}
     noted = [note for note in reversed(file.notes()) if note.text.startswith(CALIBRATIONS)]
     for number, entry in enumerate(file.entries(), 1):
         if entry.trial is None:
@@ -60,8 +60,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> tuple[list
             write_file(path, gzip.compress(_rows(excerpt), _FASTEST, mtime=0))
             sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
             write_file(sidecar, json.dumps({**about, **_sidecar(excerpt)}, indent=1).encode() + b"\n")
-            written += [path, sidecar]
-    return written, unread
+    return unread
 
 
 def _rows(excerpt: Excerpt) -> bytes:

@@ -101,11 +101,11 @@ class Results:
         people = {row["participant"] for row in self.rows if not why_left_out(row)}
         for path in self.sessions:
             with closing(SessionFile.open(path)) as file:
-                if not (file.left_out and file.participant in people):  # of whom another session counts
-                    _, why = write_physio(folder, file, self.title)
-                    if why:
-                        entries, first = ", ".join(map(str, why)), next(iter(why.values()))
-                        unread.append(f"Written without force and vibration of entry {entries}: {first}.")
+                if file.left_out and file.participant in people:  # of whom another session counts
+                    continue
+                if why := write_physio(folder, file, self.title):
+                    entries, first = ", ".join(map(str, why)), next(iter(why.values()))
+                    unread.append(f"Written without force and vibration of entry {entries}: {first}.")
         return unread
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
