@@ -7,6 +7,7 @@ from contextlib import closing
 import numpy as np
 from made_recordings import ABOUT
 
+from underfoot.records import envelopes
 from underfoot.records.exports import ExportSource, write_export
 from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Gap, Recording
@@ -55,6 +56,20 @@ def test_gaps_of_a_recording_that_grows_are_looked_for_in_what_is_new(tmp_path):
         writer.cut(480)
         writer.commit()
         assert recording.gaps() == [Gap(7, 93), Gap(200, 50)]  # all anew: what was last is not there any more
+
+
+def test_the_picture_of_a_recording_that_grows_is_read_from_what_is_new(tmp_path):
+    path, frames = tmp_path / "growing.underfoot", np.arange(200, dtype=np.float32).reshape(100, 2)
+    with closing(Writer(path, ABOUT)) as writer, Recording(path) as recording, closing(sqlite3.connect(path)) as base:
+        seen = envelopes.empty(2)
+        for first in (0, 100, 250, 350):
+            writer.put("commanded", first, first + frames)
+            writer.commit()
+            seen = envelopes.read_overview(recording.envelope_base(), "commanded", seen)
+            with base:
+                base.execute("delete from envelope where first = 0")
+    assert (seen.begin.tolist(), seen.end.tolist()) == ([0, 100, 250, 350], [100, 200, 350, 450])
+    assert (seen.low[:, 1].tolist(), seen.high[:, 1].tolist()) == ([1, 101, 251, 351], [199, 299, 449, 549])
 
 
 def test_c3d_of_a_clock_that_jumped_ahead_is_written_in_little_memory(tmp_path):

@@ -86,9 +86,9 @@ def test_the_overview_of_hours_has_fewer_bins_than_blocks_and_the_same_extremes(
         bins = [row.tobytes() for row in values]
         rows = [("force", 1, int(begin[k]), 100, 100, "[0, 2]", bins[k], bins[k]) for k in range(9000)]
         base.executemany("insert into envelope values (?, ?, ?, ?, ?, ?, ?, ?)", rows)
-        whole = envelopes.read_overview(base, "force", 3)
+        whole = envelopes.read_overview(base, "force", envelopes.empty(3))
         monkeypatch.setattr(envelopes, "MOST_VALUES", 3 * 2500)
-        merged = envelopes.read_overview(base, "force", 3)
+        merged = envelopes.read_overview(base, "force", envelopes.empty(3))
     assert (len(whole), whole.begin.tolist()) == (9000, begin.tolist())
     assert len(merged) <= 2500
     assert 500_000.0 in merged.end

@@ -137,6 +137,7 @@ class RecordingReader(QObject):
         self._open_files = ExitStack()
         self._base: sqlite3.Connection | None = None
         self._columns: dict[str, int] = {}
+        self._finest: dict[str, Envelope] = {}
 
     # --- requests, from the window's thread ---
 
@@ -244,7 +245,7 @@ class RecordingReader(QObject):
     def _read_new(self) -> None:
         if self._recording is not None:
             self.extended.emit(_opened(self._recording, self._floor))
-            self._read_overview()
+            self._extend_overview()
 
     def _find_base(self) -> None:
         """Find the envelopes: in the recording, else in the cache, where they are made if missing."""
@@ -259,12 +260,15 @@ class RecordingReader(QObject):
                 self._base = None
 
     def _read_overview(self) -> None:
+        self._finest = {source: envelopes.empty(columns) for source, columns in self._columns.items()}
+        self._extend_overview()
+
+    def _extend_overview(self) -> None:
         self._find_base()
         levels = {}
-        for source, columns in self._columns.items():
-            finest = envelopes.empty(columns)
+        for source, finest in self._finest.items():
             if self._base is not None:
-                finest = envelopes.read_overview(self._base, source, columns)
+                finest = self._finest[source] = envelopes.read_overview(self._base, source, finest)
             levels[source] = tuple(finest.coarser(factor) if factor > 1 else finest for factor in LEVELS)
         rest = envelopes.resting_n(levels["force"][0])
         rest[-1] = rest[:-1].sum()  # a person may be on the floor all the time, but not on the same tile

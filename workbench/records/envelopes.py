@@ -188,10 +188,13 @@ def read(
     return Envelope(at, behind, least, most)
 
 
-def read_overview(base: sqlite3.Connection, source: str, columns: int) -> Envelope:
-    """Return a bin for every block of a source, or for several where all of them would not fit into memory."""
-    parts: list[Envelope] = []
-    factor, begin, end = 1, -1e18, 0.0
+def read_overview(base: sqlite3.Connection, source: str, known: Envelope) -> Envelope:
+    """Return the bins that are `known`, and behind them one for every block of a source that was added since.
+
+    Bins are merged where all of them would not fit into memory.
+    """
+    parts, columns = [known], known.low.shape[1]
+    factor, begin, end = 1, known.end[-1] if len(known) else -1e18, 0.0
     while end < 1e18:
         behind = base.execute(
             "select first from envelope where source = ? and level = ? and first > ? order by first limit 1 offset ?",
