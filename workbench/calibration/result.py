@@ -1,7 +1,6 @@
 """Result of a calibration: figures, a verdict, pictures and raw data, and the change of a profile."""
 
 from dataclasses import dataclass, replace
-from datetime import date
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,7 +48,7 @@ class Result:
         """Return the profile with this result; the previous values are kept in its history."""
         if self.part is None:
             return profile
-        return profile.with_part(self.part, date.fromisoformat(self.part.made), self.tile)
+        return profile.with_part(self.part, tile=self.tile)
 
     @property
     def figures(self) -> dict[str, float]:
