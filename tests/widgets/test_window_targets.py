@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from on_screen import choose, type_into
+from on_screen import choose, show, type_into
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu, QPushButton
 from windows import LONG_MS, calibrate, choose_file, design, dialog_of, quiet_window
@@ -65,6 +65,7 @@ def test_a_floor_of_another_size_is_asked_for(window, qtbot):
     """By a real click in the menu and typed numbers; what is too large is said, and cannot be used."""
     choose(window.main_bar.target, "Simulated floor of another size…")
     dialog = dialog_of(window, GridDialog)
+    show(qtbot, dialog)
     type_into(qtbot, dialog.rows, "5", Qt.Key.Key_Tab)
     type_into(qtbot, dialog.columns, "32")
     assert dialog.extent.text() == "160 tiles; allowed: up to 144"
