@@ -14,6 +14,7 @@ from underfoot.options import option
 
 if TYPE_CHECKING:
     from underfoot.calibration.rig import Rig
+    from underfoot.devices.transport import Transport
     from underfoot.floor.layout import Floor, Tile
     from underfoot.floor.simulated_tile import SimulatedTile
 
@@ -44,6 +45,13 @@ class _LoadedRig:
 
         return sensor_names(self.cell, self.displacement)
 
+    def transport(self) -> "Transport":
+        """Return the transport to the hardware; `BadValue` for another target."""
+        hardware = split_target(self.target)
+        if hardware is None:
+            raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+        return transport_of(*hardware)
+
 
 @dataclass(frozen=True)
 class PressingRig(_LoadedRig):
@@ -62,11 +70,9 @@ class PressingRig(_LoadedRig):
             if self.cell:
                 raise BadValue("--cell is for hardware; the simulator has a load cell of its own")
             return SimulatedHand(simulated, seed)
-        hardware = split_target(self.target)
-        if hardware is None:
-            raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+        transport = self.transport()
         cell = load_cell_of(self.cell) if self.cell else None
-        return DeviceRig(transport_of(*hardware), floor.index(tile.id), cell)
+        return DeviceRig(transport, floor.index(tile.id), cell)
 
 
 _SHAKERS = "simulator[:PARAMETERS.json], sound"
@@ -131,15 +137,13 @@ class SteppingRig(_LoadedRig):
             if self.cell or self.displacement:
                 raise BadValue("--cell and --displacement are for hardware; the simulator has its own")
             return simulated_plate_rig(simulated, self.plate, seed)
-        hardware = split_target(self.target)
-        if hardware is None:
-            raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+        transport = self.transport()
         if not self.displacement:
             raise BadValue(f"--displacement is missing; allowed: {DISPLACEMENT_FORM}")
         sensor, cell = displacement_of(self.displacement), load_cell_of(self.cell) if self.cell else None
         servo = PlateServo(self.plate)
         try:
-            return PlateRig(DeviceRig(transport_of(*hardware), floor.index(tile.id), cell, displacement=sensor), servo)
+            return PlateRig(DeviceRig(transport, floor.index(tile.id), cell, displacement=sensor), servo)
         except BaseException:
             servo.close()
             raise
