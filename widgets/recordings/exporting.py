@@ -4,13 +4,14 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QGridLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QDialogButtonBox, QGridLayout, QWidget
 
 from underfoot.engine.export_process import ExportRequest
 from underfoot.engine.survey_process import Progress
 from underfoot.quantities import pretty_text
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.file_dialog import save_dialog
 from underfoot.widgets.polled_process import PolledProcess
 from underfoot.widgets.recordings.tracks import time_text
@@ -27,7 +28,7 @@ Stretch = tuple[float, float]
 """Beginning and end in seconds of a recording."""
 
 
-class ExportDialog(QDialog):
+class ExportDialog(Dialog):
     """Choice of the stretch, of the format, and of the vibration signal if the format has only one; lists what the
     format omits."""
 
@@ -36,8 +37,7 @@ class ExportDialog(QDialog):
 
     def __init__(self, parent: QWidget, length_s: float, selection: Stretch | None) -> None:
         """Create the dialog; `selection` is the stretch that is selected in the recording."""
-        super().__init__(parent)
-        self.setWindowTitle("Export a recording")
+        super().__init__("Export a recording", parent)
         self.stretch, self.format, self.vibration = QComboBox(), QComboBox(), QComboBox()
         self.stretch.setAccessibleName("Stretch")
         self.format.setAccessibleName("Format")
@@ -128,7 +128,6 @@ class Exporting(QWidget):
             return
         dialog = ExportDialog(self.window(), length_s, selection)
         dialog.wanted.connect(partial(self._ask_file, source))
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
     def begin(self, source: Path, path: Path, vibration: str, stretch_s: Stretch | None = None) -> None:
