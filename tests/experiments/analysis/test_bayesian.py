@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from made_studies import TD, made_protocol
 
+from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis import bayesian
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods.bayesian import Bayesian, quest_of
 from underfoot.experiments.simulation import simulated_rows
 
 
@@ -25,10 +27,14 @@ def test_before_the_first_answer_95_percent_of_all_levels_and_spreads_are_believ
     ends = 0.5 * 2.0 ** (left_out - 1.0 / 6.0), 8.0 * 2.0 ** (1.0 / 6.0 - left_out)
     assert (spread.low, spread.high) == pytest.approx(ends)
     assert (threshold.value, spread.value) == pytest.approx((0.0, 2.0))
+    steep = Bayesian.checked({"range_db": (-6.0, 6.0), "step_db": 4.5}, {"TD": None})
+    assert quest_of(steep).stim_domain["intensity"].tolist() == [-6.0, -1.5, 3.0]  # 7.5 is above the highest
+    with pytest.raises(BadFile, match="the lower first, 12 dB or more apart"):  # between the ends there is no other
+        made_protocol("bayesian", {"range_db": [-6.0, 5.0], "step_db": 6.0}, {"TD": TD})
 
 
 def test_thresholds_over_people_are_in_m_s2_too_and_answers_of_yes_to_nothing_are_counted():
-    parameters = {"trials": 12, "range_db": [-6.0, 6.0], "step_db": 2.0, "catch_share": 0.3}
+    parameters = {"trials": 12, "range_db": [-6.0, 6.0], "step_db": 0.6, "catch_share": 0.3}
     protocol = made_protocol("bayesian", parameters, {"TD": TD})
     rows = [row for person in range(3) for row in simulated_rows(protocol, person, 1, {})[0]]
     (found,) = analysed(rows, protocol, Settings())
@@ -39,6 +45,8 @@ def test_thresholds_over_people_are_in_m_s2_too_and_answers_of_yes_to_nothing_ar
     levels = [TD["level_m_s2"] * 10.0 ** (value / 20.0) for value in values]
     assert [row[2] for row in over.rows] == pytest.approx([np.mean(values), np.mean(levels)], rel=1e-4)
     assert [row[-1] for row in over.rows] == pytest.approx([np.std(of, ddof=1) for of in (values, levels)], rel=1e-4)
+    with pytest.raises(BadValue, match=r"level_db is .*; allowed: -24 to 24 by 1; `underfoot analyse --protocol` "):
+        analysed(rows, None, Settings())
 
 
 def test_who_answers_always_alike_has_no_threshold_and_is_in_no_mean():

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, ReferenceLine, series
+from underfoot.errors import require
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
@@ -20,14 +21,17 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's threshold and spread, in dB re the stimulus's level, with 95 % credible intervals.
 
     NaN where the likeliest threshold is an end of those considered: as of who says no, or yes, to every level, it may
-    be anywhere beyond.
+    be anywhere beyond. Raises `BadValue` for a level that the method does not have.
     """
     given = {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
     quest = quest_of(given)
     followed = [row for row in rows if not row.get("catch")]
+    levels = quest.stim_domain["intensity"]
+    by = f"{levels[0]:g} to {levels[-1]:g} by {given['step_db']:g}; `underfoot analyse --protocol` takes the study's"
     for row in followed:
-        answer = "Yes" if is_yes(row, row) else "No"
-        quest.update(stim={"intensity": float(row["level_db"])}, outcome={"response": answer})
+        level, answer = float(row["level_db"]), "Yes" if is_yes(row, row) else "No"
+        require(level in levels, "level_db", level, by)
+        quest.update(stim={"intensity": level}, outcome={"response": answer})
     threshold = f"threshold {followed[0].get('comparison', '')}".rstrip() if followed else "threshold"
     likeliest = int(np.argmax(quest.marginal_posterior["mean"]))
     if followed and likeliest in (0, len(quest.param_domain["mean"]) - 1):

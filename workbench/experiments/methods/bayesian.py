@@ -58,7 +58,8 @@ class Bayesian(Method):
     @classmethod
     def check_together(cls, given: Mapping[str, Any]) -> None:
         low, high = given["range_db"]
-        require(low < high, "range_db", [low, high], "the lower first")
+        apart = 2.0 * given["step_db"]
+        require(low + apart <= high, "range_db", [low, high], f"the lower first, {apart:g} dB or more apart")
         require(given["intervals"] == "one" or given["catch_share"] == 0.0, "catch_share", given["catch_share"], "0")
 
     @classmethod
@@ -105,7 +106,7 @@ class Bayesian(Method):
         self._number += 1
         if self.draws.happens(self.given["catch_share"]):
             return Trial(self._number, 1, (Presentation(NOTHING),), facts={"catch": True})
-        level = round(float(self._quest.next_stim["intensity"]), 6)
+        level = float(self._quest.next_stim["intensity"])
         facts: dict[str, float | str] = {"comparison": self._stimulus, "level_db": level}
         there = (Presentation(self._stimulus, level),)
         if self.given["intervals"] == "one":
@@ -125,7 +126,7 @@ def quest_of(given: Mapping[str, Any]) -> "QuestPlus":
             'method is bayesian; it needs the package questplus: pip install "underfoot[adaptive]"'
         ) from None
     low, high = given["range_db"]
-    levels = np.arange(low, high + 0.5 * given["step_db"], given["step_db"])
+    levels = np.round(np.arange(low, high + 1e-6, given["step_db"]), 6) + 0.0  # and no -0
     guesses = 0.5 if given["intervals"] == "two" else given["guesses"]
     return QuestPlus(
         stim_domain={"intensity": levels},
