@@ -69,7 +69,8 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     """A CSV of trials in; a BIDS data set of the sessions out."""
     workspace, findings = bench.workspace, bench.workspace.findings
     path, session = bench.folder / "made.json", workspace.sessions.root / "made" / "P1.session"
-    path.write_text(protocol_text())
+    method = {"kind": "constant-stimuli", "parameters": {"blocks": 2}}
+    path.write_text(protocol_text(stages=[{"id": "main", "kind": "trials", "method": method}], title="Mine"))
     session.parent.mkdir(parents=True)
     file = SessionFile.create(session, Protocol.load(path, REGISTRY), "P1")
     study = file.study(Protocol.load(path, REGISTRY))
@@ -79,7 +80,7 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     workspace.study_list.open_protocol(path)
     assert findings.analyse_button.text() == "Analyse 1 session"
     (bench.folder / "t.csv").write_text(
-        "participant,method,trial,stimulus,db,felt\nQ7,constant-stimuli,1,a,0,no\nQ7,constant-stimuli,2,b,6,yes\n"
+        "participant,method,trial,stimulus,db,felt\nQ7,constant-stimuli,1,X,0,no\nQ7,constant-stimuli,2,TD,6,yes\n"
     )
     bench.choose_from(findings.results_button, "Lapses: give psychometric curves a lapse rate")
     bench.choose_from(findings.results_button, "Analyse files…")
@@ -88,6 +89,7 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     asked.close()
     bench.wait(lambda: "Constant stimuli: main" in findings.table.toPlainText())
     assert "Each curve has a lapse rate." in findings.table.toPlainText()
+    assert "Analysed as trials of the study Mine" in findings.table.toPlainText()
     again = type(findings)(workspace.study_list.study, workspace.sessions, QObject())
     again.attach(bench.window.settings)  # as at the next start
     assert again.results_button.lapses.isChecked()

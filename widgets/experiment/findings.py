@@ -16,7 +16,7 @@ from underfoot.experiments.simulation import jobs_of, summaries
 from underfoot.experiments.study import Entry
 from underfoot.experiments.table import rows_of
 from underfoot.quantities import counted
-from underfoot.studies.results import analysed_files, written_files
+from underfoot.studies.results import analysed_elsewhere, analysed_files, written_files
 from underfoot.studies.simulated import simulate_locally
 from underfoot.widgets.background import Task
 from underfoot.widgets.experiment.people_dialog import SimulatedPeople
@@ -44,10 +44,11 @@ def answers_so_far(protocol: Protocol, participant: str, entries: Sequence[Entry
 
 
 def analysed_in_process(
-    paths: Sequence[Path], protocol: Protocol | None, settings: Settings, task: Task
+    paths: Sequence[Path], protocol: Protocol, settings: Settings, task: Task, *, are_its: bool
 ) -> list[Findings]:
-    """Return the findings of sessions and tables of trials (`results.analysed_files`), computed in a process."""
-    return _in_process(partial(analysed_files, tuple(paths), settings), protocol, task)
+    """Return the findings of a protocol's own sessions, or of other files than these, computed in a process."""
+    analyse = analysed_files if are_its else analysed_elsewhere
+    return _in_process(partial(analyse, tuple(paths), settings), protocol, task)
 
 
 def written_in_process(

@@ -1,6 +1,7 @@
 """Findings of a study: simulated people, analysed sessions, and trials written for other programs."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,6 @@ from underfoot.drawing import Drawing
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.protocol import Protocol
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
@@ -114,12 +114,12 @@ class StudyFindings(QObject):
 
     def analyse(self) -> None:
         """Show the findings of the sessions so far."""
-        self._analyse_files(self._sessions.files(self._study), self._study.protocol)
+        self._analyse_files(self._sessions.files(self._study), are_its=True)
 
-    def _analyse_files(self, paths: Sequence[Path], protocol: Protocol | None = None) -> None:
-        count = counted(len(paths), "file" if protocol is None else "session")
-        settings = self._settings
-        self._compute(f"Analysing {count}…", lambda task: analysed_in_process(paths, protocol, settings, task))
+    def _analyse_files(self, paths: Sequence[Path], *, are_its: bool = False) -> None:
+        count = counted(len(paths), "session" if are_its else "file")
+        work = partial(analysed_in_process, paths, self._study.protocol, self._settings, are_its=are_its)
+        self._compute(f"Analysing {count}…", work)
 
     def _write(self, form: str, where: Path) -> None:
         """Write the trials of the study's sessions."""

@@ -16,6 +16,7 @@ from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Entry, Study, is_over
 from underfoot.experiments.table import Row, alike_ids, as_left_out, rows_of, why_left_out, with_levels
 from underfoot.experiments.trial_files import columns_of_study, read_csv, write_bids, write_csv
+from underfoot.experiments.trials import NOTHING
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
 
@@ -168,6 +169,26 @@ def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol
     Sessions of another version of `protocol` are left out, and listed in a remark.
     """
     return results_of(paths, protocol).findings(settings)
+
+
+def analysed_elsewhere(paths: Sequence[Path], settings: Settings, protocol: Protocol) -> list[Findings]:
+    """Return the findings of files that are not a study's own: of sessions by the protocol that they hold.
+
+    Tables do not hold theirs: it is `protocol`, and a remark says so, if it has their stages, methods and stimuli.
+    """
+    results = results_of(paths)
+    if results.protocol is not None or not _is_of(protocol, results.rows):
+        return results.findings(settings)
+    findings = analysed_files(paths, settings, protocol)
+    findings[0].remarks.append(f"Analysed as trials of the study {protocol.title}, which has their stages and stimuli.")
+    return findings
+
+
+def _is_of(protocol: Protocol, rows: Sequence[Row]) -> bool:
+    """Return whether trials have stages, methods and stimuli of a protocol only."""
+    stages = {(stage.id, stage.method.kind) for stage in protocol.stages if stage.method is not None}
+    stimuli = {None, NOTHING, *protocol.stimuli}
+    return all((row["stage"], row["method"]) in stages and row.get("stimulus") in stimuli for row in rows)
 
 
 def written_files(
