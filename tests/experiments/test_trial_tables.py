@@ -207,6 +207,16 @@ def test_a_table_that_a_spreadsheet_saved_has_the_same_trials(tmp_path, no, yes)
     assert labels.rows == (("a", "x (2)"),)
 
 
+@pytest.mark.parametrize("empty", ["NA", "n/a"])
+def test_cells_that_another_program_left_empty_are_empty(tmp_path, empty):
+    """R wrote NA as why a trial is spoiled, and no trial counted."""
+    rows = simulated_rows(preset_protocol("identification-impact"), 0, 1, {})[0]
+    header, *lines = csv_text(rows).splitlines()
+    filled = [",".join(cell or empty for cell in line.split(",")) for line in lines]
+    found, as_written = (analysis_of(tmp_path, "\n".join([header, *of])) for of in (filled, lines))
+    assert repr(found) == repr(as_written)
+
+
 def test_numbers_of_stimuli_are_whole_however_a_program_writes_them(tmp_path):
     """Pandas writes 2.0 in a column with empty cells, such as the answer of a spoiled trial."""
     plain = [

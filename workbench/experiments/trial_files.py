@@ -44,6 +44,8 @@ _TEXT_COLUMNS = (
     "answered_by",
 )
 """Columns of text, also where a cell looks like a number."""
+_MISSING = ("", "NA", "n/a")
+"""Cells that are empty; R and BIDS write something there."""
 
 
 def csv_text(rows: Sequence[Row], columns: Sequence[str] = ()) -> str:
@@ -77,7 +79,7 @@ def read_csv(path: str | Path) -> list[Row]:
     """Return the trials of a CSV, for the analysis; raise `BadFile` if it is not a table of trials.
 
     The columns participant, method and trial are required; stage defaults to "main", and block to 1. Numeric cells
-    become numbers, except in a column of labels, in which a number can be a label.
+    become numbers, except in a column of labels, in which a number can be a label. NA of R, and n/a of BIDS, is empty.
     """
     header, lines = cells_of(path, "a table of trials")
     for column in ("participant", "method", "trial"):
@@ -86,7 +88,9 @@ def read_csv(path: str | Path) -> list[Row]:
     found: list[Row] = []
     for line in lines:
         row: dict[str, Any] = {
-            name: cell if name in _TEXT_COLUMNS else value_of(cell) for name, cell in line.items() if cell != ""
+            name: cell if name in _TEXT_COLUMNS else value_of(cell)
+            for name, cell in line.items()
+            if cell not in _MISSING
         }
         row["participant"] = line["participant"]
         found.append({"stage": "main", "block": 1, **row})
