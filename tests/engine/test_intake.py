@@ -95,6 +95,31 @@ def test_at_the_first_sample_and_after_a_gap_no_force_changes_faster_than_a_foot
 
 
 @RATES
+@pytest.mark.parametrize(("gap_s", "before_n"), [(0.028, 25.0), (0.045, 100.0), (0.1, 200.0)])
+def test_who_was_landing_as_a_gap_began_lands_after_it(rate_hz, gap_s, before_n):
+    stamps = np.arange(rate_hz) * RATE / rate_hz
+    lands_s = 0.5 - before_n / 10_000.0
+    forces = np.full((len(stamps), 2, 4), 150.0) * np.clip((stamps[:, None, None] / RATE - lands_s) / 0.06, 0.0, 1.0)
+    there = (stamps <= 0.5 * RATE) | (stamps >= (0.5 + gap_s) * RATE)
+    force, _, _, cut = intake_signals(GivenForces(rate_hz, stamps[there], forces[there]), 40_000)[:, 0]
+    assert np.diff(force[int((0.5 + gap_s) * RATE) :]).max() == pytest.approx(10_000.0 / RATE)
+    assert force[int((0.5 + gap_s + 0.06) * RATE + RATE / rate_hz)] == 600.0
+    assert not cut.any()
+
+
+@RATES
+def test_who_only_touched_a_tile_before_a_gap_and_shifts_weight_to_it_is_felt_to_do_so(rate_hz):
+    stamps = np.arange(rate_hz) * RATE / rate_hz
+    load_n = np.interp(stamps / RATE, [0.3, 0.31, 0.5, 0.55, 0.57, 0.6], [0.0, 30.0, 30.0, 165.0, 165.0, 600.0])
+    forces = np.repeat(load_n / 4.0, 8).reshape(len(stamps), 2, 4)
+    there = (stamps <= 0.5 * RATE) | (stamps >= 0.55 * RATE)
+    force, _, _, cut = intake_signals(GivenForces(rate_hz, stamps[there], forces[there]), 40_000)[:, 0]
+    assert np.diff(force[int(0.55 * RATE) :]).max() == pytest.approx(600.0 / (SHIFT * RATE))
+    assert force[int(0.77 * RATE)] == 600.0
+    assert cut[int(0.6 * RATE)]
+
+
+@RATES
 @pytest.mark.parametrize("gap_s", [0.0, 0.4])
 def test_who_stood_there_lands_as_others_do_once_they_have_left(rate_hz, gap_s):
     """They leave at 0.1 s, or in a gap that begins there, and are not quite gone."""
@@ -165,7 +190,7 @@ def test_a_gap_is_held_and_then_ramped_to_nothing(rate_hz):
     assert not force[reached + int(hold + SHIFT * RATE) + 1 : int(stamps[after])].any()
     frames = np.arange(int(stamps[after] + period), int(1.3 * RATE))
     full = np.interp(frames - period, stamps, forces[:, 0].sum(axis=1))
-    returns = forces[after, 0].sum() * (frames - stamps[after] + 1.0) / (SHIFT * RATE)
+    returns = max(forces[after, 0].sum(), 600.0) * (frames - stamps[after] + 1.0) / (SHIFT * RATE)
     np.testing.assert_allclose(force[frames], np.minimum(full, returns), rtol=1e-9, atol=1e-9)
 
 

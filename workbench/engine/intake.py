@@ -7,7 +7,8 @@ missing, on the whole floor or on a tile that is NaN, the last force is held for
 tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms. After a gap, and from a
 tile's first sample on, the force changes no faster than a foot changes it until it is what is measured: by 10 kN/s
 where somebody landed or left meanwhile, and in 0.2 s, as slowly as weight is shifted, where somebody stands who stood
-there before. The signal `cut` is 1 in these 0.2 s: that is no landing.
+there before. The signal `cut` is 1 in these 0.2 s: that is no landing. Who has shifted more meanwhile than 600 N in 0.2
+s was landing or leaving.
 
 Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
@@ -42,6 +43,10 @@ faster change is a load that no foot makes: ground breaks under it, louder than 
 LANDING_N_S = 10_000.0
 """Rate of the force where a foot landed or left in a gap, N/s: that of walking (5.3 to 13.1 kN/s in measured
 footsteps)."""
+
+WEIGHT_N = 600.0
+"""Weight of a person, in newtons, that is shifted in `SHIFT_S`. A load that changed faster in a gap was landing or
+leaving."""
 
 _LEAST_QUEUE = 1024  # samples of a tile that can wait, beside those of the block
 _LONG_AGO = -1e18
@@ -335,11 +340,13 @@ def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> N
     if not sample.contact:
         segment.cut_end = 0
     if now - segment.at_frame > timing.hold:  # the slew takes the place of the line
-        pace, segment.from_values[0] = timing.landing, sample.values[0]
-        if sample.contact and (segment.gate_target == 1.0 or (sample.untared and segment.at_frame == _LONG_AGO)):
-            pace = max(sample.values[0], segment.force_n) / timing.shift
-            segment.cut_end = _first_frame(sample.at_frame + timing.shift, timing.period)
+        pace, moved = timing.landing, abs(sample.values[0] - segment.from_values[0])
+        shifting = max(sample.values[0], WEIGHT_N) / timing.shift
+        stood = segment.gate_target == 1.0 or (sample.untared and segment.at_frame == _LONG_AGO)
+        if sample.contact and stood and moved <= shifting * (sample.at_frame - segment.at_frame):
+            pace, segment.cut_end = shifting, _first_frame(sample.at_frame + timing.shift, timing.period)
         segment.slew = pace if sample.values[0] > segment.force_n else -pace
+        segment.from_values[0] = sample.values[0]
     segment.from_frame, segment.at_frame = now, sample.at_frame
     segment.gate_target = 1.0 if sample.contact else 0.0
     segment.queue_head += 1
