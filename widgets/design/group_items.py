@@ -179,7 +179,6 @@ class NoteItem(QGraphicsItem):
             paint_far_note(painter, self._rect.adjusted(PAD, 0.0, -PAD, 0.0), text, zoom)
             return
         painter.setFont(theme.font())
-        painter.setLayoutDirection(Qt.LayoutDirection.LayoutDirectionAuto)  # that of the words, as where they are typed
         painter.drawText(self._rect.adjusted(PAD, PAD, -PAD, -PAD), int(Qt.TextFlag.TextWordWrap), text)
 
     def edge_at(self, scene_place: QPointF) -> bool:

@@ -3,8 +3,8 @@
 from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSignalBlocker
-from PySide6.QtGui import QBrush, QColor, QTransform
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
 from underfoot.engine.reports import Costs
@@ -43,7 +43,6 @@ class PatchScene(QGraphicsScene):
     def __init__(self, registry: Registry) -> None:
         super().__init__(-SCENE_SIZE, -SCENE_SIZE, 2 * SCENE_SIZE, 2 * SCENE_SIZE)
         self.setItemIndexMethod(QGraphicsScene.ItemIndexMethod.BspTreeIndex)
-        self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
         self.registry = registry
         self.patch = Patch()
         self.inside = ""
@@ -103,9 +102,13 @@ class PatchScene(QGraphicsScene):
             driven = driven_parameters(self.registry, item.node.type, wired.get(id, ()))
             item.set_ports(driven, shows_all=item.shows_all_ports)
 
+    def drawBackground(self, painter: QPainter, rect: QRectF | QRect) -> None:
+        """Fill the ground. Words painted on it run in their own direction, as where they are typed."""
+        painter.fillRect(rect, QColor(theme.GROUND))
+        painter.setLayoutDirection(Qt.LayoutDirection.LayoutDirectionAuto)
+
     def update_colours(self) -> None:
         """Redraw everything in the current colours."""
-        self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
         self._descriptions.clear()
         for item in self.nodes.values():
             item.set_description(self._description(item.node))

@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from design_samples import REGISTRY, drag, port, sample, send
 from groups_by_hand import collapse
 from msgspec.structs import replace
@@ -103,11 +104,13 @@ def test_a_long_name_is_cut_short_and_the_mouse_shows_all_of_it(workspace):
     assert far_note("Short", 24, 224.0, 16.0) == "Short"
 
 
-def test_a_note_runs_from_right_to_left_if_its_words_do(workspace):
+@pytest.mark.parametrize("zoom", [1.0, 0.4])
+def test_a_note_runs_from_right_to_left_if_its_words_do(workspace, zoom):
     """As while it is typed. A mark that is not seen before the words decides on the direction."""
 
     def picture(mark):
         workspace.set_patch(replace(sample(), notes=(Note("note", f"{mark}خطوات (3)!", (240.0, 160.0)),)))
+        workspace.canvas.zoom_to(zoom)
         return workspace.canvas.grab().toImage()
 
     left_to_right, right_to_left = "\u200e", "\u200f"
