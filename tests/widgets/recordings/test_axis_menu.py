@@ -47,7 +47,7 @@ def test_of_marks_in_one_pixel_the_words_of_one_are_drawn_and_those_beyond_the_v
         return axis.grab().toImage()
 
     one = picture((48_002, "turn"))
-    assert picture((100, "x"), *[(48_002, "")] * 999, (48_003, "turn"), (48_004, "back"), (90_000, "y")) == one
+    assert picture((23_000, "x"), *[(48_002, "")] * 999, (48_003, "turn"), (48_004, "back"), (90_000, "y")) == one
     assert picture((48_002, "")) != one
     assert picture((48_002, "turn"), (60_000, "stop")) != one
 
