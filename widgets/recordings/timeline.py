@@ -80,6 +80,7 @@ class Axis(QWidget):
         self.view = TimelineView(0.0, max(self.length_s, MIN_VIEW_S))
         self.redraw()
         self.view_changed.emit()
+        self.selected.emit()
 
     def update_colours(self) -> None:
         """Repaint in the current colours."""

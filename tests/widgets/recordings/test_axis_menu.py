@@ -65,3 +65,6 @@ def test_the_readout_and_a_screen_reader_say_what_keys_did_on_the_time_axis(work
     assert axis.accessibleDescription() == text.full_text
     qtbot.keyClick(axis, Qt.Key.Key_Backspace)
     assert "selected" not in axis.accessibleDescription() == text.full_text
+    qtbot.keyClick(axis, Qt.Key.Key_BracketLeft)
+    workspace.open(folder / "read.underfoot")
+    assert text.full_text == axis.accessibleDescription() == "", "nothing of the one before"
