@@ -28,7 +28,7 @@ from underfoot.files import reason_of
 from underfoot.floor.layout import Floor, grid_of
 from underfoot.quantities import counted, first_of
 from underfoot.records.recording_format import SUFFIXES
-from underfoot.records.renaming import require_unused
+from underfoot.records.renaming import use_of
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
@@ -288,7 +288,7 @@ class RecordingList(QWidget):
 
     def _delete(self, paths: Sequence[Path]) -> None:
         self.deleted.emit(paths)
-        self.unused.compute(lambda task: [(path, _use_elsewhere(path)) for path in paths if not task.is_stopped()])
+        self.unused.compute(lambda task: [(path, use_of(path, "deleted")) for path in paths if not task.is_stopped()])
 
     def _move_to_trash(self, uses: Sequence[tuple[Path, str]]) -> None:
         """Move to the trash what no other program uses: one that records would go on in a file that nobody finds."""
@@ -427,15 +427,6 @@ def _named(paths: Sequence[Path]) -> str:
 def _names(paths: Sequence[Path]) -> str:
     """Return the names of several recordings, for below the question about them."""
     return "\n\n" + "\n".join(first_of([path.stem for path in paths], MOST_NAMED)) if len(paths) > 1 else ""
-
-
-def _use_elsewhere(path: Path) -> str:
-    """Return why a recording cannot be deleted since a program writes or reads it; "" if none does."""
-    try:
-        require_unused(path, "deleted")
-    except UnderfootError as error:
-        return str(error)
-    return ""
 
 
 def summary_text(summary: Summary) -> str:

@@ -65,22 +65,24 @@ def _settled(path: Path) -> tuple[Path, ...]:
     cached: tuple[Path, ...] = ()
     with suppress(BadFile), closing(Recording(path)) as recording:
         cached = cached_files(recording)
-    require_unused(path, "renamed")
+    if use := use_of(path, "renamed"):
+        raise BadFile(use)
     if any(Path(f"{path}{end}").exists() for end in _BESIDE):
         raise BadFile(f"{path} cannot be renamed: a part of it is in a file beside it; open it once, then rename it")
     return cached
 
 
-def require_unused(path: Path, how: str) -> None:
-    """Put what a killed writer left beside a recording into its file.
+def use_of(path: Path, how: str) -> str:
+    """Put what a killed writer left beside a recording into its file; return "" once no program writes or reads it.
 
-    `BadFile`, that it cannot be renamed or deleted, as `how` says, if a program writes or reads it for `PATIENCE_S`.
+    If one does for `PATIENCE_S`, return that the recording cannot be renamed or deleted, as `how` says.
     """
     given_up_s = time.monotonic() + PATIENCE_S
     while _is_in_use(path):
         if time.monotonic() > given_up_s:
-            raise BadFile(f"{path} cannot be {how}: it is being recorded or read; wait until that is done")
+            return f"{path} cannot be {how}: it is being recorded or read; wait until that is done"
         time.sleep(_ASK_S)  # SQLite does not wait for the log's other users by itself
+    return ""
 
 
 def _is_in_use(path: Path) -> bool:
