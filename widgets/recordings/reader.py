@@ -136,7 +136,6 @@ class RecordingReader(QObject):
         self._recording: Recording | None = None
         self._open_files = ExitStack()
         self._base: sqlite3.Connection | None = None
-        self._columns: dict[str, int] = {}
         self._finest: dict[str, Envelope] = {}
 
     # --- requests, from the window's thread ---
@@ -225,7 +224,8 @@ class RecordingReader(QObject):
         recording = self._open_files.enter_context(Recording(path))
         floor = recording.floor
         self._recording, self._floor = recording, floor
-        self._columns = dict.fromkeys(envelopes.SOURCES, len(floor.tiles)) | {"force": len(floor.tiles) + 1}
+        tiles = len(floor.tiles)
+        self._finest = {source: envelopes.empty(tiles + (source == "force")) for source in envelopes.SOURCES}
         self._find_base()
         return recording
 
@@ -245,7 +245,7 @@ class RecordingReader(QObject):
     def _read_new(self) -> None:
         if self._recording is not None:
             self.extended.emit(_opened(self._recording, self._floor))
-            self._extend_overview()
+            self._read_overview()
 
     def _find_base(self) -> None:
         """Find the envelopes: in the recording, else in the cache, where they are made if missing."""
@@ -260,10 +260,6 @@ class RecordingReader(QObject):
                 self._base = None
 
     def _read_overview(self) -> None:
-        self._finest = {source: envelopes.empty(columns) for source, columns in self._columns.items()}
-        self._extend_overview()
-
-    def _extend_overview(self) -> None:
         self._find_base()
         levels = {}
         for source, finest in self._finest.items():
@@ -280,9 +276,9 @@ class RecordingReader(QObject):
             return
         rate = recording.rate_hz
         found = {}
-        for source, columns in self._columns.items():
+        for source, finest in self._finest.items():
             if frames > RAW_S * rate:
-                fine = envelopes.read(self._base, source, envelopes.FINE, columns, begin, end)
+                fine = envelopes.read(self._base, source, envelopes.FINE, finest.low.shape[1], begin, end)
                 # No finer than half a pixel, because each picture reads all bins.
                 made = fine.coarser(max(1, int(0.5 * frames / envelopes.FINE_FRAMES)))
             elif source == "force":
