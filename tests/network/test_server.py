@@ -27,6 +27,7 @@ from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import default_floor
 from underfoot.network.cues import MarkCue, PanicCue, PlayCue
+from underfoot.network.mark_inlets import LINE_ENDS_S
 from underfoot.network.osc import bundle, message
 from underfoot.network.plan import NetworkPlan
 from underfoot.network.server import MOST_BYTES, MOST_CUES_S, NetworkServer
@@ -398,10 +399,11 @@ def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):
     before_s = time.monotonic()
     os.write(far, b"begin of trial 1\r\n\x05")
     assert [text for text, _, _ in marked(server, until, 2)] == ["begin of trial 1", "trigger 5"]
-    os.write(far, b"end")
-    ((text, at_s, sender),) = marked(server, until, 1)
-    assert (text, sender) == ("end", None)
-    assert before_s < at_s < time.monotonic()
+    for sent, expected in ((b"end", "end"), (b"A", "trigger 65"), (b"\n", "trigger 10"), (b"\r", "trigger 13")):
+        os.write(far, sent)
+        ((text, at_s, sender),) = marked(server, until, 1)
+        assert (text, sender) == (expected, None)
+        assert before_s < at_s <= time.monotonic() - LINE_ENDS_S, "as it came, and not as it was known to be over"
     os.close(near)
     os.close(far)
     until(lambda: "marks cannot be read" in server.problem)

@@ -165,7 +165,7 @@ class SerialMarks:
             return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S, exclusive=True)
 
     def _run(self) -> None:
-        text = b""
+        text, at_s, was_silent = b"", 0.0, True
         while not self._end.is_set():
             try:
                 came = self._port.read(max(self._port.in_waiting, 1))
@@ -174,8 +174,10 @@ class SerialMarks:
                 self.problem = f"marks cannot be read from {self._name}: {port_reason(error)}"
                 self._find_again()
                 continue
-            at_s = time.monotonic()
-            marks, text = split_marks(text + came, is_over=not came)
+            if came:  # a mark without an end of line is known later
+                at_s = time.monotonic()
+            is_alone, was_silent = was_silent and came in (b"\r", b"\n"), not came
+            marks, text = ([], came) if is_alone else split_marks(text + came, is_over=not came)
             for mark in marks:
                 self._take(mark, at_s)
         self._port.close()
@@ -196,9 +198,11 @@ def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
     (['begin'], b'wal')
     >>> list(map(len, split_marks(b"a" * 2500, True)[0]))
     [1000, 1000, 500]
-    >>> split_marks(b"\\x05", False), split_marks(b"A", True)
-    ((['trigger 5'], b''), (['trigger 65'], b''))
+    >>> split_marks(b"\\x05", False), split_marks(b"A", True), split_marks(b"\\r", True)
+    ((['trigger 5'], b''), (['trigger 65'], b''), (['trigger 13'], b''))
     """
+    if is_over and len(came) == 1:
+        return [f"trigger {came[0]}"], b""
     found, text = list[str](), b""
     for value in came:
         if value in b"\r\n" or len(text) >= _LONGEST_LINE:
@@ -210,6 +214,6 @@ def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
         else:
             text += bytes([value])
     if is_over and text:
-        found.append(f"trigger {text[0]}" if len(text) == 1 else text.decode(errors="replace").strip())
+        found.append(text.decode(errors="replace").strip())
         text = b""
     return [mark for mark in found if mark], text
