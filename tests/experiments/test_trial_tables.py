@@ -55,6 +55,7 @@ def analysis_of(tmp_path, text):
         ("rating", "stimulus,rating", "a,soft", "trial 1 of P1: rating is 'soft'; allowed: a number"),
         ("rating", "stimulus,rating", "a,nan", "trial 1 of P1: rating is nan; allowed: a number"),
         ("rating", "practice,stimulus,rating", "no,a,5", "trial 1 of P1: practice is 'no'; allowed: true or false"),
+        ("rating", "stimulus,rating,gain_db", "a,5,301", "trial 1 of P1: gain_db is 301; allowed: a number up to 300"),
         ("bayesian", "catch,level_db,felt", "no,1,yes", "trial 1 of P1: catch is 'no'; allowed: true or false"),
         ("constant-stimuli", "stimulus,felt", "a,Yes", "trial 1 of P1: felt is 'Yes'; allowed: yes or no"),
         ("staircases", "staircase,comparison,level_db,felt", "above,a,1,1", "trial 1 of P1: felt is 1; allowed: yes"),

@@ -1,7 +1,9 @@
 """Questionnaires in the analysis: counts of options, medians, and nothing where nobody was asked."""
 
+import pytest
 from made_studies import protocol_text
 
+from underfoot.errors import BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
@@ -35,6 +37,9 @@ def test_each_person_counts_once_and_options_stay_in_their_order():
     assert choice.rows == (("disagree", 1), ("neither", 1), ("agree", 2))
     assert choice.note == "Median: neither."
     assert number.rows == ((4, 30.0, 25.0, 10.0, 60.0),)
+    words = rows_of_people([{"participant.after.firm": "quite"}])  # as another program, or a hand, wrote it
+    with pytest.raises(BadValue, match=r"after: How firm\? is 'quite'; allowed: a number"):
+        analysed(words, protocol, Settings())
 
 
 def test_without_answers_there_is_no_table():

@@ -164,7 +164,7 @@ _WORDS = {
     "answered": SLOTS,
 }
 """The words of answers; any other would count as the opposite."""
-_MOST, _MOST_FACTOR, _MOST_STIMULI = 1e6, 1e15, 1000
+_MOST_FACTOR, _MOST_STIMULI = 1e15, 1000
 
 
 class _TrialRow(dict[str, Any]):
@@ -205,8 +205,9 @@ def _check_cells(rows: Sequence[Row]) -> None:
     for row in rows:
         place = f"trial {row.get('trial')} of {row.get('participant')}: "
         for name in _NUMBERS:
-            value = row.get(name, 0)
-            require(isinstance(value, int | float) and abs(value) <= _MOST, place + name, value, "a number up to 1e6")
+            value, most = row.get(name, 0), "300" if name.endswith("_db") else "1e6"
+            good = isinstance(value, int | float) and abs(value) <= float(most)
+            require(good, place + name, value, f"a number up to {most}")
         require(row.get("magnitude", 1) > 0, place + "magnitude", row.get("magnitude"), "a number above 0")
         require(row.get("right", 0) in (0, 1), place + "right", row.get("right"), "0 or 1")
         for name, words in _WORDS.items():

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from statistics import mean, median
 
+from underfoot.errors import require
 from underfoot.experiments.analysis.findings import Cell, Findings, Table
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
@@ -32,6 +33,8 @@ def _table(title: str, question: Question, given: Sequence[Cell]) -> Table:
         lines = [(option, places.count(place)) for place, option in enumerate(question.options)]
         middle = f"Median: {question.options[places[(len(places) - 1) // 2]]}." if places else ""
         return Table(title, ("answer", "people"), tuple(lines), middle)
+    for one in given:
+        require(isinstance(one, int | float), title, one, "a number")
     values = [float(one) for one in given]
     line = (len(values), mean(values), median(values), min(values), max(values))
     return Table(title, ("people", "mean", "median", "least", "most"), (line,), question.unit)
