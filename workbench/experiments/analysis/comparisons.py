@@ -71,6 +71,8 @@ def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, fact
     frame = pandas.DataFrame([{column: row[column] for column in columns} for row in table])
     if frame.empty or frame["participant"].nunique() < 2:
         raise BadMeasurement("an analysis of variance within people needs two or more of them")
+    for column in columns[:-1]:
+        frame[column] = pandas.factorize(frame[column], sort=True)[0]  # patsy takes the word nan for no value
     cells = frame.groupby(list(factors), observed=True).ngroups
     kept = [len(set(zip(*(part[f] for f in factors), strict=True))) for _, part in frame.groupby("participant")]
     if any(count != cells for count in kept):
