@@ -100,7 +100,13 @@ def test_hysteresis_bounds_the_curve_and_the_hysteresis_model_goes_past_it():
 
 @pytest.mark.parametrize(
     ("creep", "rise_s", "hold_s", "width", "above"),
-    [(0.0, 0.4, 2.0, 0.08, 0.5), (0.05, 0.4, 2.0, 0.0, 0.2), (0.05, 20.0, 3.0, 0.0, 0.4), (0.05, 2.0, 10.0, 0.08, 1.0)],
+    [
+        (0.0, 0.4, 2.0, 0.08, 0.5),
+        (0.05, 0.4, 2.0, 0.0, 0.2),
+        (0.05, 20.0, 3.0, 0.0, 0.4),
+        (0.05, 2.0, 10.0, 0.08, 1.0),
+        (0.25, 0.4, 2.0, 0.0, 1.0),
+    ],
 )
 def test_creep_is_found_however_a_load_rose_and_a_hand_trembles(creep, rise_s, hold_s, width, above):
     """By how much at most it is stated too large: a loop of 8 % adds to it."""

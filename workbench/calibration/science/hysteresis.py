@@ -18,7 +18,7 @@ from underfoot.models.tile.fsr_hysteresis import HysteresisModel
 _RATE_HZ = 100.0
 """Sample rate that is sufficient for hysteresis and creep."""
 _ROUNDS, _FOLDS = 4, 3
-_MOST_CREEP = 0.15
+_CREEPS = (0.0, 0.03, 0.06, 0.09, 0.12, 0.15, 0.2, 0.3)
 _LEAST_PERCENT = 0.3
 """Error of a static curve below which no hysteresis model is needed."""
 _LIGHT = 0.1
@@ -131,7 +131,7 @@ def _best_creep(slow: _Decimated, kind: str) -> float:
     def left(creep: float) -> float:
         return _fit_in_turns(slow, kind, creep)[3]
 
-    return least_at(left, np.linspace(0.0, _MOST_CREEP, 6), 6)
+    return least_at(left, np.append(_CREEPS, fsr_hysteresis.MOST_CREEP), 6)
 
 
 def _held_out_percent(slow: _Decimated, kind: str, creep: float) -> float:
