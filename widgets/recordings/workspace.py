@@ -181,8 +181,8 @@ class RecordingsWorkspace(Workspace):
         """Show no recording, but a note."""
         self.playback.stop()
         self.surveyor.stop()
-        self.readout.clear()
         self.axis.show_content(None, note)
+        self.readout.clear()
         self._show_name("")
         self.facts.set_full_text("")
         self._say("")

@@ -297,6 +297,7 @@ def test_a_recording_is_deleted_only_once_that_is_confirmed(workspace, folder, w
     shutil.copy(walk, path)
     workspace.open_file(path)
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
+    workspace.axis.select(0.5, 1.0)
     monkeypatch.setattr("underfoot.widgets.recordings.recording_list.move_to_trash", lambda path: False)
     qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
     box = workspace.recordings.findChild(QMessageBox)
@@ -309,6 +310,7 @@ def test_a_recording_is_deleted_only_once_that_is_confirmed(workspace, folder, w
         qtbot.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
     assert not path.exists()
     assert workspace.axis.content is None
+    assert workspace.readout.text.full_text == ""
     assert workspace.recordings.list.count() == 0
 
 
