@@ -78,6 +78,10 @@ def test_a_floor_of_another_size_is_asked_for(window, qtbot):
         type_into(qtbot, dialog.columns, "4")
     assert window.controller.target.floor == default_floor(3, 4)
     assert (window.settings.rows, window.settings.columns) == (3, 4)
+    choose(window.main_bar.target, "Simulated floor of another size…")
+    dialog = dialog_of(window, GridDialog)
+    assert (dialog.rows.value(), dialog.columns.value()) == (3, 4)
+    dialog.reject()
 
 
 def test_while_another_target_starts_nothing_is_said_to_play(window, qtbot):

@@ -177,6 +177,9 @@ def test_a_right_click_on_a_preset_offers_what_keys_do(panel, qtbot):
     question = panel.findChild(QMessageBox)
     assert "Humming" in question.text()
     question.reject()
+    with qtbot.waitSignal(presets.starred) as starred:
+        texts("Humming", "Keep under ★")
+    assert starred.args[0].name == "Humming"
 
 
 def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):

@@ -191,6 +191,7 @@ def test_why_nothing_is_heard_or_felt_stays_while_it_is_so(qtbot, tmp_path):
     audio = window.main_bar.audio
     silent, tip = audio.icon().cacheKey(), audio.toolTip()
     assert tip.startswith("The card is not there\n")
+    assert audio.accessibleDescription() == "the card is not there"
     window.controller.stop()
     assert window.status.session.startswith("Silent until played on: the simulator")
     window.controller.play()

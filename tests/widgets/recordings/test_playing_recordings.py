@@ -94,6 +94,11 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
     assert workspace.title.full_text == path.stem
     qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.length_s > 0.5, timeout=LONG_MS)
 
+    content = workspace.axis.content
+    for name in ("Monitor", "Recordings"):
+        window.workspaces.choose(name)
+    assert workspace.axis.content is content  # shown as it was left
+
     def rename():
         workspace.recordings.list.setFocus()
         qtbot.keyClick(workspace.recordings.list, Qt.Key.Key_F2)
