@@ -3,9 +3,12 @@
 from itertools import combinations
 
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor.contacts import OngoingContact
+from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import default_floor
 from underfoot.scenes import discover
 from underfoot.scenes.footprints import WORDS_M
+from underfoot.scenes.moments import Moment
 from underfoot.scenes.rehearsal import rehearse
 from underfoot.scenes.shapes import Text
 
@@ -22,3 +25,15 @@ def test_lengths_of_steps_are_read_where_a_walker_treads_again_and_again():
     assert {shape.text for shape in lengths} <= {f"{0.1 * length_mm:.0f} cm" for length_mm in known}
     for one, other in combinations(lengths, 2):
         assert abs(one.x_m - other.x_m) > WORDS_M[0] or abs(one.y_m - other.y_m) > WORDS_M[1]
+
+
+def test_of_feet_that_land_together_each_has_its_own_step():
+    """Of four people two in five prints had the side and the length of another one's step."""
+    scene = discover()["footprints"](default_floor())
+    rolls = ((0,), (0, 2), (0,)), ((3,), (3,), (3,))
+    for k in range(3):
+        feet = (OngoingContact(n + 1, 0.1, 0.1, 300.0, tiles[k], 1.0 + 0.02 * n) for n, tiles in enumerate(rolls))
+        list(scene.step(Moment(1.03 + 0.01 * k, tuple(feet))))
+    of_second, of_first = Step(1, "t4", "left", 1.0, *[1.0] * 8), Step(2, "t3", "right", 0.9, *[1.0] * 8)
+    list(scene.step(Moment(2.5, steps=(of_second, of_first))))
+    assert [one.step for one in scene.prints] == [of_first, of_second]

@@ -25,6 +25,8 @@ from underfoot.scenes.shapes import Disc, Lines, Polygon, Shape, Text
 GROUNDS = {"silent": "", "gravel": "gravel", "snow": "snow", "sand": "material-sand-dry", "leaves": "material-leaves"}
 LEFT, RIGHT, EITHER, WORDS = "#3fc1c9", "#f0a63c", "#7ed491", "#dfe5ec"
 MOST_PRINTS = 60
+APART_S = 0.3
+"""Longest time between the beginnings of a print and of its step, which is of feet as they turned out to be."""
 BALL = 0.19
 """Distance of the ball's centre from the sole's, as a share of its length."""
 SOLE_M = (0.27, 0.09)
@@ -35,11 +37,12 @@ WORDS_M = (0.12, 0.035)
 
 @dataclass
 class Print:
-    """One footprint: path of the centre of pressure and, when known, the step."""
+    """One footprint: path of the centre of pressure, the tiles that it was on and, when known, the step."""
 
     contact: OngoingContact
     first_m: tuple[float, float]
     sum_m: NDArray[np.float64]
+    tiles: frozenset[int]
     count: int = 1
     ended_s: float = math.inf
     step: Step | None = None
@@ -52,6 +55,7 @@ class Print:
     def follow(self, contact: OngoingContact) -> None:
         """Add the contact's present place."""
         self.contact = contact
+        self.tiles |= set(contact.tiles)
         self.sum_m = self.sum_m + np.array([contact.x_m, contact.y_m])
         self.count += 1
 
@@ -96,7 +100,7 @@ class Footprints(Scene):
                 standing[contact.id].follow(contact)
             else:
                 here = (contact.x_m, contact.y_m)
-                self.prints.append(Print(contact, here, np.array(here)))
+                self.prints.append(Print(contact, here, np.array(here), frozenset(contact.tiles)))
         for contact in moment.up:
             if contact.id in standing:
                 standing[contact.id].ended_s = moment.time_s
@@ -138,9 +142,11 @@ class Footprints(Scene):
             self.lengths_mm.append(step.step_length_mm)
             del self.lengths_mm[:-1000]
             length = f", {step.step_length_mm:.0f} mm"
-        near = [one for one in self.prints if abs(one.contact.start_s - step.start_s) < 0.05 and one.step is None]
-        for one in near[:1]:
-            one.step = step
+        tile = self.floor.index(step.tile)
+        there = [one for one in self.prints if one.step is None and tile in one.tiles]
+        nearest = min(there, key=lambda one: abs(one.contact.start_s - step.start_s), default=None)
+        if nearest is not None and abs(nearest.contact.start_s - step.start_s) < APART_S:
+            nearest.step = step
         yield Say(f"step {step.step}, {step.side}{length}")
 
 
