@@ -111,12 +111,21 @@ def test_ahap_has_a_transient_for_each_tap_where_it_is_and_as_strong(tmp_path):
         assert frequency_hz == pytest.approx(strongest[2], abs=5.0)
 
 
-def test_ahap_has_a_transient_for_a_tap_with_a_louder_one_right_behind_its_22_ms(tmp_path):
-    taps = [
-        (at + dt, v, 200.0) for at, top in ((0.1, 0.5), (0.124, 1.0)) for dt, v in ((0, 0), (0.004, top), (0.014, 0))
-    ]
-    export = Export(patch_of([Channel([Voice(np.array(taps))])], "taps", 1.0), seconds=0.3)
-    assert "short impacts as transients: 1;" in FORMATS["ahap"].write(export, tmp_path / "taps.ahap")[-1]
+@pytest.mark.parametrize(
+    ("heights", "transients"),
+    [
+        ({0: 0, 4: 1, 14: 0}, 1),
+        ({0: 0, 4: 0.5, 14: 0, 24: 0, 28: 1, 38: 0}, 1),  # the louder one is behind the 22 ms of the first
+        ({0: 0, 4: 0.5, 14: 0, 18: 0, 22: 1, 32: 0}, 0),
+        ({0: 0, 14: 1, 20: 0}, 0),  # it rises too slowly
+        ({0: 0, 4: 1, 10: 0, 16: 0.8, 20: 0}, 0),  # it rises again
+        ({0: 0, 4: 1, 44: 0}, 0),  # it is too long
+    ],
+)
+def test_ahap_has_transients_for_taps_that_are_short_alone_and_rise_once(tmp_path, heights, transients):
+    points = np.array([(0.1 + at_ms / 1000.0, height, 200.0) for at_ms, height in heights.items()])
+    FORMATS["ahap"].write(Export(patch_of([Channel([Voice(points)])], "tap", 1.0), seconds=0.3), tmp_path / "tap.ahap")
+    assert (tmp_path / "tap.ahap").read_text().count("HapticTransient") == transients
 
 
 def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
