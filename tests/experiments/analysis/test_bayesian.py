@@ -55,11 +55,13 @@ def test_who_answers_always_alike_has_no_threshold_and_is_in_no_mean():
     rows = [row for person in range(2) for row in simulated_rows(protocol, person, 1, {})[0]]
     before = analysed(rows, protocol, Settings())[0].tables[1]
     alike = [
-        {"participant": "P9", "stage": "main", "method": "bayesian", "trial": k, "block": 1, "comparison": "TD"}
-        | {"level_db": 24.0, "level_m_s2": 6.8, "felt": "no"}
+        {"participant": who, "stage": "main", "method": "bayesian", "trial": k, "block": 1, "comparison": "TD"}
+        | {"level_db": level, "level_m_s2": 0.43 * 10.0 ** (level / 20.0), "felt": felt}
+        for who, level, felt in (("P8", -24.0, "yes"), ("P9", 24.0, "no"))
         for k in range(1, 16)
     ]
     person, over = analysed([*rows, *alike], protocol, Settings())[0].tables[:2]
-    assert [row[:2] for row in person.rows if np.isnan(row[2])] == [("P9", "threshold TD"), ("P9", "spread")]
+    lacking = [(who, name) for who in ("P8", "P9") for name in ("threshold TD", "spread")]
+    assert [row[:2] for row in person.rows if np.isnan(row[2])] == lacking
     assert "anywhere beyond" in person.note
     assert over == before

@@ -63,7 +63,7 @@ def test_who_guesses_up_to_the_highest_level_is_named_and_who_turns_there_as_it_
     given = {"followed": ["TD"], "standard": "X", "down_after": 2, "highest_db": 18.0, "steps_db": [4.0, 1.0]}
     protocol = made_protocol("staircases", given)
     rows = simulated_rows(protocol, 0, 1, {})[0]
-    for person, least_db in (("guesses", math.inf), ("feels", 17.5)):
+    for person, least_db in (("guesses", math.inf), ("feels", 17.5), ("finds", -math.inf)):
         study = Study(protocol, person)
         while not study.is_done:
             facts = study.page.trial.facts
@@ -71,7 +71,7 @@ def test_who_guesses_up_to_the_highest_level_is_named_and_who_turns_there_as_it_
         rows += rows_of(protocol, person, study.entries)
     (found,) = analysed(rows, protocol, Settings())
     told = "Held by answers at the highest or lowest level, beyond which the threshold may lie"
-    assert found.remarks == [f"{told}: guesses (TD)."]
+    assert found.remarks == [f"{told}: guesses (TD), finds (TD)."]
     elsewhere = [row | {"level_db": row["level_db"] + 40.0} for row in rows]  # whose ends no protocol tells
     assert not any(told in remark for remark in analysed(elsewhere, None, Settings())[0].remarks)
 
