@@ -24,7 +24,7 @@ from underfoot.experiments.table import columns_of, factors_of, rows_of
 from underfoot.experiments.trial_files import columns_of_study, csv_text, read_csv, value_of, write_bids, write_csv
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.studies.results import analysed_elsewhere, results_of, written_files
+from underfoot.studies.results import results_of, written_files
 from underfoot.studies.session_lines import session_line
 
 HEADER = "participant,method,trial"
@@ -211,8 +211,7 @@ def test_a_table_that_a_spreadsheet_saved_has_the_same_trials(tmp_path, no, yes)
 @pytest.mark.parametrize("empty", ["NA", "n/a"])
 def test_cells_that_another_program_left_empty_are_empty(tmp_path, empty):
     """R wrote NA as why a trial is spoiled, and no trial counted."""
-    rows = simulated_rows(preset_protocol("identification-impact"), 0, 1, {})[0]
-    header, *lines = csv_text(rows).splitlines()
+    header, *lines = csv_text(simulated_rows(preset_protocol("identification-impact"), 0, 1, {})[0]).splitlines()
     filled = [",".join(cell or empty for cell in line.split(",")) for line in lines]
     found, as_written = (analysis_of(tmp_path, "\n".join([header, *of])) for of in (filled, lines))
     assert repr(found) == repr(as_written)
@@ -260,19 +259,6 @@ def test_words_that_look_like_numbers_stay_words(tmp_path):
     rows = "P1,free-labels,1,7,12\nP1,free-labels,2,hum,12\nP2,free-labels,1,7,twelve\n"
     (found,) = analysis_of(tmp_path, f"{HEADER},stimulus,label\n{rows}")
     assert found.tables[0].rows == (("7", "12, twelve"), ("hum", "12"))
-
-
-def test_a_table_of_the_chosen_study_is_analysed_by_its_protocol_and_another_is_not(tmp_path):
-    """In the window, the share of the thesis's labels was of the sort that came first in the table: no impact."""
-    protocol, path = preset_protocol("free-labels"), tmp_path / "sorted.csv"
-    rows = simulated_rows(protocol, 0, 1, {})[0]
-    of_study = "Analysed as trials of the study Free labels for 16 stimuli, which has their stages and stimuli."
-    for stimulus, sort, told in (("WS1", "impact", [of_study]), ("mine", "no impact", [])):
-        done = [{**row, "sort": row["label"]} for row in rows]
-        write_csv(path, [{**done[0], "sort": "no impact", "stimulus": stimulus}, *done[1:]])
-        (found, *_) = analysed_elsewhere([path], Settings(), protocol)
-        assert [row[1].removesuffix(" IT") for row in found.tables[1].rows[:1]] == [sort]
-        assert found.remarks == told
 
 
 def test_a_pair_of_numbers_is_no_number(tmp_path):
