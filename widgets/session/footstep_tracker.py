@@ -25,8 +25,9 @@ CHUNKS_PER_TICK, SHARE_PER_TICK = 4, 4
 time: where other programs take the processor, time is up after one, and what waits would never be caught up with.
 """
 
-_YIELD_S = 0.01
-"""Delay of the thread before it imports Numba, because the import blocks the thread that starts it."""
+_YIELD_S = 0.6
+"""Delay of the thread before it imports Numba, which holds the interpreter again and again: until the first preview is
+drawn, or the window stands still for up to 90 ms at its first sound."""
 
 
 class ForceUpdate(Struct, frozen=True):
