@@ -129,16 +129,16 @@ class RecordingList(QWidget):
     rename_requested = Signal(object, str)
     """Carries the `Path` of a recording, and the new name that was typed."""
 
-    def __init__(self, folder: Callable[[], Path], added: list[str], use_of: Callable[[Path], str]) -> None:
+    def __init__(self, folder: Callable[[], Path], added: list[str], use_here: Callable[[Path], str]) -> None:
         """Create the list. `folder` returns the program's folder of recordings.
 
-        `added` are further files and folders; `add` appends to it. `use_of` tells why a recording cannot be deleted
+        `added` are further files and folders; `add` appends to it. `use_here` tells why this window cannot delete one
         now, with what to do; "" if it can.
         """
         super().__init__()
         theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
-        self._folder, self._added, self._use_of = folder, added, use_of
+        self._folder, self._added, self._use_here = folder, added, use_here
         self.summaries, self.unused = Summaries(self), BackgroundWorker(self)
         self._known: dict[Path, Summary] = {}
         self._rows: dict[Path, _Row] = {}
@@ -218,7 +218,7 @@ class RecordingList(QWidget):
     def ask_to_delete(self) -> None:
         """Delete the selected recordings, after a question; none while one of them is in use."""
         paths = self.chosen_paths()
-        if use := next(filter(None, map(self._use_of, paths)), ""):
+        if use := next(filter(None, map(self._use_here, paths)), ""):
             self.show_problem(use)
         elif paths and not self.unused.is_busy:
             text = f"Move {_named(paths)} to the trash?{_names(paths)}"

@@ -74,7 +74,7 @@ class RecordingsWorkspace(Workspace):
     def _parts(self, settings: Settings) -> Iterator[None]:
         self.reader = RecordingReader(self)
         self.follower = RecordingFollower(self.reader, self)
-        self.recordings = RecordingList(recordings_folder, settings.recordings, self._use_of)
+        self.recordings = RecordingList(recordings_folder, settings.recordings, self._use_here)
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         yield
@@ -316,7 +316,7 @@ class RecordingsWorkspace(Workspace):
 
     def _rename(self, path: Path, name: str) -> None:
         """Give a recording another name, unless it is in use."""
-        if use := self._use_of(path):
+        if use := self._use_here(path):
             self._show_kept(path, use)
         else:
             if self._is_open(path):
@@ -327,7 +327,7 @@ class RecordingsWorkspace(Workspace):
             self._renaming = path
             self.reader.rename(path, name)
 
-    def _use_of(self, path: Path) -> str:
+    def _use_here(self, path: Path) -> str:
         """Return why a recording can be neither renamed nor deleted now, with what to do; "" if it can."""
         if self.follower.is_written(path):
             return f"{path.name} is being recorded; stop that with Ctrl+R first"
