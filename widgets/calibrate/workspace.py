@@ -329,11 +329,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
     # --- results ---
 
     def _save(self, result: Result) -> None:
-        self.profiles.save(self.tile.id, self._with_origin(result))
-
-    def _with_origin(self, result: Result) -> Result:
-        """Return the result with whether a simulated tile was measured."""
-        return result.of_simulated_tile() if self._is_simulated else result
+        self.profiles.save(self.tile.id, result.with_origin(simulated=self._is_simulated))
 
     def _saved(self, tile: str, kind: str) -> None:
         if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):
@@ -378,7 +374,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
             profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
-        result = self._with_origin(result)
+        result = result.with_origin(simulated=self._is_simulated)
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report

@@ -95,7 +95,8 @@ class Slider(QSlider):
 
     def step(self, way: int, *, is_fine: bool) -> None:
         """Move by a hundredth of the way, 1 up or -1 down, or if fine by a thousandth, as a change by the user."""
-        self.setValue(self.value() + way * (1 if is_fine else 10))
+        self.setSingleStep(1 if is_fine else 10)
+        self.setValue(self.value() + way * self.singleStep())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:

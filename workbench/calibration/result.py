@@ -40,8 +40,13 @@ class Result:
     is_simulated: bool = False
     """Whether the tile was simulated, which the report says."""
 
-    def of_simulated_tile(self) -> "Result":
-        """Return the result as that of a simulated tile, also in its part: hardware with the profile is told."""
+    def with_origin(self, *, simulated: bool) -> "Result":
+        """Return the result with whether its tile was simulated, also in its part: hardware with the profile is told.
+
+        A part says nothing of hardware.
+        """
+        if not simulated:
+            return self
         return replace(self, is_simulated=True, part=self.part and structs.replace(self.part, simulated=True))
 
     def apply(self, profile: "Profile") -> "Profile":

@@ -118,7 +118,7 @@ def _measured(
                 if waits:
                     _wait_for_key()
                 found = run(procedure, opened, answers, show, calibration.skips_optional)
-                return found.of_simulated_tile() if rig.is_simulated else found
+                return found.with_origin(simulated=rig.is_simulated)
             except (UnderfootError, KeyboardInterrupt) as error:
                 page, measured = procedure.page, procedure.without_conclusion(str(error) or "interrupted")
                 can_repeat = page.press is not None or (page.sound is not None and sys.stdin.isatty())
@@ -126,7 +126,7 @@ def _measured(
                 is_nothing_lost = isinstance(error, DeviceError) and measured is None
                 if not by_hand or not can_repeat or is_nothing_lost or is_final:
                     if measured is not None:
-                        kept = measured.of_simulated_tile() if rig.is_simulated else measured
+                        kept = measured.with_origin(simulated=rig.is_simulated)
                         options.keep(kept, setup.tile.id, by_hand=by_hand)
                     raise
                 tell(f"{error}; again")

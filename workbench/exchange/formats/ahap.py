@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import msgspec
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from underfoot.errors import BadFile
 from underfoot.exchange.clip import BURST_S, bursts, clip_of, written_report
@@ -129,8 +128,9 @@ def _impacts(points: Floats) -> list[tuple[int, int]]:
     """
     amplitude, apart, longest = points[:, AMPLITUDE], round(BURST_S / HOP_S), round(LONGEST_IMPACT_S / HOP_S)
     found: list[tuple[int, int]] = []
-    is_high = (amplitude >= LEAST_IMPACT) & (amplitude == maximum_filter1d(amplitude, 3))
-    for top in np.flatnonzero(is_high).tolist():
+    beside = np.pad(amplitude, 1)
+    is_peak = (amplitude >= LEAST_IMPACT) & (amplitude >= np.maximum(beside[:-2], beside[2:]))
+    for top in np.flatnonzero(is_peak).tolist():
         begin = max(top - longest, 0)
         around = amplitude[begin : top + longest + 1]
         quiet = begin + np.flatnonzero(around < SHARE_FELT * amplitude[top])

@@ -16,6 +16,8 @@ from underfoot.experiments.methods.bayesian import Bayesian, quest_of
 from underfoot.experiments.methods.staircases import is_yes
 from underfoot.experiments.table import Row, grouped
 
+_BEYOND = "Empty: the likeliest threshold is an end of those considered, and may lie anywhere beyond."
+
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's threshold and spread, in dB re the stimulus's level, with 95 % credible intervals.
@@ -79,6 +81,3 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         line = series("level", np.arange(1, len(levels) + 1), levels)
         found.drawings.append(Drawing(f"Levels of {person}", "trial", "level, dB", (line,), lines=marks))
     return found
-
-
-_BEYOND = "Empty: the likeliest threshold is an end of those considered, and may lie anywhere beyond."
