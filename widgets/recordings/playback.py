@@ -23,7 +23,7 @@ class Playback(QObject):
         self.patch.setAccessibleName("Patch to play through")
         self.patch.setToolTip("The patch that the recorded forces are played through")
         self.patch.addItems(["Recorded patch", "Patch in Design"])
-        self.button: QToolButton = tool_button("play", "Play", "Play the stretch, or from the cursor on (P)")
+        self.button: QToolButton = tool_button("play", "Play", "Play the stretch, or from the cursor on (P or Space)")
         self.button.clicked.connect(self.play_or_stop)
         self.looping = tool_button("", "Loop", "Play the stretch over and over (L)", checkable=True)
         self.looping.toggled.connect(self._set_loops)

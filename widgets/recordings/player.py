@@ -29,6 +29,8 @@ class RecordingPlayer(QObject):
         super().__init__()
         self._registry, self._controller, self._open_patch = registry, controller, open_patch
         self._target_before: Target | None = None
+        self._was_silent = False
+        """Whether nothing was played before: then nothing is played afterwards, either."""
         self._stretch_s = (0.0, 0.0)
         self._target: Target | None = None
         self.loops = False
@@ -73,19 +75,26 @@ class RecordingPlayer(QObject):
         self._start_replay(opened, patch, folder)
 
     def _start_replay(self, opened: OpenedRecording, patch: Patch, folder: Path | None) -> None:
-        self._target_before = self._target_before or self._controller.target
+        if self._target_before is None:
+            self._target_before, self._was_silent = self._controller.target, not self._controller.is_playing
         self._target = self._replay_target(self._target_before, opened.path, opened.floor)
         self._controller.edit(patch, folder)
         self._controller.set_target(self._target)
         self._controller.play()
 
     def stop(self) -> None:
-        """Restore the previous floor and patch."""
-        before, self._target_before, self._target = self._target_before, None, None
-        if before is not None:
-            self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+        """Restore the previous floor and patch, and its silence."""
+        if self._target_before is not None:
+            before = self._target_before
+            self._end()
             self._controller.set_target(before)
-            self.moved.emit(math.nan)
+
+    def _end(self) -> None:
+        self._target_before = self._target = None
+        if self._was_silent:
+            self._controller.stop()
+        self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+        self.moved.emit(math.nan)
 
     def _replay_target(self, target: Target, path: Path, floor: Floor) -> Target:
         plain = replace(target, kind="replay", source=str(path), floor=floor, simulation="", profiles="")
@@ -94,9 +103,7 @@ class RecordingPlayer(QObject):
     def _note_target(self, target: Target) -> None:
         """Keep a target that the user chose during playback."""
         if self._target_before is not None and (self._target is None or target.source != self._target.source):
-            self._target_before = self._target = None
-            self._controller.edit(self._open_patch.patch, self._open_patch.folder)
-            self.moved.emit(math.nan)
+            self._end()
 
     def _tick(self) -> None:
         session = self._controller.session

@@ -8,11 +8,12 @@ from PySide6.QtCore import QObject
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
-from underfoot.quantities import fixed, quantity
+from underfoot.floor.profile_parts import PARTS
+from underfoot.quantities import counted, fixed, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.floor_map import FloorMap
-from underfoot.widgets.recordings.reader import CursorValues, RecordingReader, Vibration
+from underfoot.widgets.recordings.reader import CursorValues, OpenedRecording, RecordingReader, Vibration
 from underfoot.widgets.recordings.timeline import Axis
 from underfoot.widgets.recordings.tracks import RecordingContent, time_text
 
@@ -92,6 +93,18 @@ class CursorReadout(QObject):
         self.map.set_loads(np.zeros(tiles), np.zeros(tiles, bool))
         self.map.set_contacts((), time_s)
         self.map.update()
+
+
+def facts_text(opened: OpenedRecording) -> str:
+    """Return a recording's length, tiles and target, and what was calibrated when it was begun."""
+    used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
+    facts = (
+        time_text(opened.length_s, 0.1),
+        counted(len(opened.floor.tiles), "tile"),
+        opened.about.get("target", ""),
+        f"{', '.join(used)} calibrated" if used else "",
+    )
+    return "  ·  ".join(filter(None, facts))
 
 
 def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floating], time_s: float) -> str:

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QAction, QShortcut
+from PySide6.QtGui import QAction, QKeyEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
-from underfoot.floor.profile_parts import PARTS, InUse, lines_of
-from underfoot.quantities import counted
+from underfoot.floor.profile_parts import InUse, lines_of
 from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
@@ -27,13 +26,13 @@ from underfoot.widgets.recordings.mark_editing import MarkEditing
 from underfoot.widgets.recordings.playback import Playback
 from underfoot.widgets.recordings.read_ahead import ReadAhead
 from underfoot.widgets.recordings.reader import OpenedRecording, OverviewEnvelopes, RecordingReader
-from underfoot.widgets.recordings.readout import CursorReadout
+from underfoot.widgets.recordings.readout import CursorReadout, facts_text
 from underfoot.widgets.recordings.recording_follower import RecordingFollower
 from underfoot.widgets.recordings.recording_list import RecordingList
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.surveyor import Surveyor
 from underfoot.widgets.recordings.timeline import ZOOM, Timeline
-from underfoot.widgets.recordings.tracks import RecordingContent, time_text
+from underfoot.widgets.recordings.tracks import RecordingContent
 from underfoot.widgets.session.controller import recordings_folder
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -47,7 +46,7 @@ SHORTCUTS = (
     ("Select nothing", "Backspace"),
     ("Previous step, next step", ", and ."),
     ("Mark; mark with a text; remove the nearest mark", "M; Shift+M; Shift+Backspace"),
-    ("Play the stretch, or stop", "P"),
+    ("Play the stretch, or stop", "P or Space"),
     ("Loop", "L"),
     ("Rename, delete the recording", "F2, Delete in the list"),
     ("Compare recordings; back", "Ctrl or Shift and click in the list; Escape"),
@@ -111,6 +110,14 @@ class RecordingsWorkspace(Workspace):
 
     def menu_actions(self) -> Sequence[QAction]:
         return [self._export_action]
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Play or stop the open recording with Space: the window would do so with its floor, which is not seen here."""
+        if event.key() == Qt.Key.Key_Space and self._opened_page.isVisible() and self.axis.content is not None:
+            if not event.isAutoRepeat():
+                self.playback.play_or_stop()
+        else:
+            super().keyPressEvent(event)
 
     def set_active(self, active: bool) -> None:
         if active:
@@ -201,15 +208,8 @@ class RecordingsWorkspace(Workspace):
         self.steps.show_steps(survey.steps)
         if self._pages.currentWidget() is self._opened_page:  # others may have been chosen with it meanwhile
             self.recordings.mark(opened.path)
-        used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
-        facts = (
-            time_text(opened.length_s, 0.1),
-            counted(len(opened.floor.tiles), "tile"),
-            opened.about.get("target", ""),
-            f"{', '.join(used)} calibrated" if used else "",
-        )
         self._show_name(opened.path.stem, opened.calibrations)
-        self.facts.set_full_text("  ·  ".join(filter(None, facts)), "\n".join(lines_of(opened.calibrations)))
+        self.facts.set_full_text(facts_text(opened), "\n".join(lines_of(opened.calibrations)))
         self._enable()
         self.follower.follow(opened.path)
         if self.follower.is_written(opened.path):

@@ -75,6 +75,26 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     )
 
 
+def test_space_plays_and_stops_the_open_recording_and_what_was_silent_is_silent_again(qtbot, tmp_path, walk):
+    window = quiet_window(qtbot, tmp_path / "kept")
+    controller = window.controller
+    window.open_file(walk)
+    workspace = window.workspaces["Recordings"]
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
+    player = workspace.playback.player
+    for was_playing in (True, False):
+        (controller.play if was_playing else controller.stop)()
+        for widget in (workspace.axis, workspace.steps.table):
+            widget.setFocus()
+            qtbot.keyClick(widget, Qt.Key.Key_Space)
+            plays = widget is workspace.axis
+            assert (player.is_playing, controller.target.kind) == (plays, "replay" if plays else "simulator")
+            assert controller.is_playing == (plays or was_playing)
+    workspace.steps.comparison_wanted.emit()
+    qtbot.keyClick(workspace.comparison, Qt.Key.Key_Space)  # no recording is seen: it is the window's
+    assert (player.is_playing, controller.is_playing) == (False, True)
+
+
 def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(window, qtbot, tmp_path, monkeypatch):
     for module in ("widgets.session.controller", "widgets.recordings.workspace"):
         monkeypatch.setattr(f"underfoot.{module}.recordings_folder", lambda: tmp_path / "recorded")
