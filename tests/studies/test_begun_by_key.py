@@ -1,15 +1,24 @@
 """Stimuli that follow the force, begun by a key: from the feet that stand there, and not from an empty floor."""
 
+import os
+import signal
+from pathlib import Path
+
 import pytest
 from made_studies import TD, made_protocol, protocol_text
 from people import taking_part
 
+from underfoot.engine.session_memory import ForceReader
 from underfoot.experiments.protocol import Protocol
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
+from underfoot.studies.apparatus import Apparatus, TimedStimulus
+from underfoot.studies.equipment import Equipment
+from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.phase import Phase
-from underfoot.studies.stimulus_patches import unheard
+from underfoot.studies.presenter import Presenter
+from underfoot.studies.stimulus_patches import StimulusPatches, unheard
 
 STIMULI = {"TD": TD, "WD": {**TD, "patch": "stimulus-wd"}, "WC": {**TD, "patch": "stimulus-wc", "measured_m_s2": 11.6}}
 
@@ -51,7 +60,7 @@ def test_a_change_of_force_during_a_presentation_is_felt(session, until, tmp_pat
         person.press(600.0)
         person.wait(0.5)
         person.runner.start()
-        person.wait(0.2)
+        person.until(lambda: person.runner.presenter.since_frame is not None, "it is heard")
         person.press(900.0)
         person.until_phase(Phase.ANSWERING)
         person.answer_page()
@@ -75,3 +84,17 @@ def test_learning_plays_no_jump_of_the_force(session, until, tmp_path):
             peaks[name] = abs(person.runner.presenter.played(begin, session.health.frame)[1]).max()
     assert peaks["TD"] < 1e-9
     assert peaks["WC"] == pytest.approx(0.43, rel=0.1)
+
+
+def test_a_stimulus_lasts_for_what_is_played_of_it_while_the_engine_stands_still(session, until):
+    """By another clock it ended unfelt where a busy machine stalled the engine."""
+    watch = FloorWatch(ForceReader(session.memory.force), session.target.floor, 48_000.0, session.force_rate_hz)
+    protocol, engine = made_protocol("rating"), session.pids["engine"]
+    stimuli = StimulusPatches(protocol, REGISTRY, None)
+    stimulus = TimedStimulus(Apparatus(session, protocol, stimuli, Equipment(), Presenter(session), watch, len))
+    os.kill(engine, signal.SIGSTOP)
+    until(lambda: Path(f"/proc/{engine}/stat").read_text().rpartition(") ")[2].startswith("T"), "it stands still")
+    stimulus.begin(session.patch)
+    assert [stimulus.has_ended(1e-6) for _ in range(3)] == [False] * 3
+    os.kill(engine, signal.SIGCONT)
+    until(lambda: stimulus.has_ended(1e-6), "it ends")

@@ -1,6 +1,5 @@
 """The apparatus of a study: session, stimuli and equipment, shared by all of its trials."""
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -38,7 +37,7 @@ class Apparatus:
 
 
 class TimedStimulus:
-    """A stimulus that plays for a given time. An event by hand starts those that wait for one.
+    """A stimulus that plays for a given time of the session. An event by hand starts those that wait for one.
 
     Before, it runs unheard until it has settled: what follows changes of the force would play the jump from 0 N to the
     load of the feet that stand there.
@@ -47,7 +46,7 @@ class TimedStimulus:
     def __init__(self, apparatus: Apparatus) -> None:
         self._apparatus = apparatus
         self._unheard: Patch | None = None
-        self._until: float | None = None
+        self._until_s: float | None = None
 
     def prepare(self, patch: Patch) -> None:
         """Run a stimulus unheard, so that it can begin at once."""
@@ -56,7 +55,7 @@ class TimedStimulus:
     def begin(self, patch: Patch) -> None:
         """Request the patch of a stimulus; its time begins when it plays."""
         session = self._apparatus.session
-        self._until = None
+        self._until_s = None
         if session.moved_numbers(patch) is not None:  # it plays, at another level
             self._unheard = None
             self._apparatus.presenter.request(patch)
@@ -67,19 +66,20 @@ class TimedStimulus:
         self._let_be_heard()
 
     def has_ended(self, seconds: float) -> bool:
-        """Return whether the patch has played for `seconds`; send the event when it begins to play."""
+        """Return whether `seconds` of the patch have been played; send the event when it begins to play."""
         presenter = self._apparatus.presenter
         self._let_be_heard()
         if presenter.since_frame is None or self._unheard is not None:
             return False
-        if self._until is None:
+        session = self._apparatus.session
+        if self._until_s is None:
             most_loaded = int(np.argmax(self._apparatus.watch.loads_n))  # on the tile under the participant
-            presenter.strike(self._apparatus.session.target.floor.tiles[most_loaded].id)
-            self._until = time.monotonic() + seconds
+            presenter.strike(session.target.floor.tiles[most_loaded].id)
+            self._until_s = session.played_s + seconds
             return False
-        if time.monotonic() < self._until:
+        if session.played_s < self._until_s:
             return False
-        self._until = None
+        self._until_s = None
         return True
 
     def _let_be_heard(self) -> None:
