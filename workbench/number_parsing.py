@@ -113,8 +113,8 @@ def parse_gain(text: str) -> float:
 
     >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞"), parse_gain("0 dB ø")
     (0.501, 1.0, 2.5, 0.0, -1.0)
-    >>> parse_gain("x1/4")
-    0.25
+    >>> parse_gain("x1/4"), parse_gain("4×")
+    (0.25, 4.0)
     """
     compact = _without_spaces(text).lower()
     if compact.endswith(INVERTED):

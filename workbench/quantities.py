@@ -64,8 +64,8 @@ def counted(count: int, what: str, plural: str = "") -> str:
 def first_of(lines: Sequence[str], most: int) -> list[str]:
     """Return the first lines, and in a further one how many more there are.
 
-    >>> first_of(["gravel", "sand", "snow"], 2), first_of(["ice"], 2)
-    (['gravel', 'sand', 'and 1 more'], ['ice'])
+    >>> first_of(["gravel", "sand", "snow"], 2), first_of(["ice", "mud"], 2)
+    (['gravel', 'sand', 'and 1 more'], ['ice', 'mud'])
     """
     return [*lines[:most], *([f"and {len(lines) - most} more"] if len(lines) > most else [])]
 
@@ -131,7 +131,7 @@ def gain(factor: float, digits: int = 3) -> str:
     >>> gain(1.0), gain(0.5), gain(0.0), gain(-2.0)
     ('0 dB', '−6.02 dB', '−∞ dB', '6.02 dB ø')
     """
-    size = number(20.0 * math.log10(abs(factor)) + 0.0, digits) if factor else "−∞"
+    size = number(20.0 * math.log10(abs(factor)), digits) if factor else "−∞"
     return f"{size} dB{f' {INVERTED}' if factor < 0.0 else ''}"
 
 
@@ -151,15 +151,6 @@ def _prefix(value: float, unit: str) -> tuple[str, float, str]:
         return "", 1.0, shown
     if abs(value) >= _KEEPS.get(unit, math.inf):
         return "", 1.0, shown
-    best = ""
-    for prefix in prefixes_of(unit):
-        if abs(value) * (1 + 1e-12) >= 10.0 ** PREFIXES[prefix] and PREFIXES[prefix] >= PREFIXES[best]:
-            best = prefix
-    if best == "" and abs(value) < 1:
-        smaller = [p for p in prefixes_of(unit) if PREFIXES[p] < 0]
-        fitting = [p for p in smaller if abs(value) * (1 + 1e-12) >= 10.0 ** PREFIXES[p]]
-        if fitting:
-            best = max(fitting, key=PREFIXES.__getitem__)
-        elif smaller:
-            best = min(smaller, key=PREFIXES.__getitem__)
+    prefixes = sorted(prefixes_of(unit), key=PREFIXES.__getitem__, reverse=True)
+    best = next((p for p in prefixes if abs(value) * (1 + 1e-12) >= 10.0 ** PREFIXES[p]), prefixes[-1])
     return best, 10.0 ** PREFIXES[best], shown

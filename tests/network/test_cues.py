@@ -27,6 +27,8 @@ NAN, INFINITE = math.nan, math.inf
 
 def test_cues_are_what_their_messages_say():
     assert cue_of(Message("/underfoot/play", ("snow", "all", -3.5, 7))) == PlayCue("snow", "all", -3.5, 7)
+    most = ("snow", "all", 20, 2**31 - 1)  # what an OSC integer can bring back
+    assert cue_of(Message("/underfoot/play", most)) == PlayCue(*most)
     assert cue_of(Message("/underfoot/stop")) == StopCue()
     assert cue_of(Message("/underfoot/strike", ("t1",))) == StrikeCue("t1", 1.0)
     assert cue_of(Message("/underfoot/set", ("tone", "frequency", 80))) == SetCue("tone", "frequency", 80)
@@ -45,7 +47,7 @@ BAD = (
     ("/underfoot/play", "gravel", "t1", 20.5),
     ("/underfoot/play", "gravel", "t1", -81),
     ("/underfoot/play", "gravel", 1, 0.0),
-    ("/underfoot/play", "gravel", "t1", 0.0, 2**40),
+    ("/underfoot/play", "gravel", "t1", 0.0, 2**31),
     ("/underfoot/play", "gravel", "t1", 0.0, 0.5),
     ("/underfoot/play", "gravel", "t1", 0.0, 1, 1),
     ("/underfoot/play", "g" * 201, "t1", 0.0),

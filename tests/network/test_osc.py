@@ -94,7 +94,7 @@ FORGED = {
     "a bundle in half": b"#bundle\0" + b"\0" * 8 + b"\0\0",
     "an element of negative size": b"#bundle\0" + b"\0" * 8 + struct.pack(">i", -4),
     "an element of size 0": b"#bundle\0" + b"\0" * 12,
-    "an element beyond the end": b"#bundle\0" + b"\0" * 8 + struct.pack(">i", 400) + b"/a\0\0",
+    "an element beyond the end": b"#bundle\0" + b"\0" * 8 + struct.pack(">i", 400) + message("/a"),
     "bundles nested deeply": nested(5),
     "bundles nested very deeply": nested(90),
     "too many messages": bundle([message("/a")] * 33),

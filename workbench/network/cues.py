@@ -142,8 +142,8 @@ def cue_of(message: Message) -> Cue:
 def number_of(message: Message) -> int:
     """Return the number that the sender chose for a cue, also where the cue is none that can be carried out.
 
-    >>> number_of(Message("/underfoot/mark", ("", 7))), number_of(Message("/underfoot/mark"))
-    (7, -1)
+    >>> number_of(Message("/underfoot/mark", ("", 7))), number_of(Message("/underfoot/mark")), number_of(Message("/no"))
+    (7, -1, -1)
     """
     kind = Cue.cues.get(message.address)
     names = [one.name for one in fields(kind)] if kind else []

@@ -161,7 +161,7 @@ def _text(text: str) -> bytes:
 def _read_text(packet: bytes, at: int) -> tuple[str, int]:
     """Return the text at a position, and the position after it."""
     end = packet.find(b"\0", at)
-    behind = end + 4 - (end - at) % 4
+    behind = end + 4 - end % 4
     if end < 0 or behind > len(packet) or packet[end:behind].strip(b"\0"):
         raise BadValue("a text in an OSC message has no end")
     try:
