@@ -60,7 +60,7 @@ class CommandListener:
             self._outbox.put(PatchRefused.because(error))
             return
         if isinstance(action, ProgramSwap):
-            if action.program.lacks_sound:
+            if action.program.lacks_sound and not self._loop.program.lacks_sound:  # else it has been said
                 self.notices.append(
                     Notice("this patch's Sound has no channel; choose the sound card again to open one")
                 )
