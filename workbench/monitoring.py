@@ -29,6 +29,7 @@ from underfoot.engine.session import Session
 from underfoot.engine.target import Target, live_target, require_source, sound_device
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.files import no_file
+from underfoot.floor.contacts import SILENT_S
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
@@ -40,7 +41,6 @@ from underfoot.records.force_files import forms_or_walks, read_force_file
 from underfoot.records.recording import is_recording
 
 _WAIT_S = 0.02
-_SILENT_S = 0.5
 _TURNED_N = 100.0
 """Below minus this load, and with a fifth of it above 0, forces are probably those on the foot."""
 
@@ -159,7 +159,7 @@ class SessionStream:
             if len(frames):
                 now = float(frames[-1]) / self._rate
             else:  # nothing more may arrive
-                now = max(now, session.played_s - _SILENT_S)
+                now = max(now, session.played_s - SILENT_S)
                 time.sleep(_WAIT_S)
             if len(frames) or messages:
                 kept = frames / self._rate < self._seconds

@@ -178,6 +178,7 @@ class _Show:
         self._stopped = True
 
     def _play(self, session: "Session", stage: "Stage") -> None:
+        from underfoot.floor.contacts import SILENT_S
         from underfoot.monitoring import messages_of
 
         now_s, film_s = 0.0, 0.0
@@ -188,8 +189,7 @@ class _Show:
             stage.take(reports)
             with _ended_in_a_line():
                 moments = stage.tick()
-            for moment in moments:
-                now_s = moment.time_s
+            now_s = moments[-1].time_s if moments else max(now_s, session.played_s - SILENT_S)
             while stage.said:
                 print(f"{now_s:8.2f} s  {stage.said.popleft()}", flush=True)
             if self.options.film is not None and now_s >= film_s:
