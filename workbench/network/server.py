@@ -40,6 +40,8 @@ from underfoot.patch import preset_files
 from underfoot.version import __version__
 
 NAME = "underfoot"
+SOURCE = f"{NAME}@{socket.gethostname()}"
+"""Who sends, as TUIO has it: a program, and its computer."""
 FRAME_HZ, IDLE_S = 60.0, 1.0
 """Rate at which contacts are sent, and interval of messages that there are none."""
 LASTING_S = 1.0
@@ -268,9 +270,9 @@ class NetworkServer:
         self._sequence = self._sequence % _LARGEST_INT + 1
         plan = self.plan
         if plan.tuio is not None:
-            self._send(cursor_frame(contacts, self._sequence, f"{NAME}@{plan.tuio.host}"), plan.tuio)
+            self._send(cursor_frame(contacts, self._sequence, SOURCE), plan.tuio)
         if plan.tuio2 is not None:
-            frame = pointer_frame(contacts, self._sequence, NAME, time.time(), self._live.size_m)
+            frame = pointer_frame(contacts, self._sequence, SOURCE, time.time(), self._live.size_m)
             self._send(frame, plan.tuio2)
         if plan.send is not None:
             self._send(contact_messages(contacts, shown.time_s), plan.send)
