@@ -50,7 +50,7 @@ def pointer_frame(
     frm = message("/tuio2/frm", sequence, TimeTag.of(unix_s), _signed(width << 16 | depth), source)
     pointers = [
         message(
-            "/tuio2/ptr", one.id, _signed(min(one.person, _MOST_USER) << 16 | _UNTYPED), 0, one.x, one.y,
+            "/tuio2/ptr", one.id, _signed(_user(one.person) << 16 | _UNTYPED), 0, one.x, one.y,
             0.0, 0.0, 0.0, one.force_n / FULL_PRESSURE_N,
             one.x_velocity, one.y_velocity, one.force_rate_n_s / FULL_PRESSURE_N, one.acceleration, 0.0,
         )
@@ -69,6 +69,11 @@ def contact_messages(contacts: Sequence[LiveContact], time_s: float) -> bytes:
         for contact in contacts[:MOST_CONTACTS]
     )
     return bundle([head, *each])
+
+
+def _user(person: int) -> int:
+    """Return a person's number in 16 bits; after the last one come the first again, who are long gone."""
+    return (person - 1) % _MOST_USER + 1 if person else 0
 
 
 def _signed(number: int) -> int:
