@@ -10,7 +10,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.patch.node import NodeType, Registry
+from underfoot.parameters import Parameter
+from underfoot.patch.node import NodeType, Port, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.design.named_list import NamedList
@@ -165,11 +166,13 @@ def grouped(registry: Registry) -> dict[str, list[NodeType]]:
 
 
 def rank(type: NodeType, text: str) -> int:
-    """Return the rank of a node type for a search text: 0 is best, -1 no match."""
+    """Return the rank of a node type for a search text: 0 is best, 4 fits its parameters and ports, -1 no match."""
     words = text.lower().split()
     label, rest = type.label.lower(), f"{type.type} {type.family} {type.doc}".lower()
     if not all(word in label or word in rest for word in words):
-        return -1
+        parts: list[Parameter | Port] = [*type.parameters.values(), *type.inputs, *type.outputs]
+        details = " ".join(f"{part.name} {part.doc}" for part in parts).replace("_", " ").lower()
+        return 4 if all(word in label or word in rest or word in details for word in words) else -1
     if not words or label.startswith(words[0]):
         return 0
     return 1 if any(part.startswith(words[0]) for part in label.split()) else (2 if words[0] in label else 3)

@@ -16,7 +16,7 @@ _FASTEST = 0.5  # frames per frame: largest change of the delay, as on a tape
 
 @node("delay", "Shapes")
 class Delay:
-    """Delay line with feedback: echoes that get weaker with the feedback and duller with the damping."""
+    """Delay line with feedback, a comb filter: echoes get weaker with the feedback and duller with the damping."""
 
     accuracy = "exact: linear interpolation between frames, to 1e-12"
     signal = Input()

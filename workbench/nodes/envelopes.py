@@ -15,7 +15,10 @@ from underfoot.patch.node import Input, Output, node, prepared_columns
 
 @node("attack-decay", "Shapes", "Attack-decay")
 class AttackDecay:
-    """Attack-hold-decay envelope, triggered by events; an event's strength scales its height."""
+    """Attack-hold-decay envelope, an ADSR at full sustain, triggered by events.
+
+    An event's strength scales its height.
+    """
 
     accuracy = "exact: the closed form, to 1e-9"
     strike = Input(kind="event", doc="starts a note; the event's duration is used if it has one")
@@ -82,7 +85,7 @@ class Breakpoints:
 
 @node("contact-envelope", "Shapes")
 class ContactEnvelope:
-    """1 while somebody stands on the tile, else 0, with ramps of 5 ms."""
+    """Gate: 1 while somebody stands on the tile, else 0, with ramps of 5 ms."""
 
     accuracy = "exact: the closed form, to 1e-9"
     force = Input("N")

@@ -10,7 +10,7 @@ from underfoot.patch.node import Input, Output, node
 
 @node("tile-force", "Floor")
 class TileForce:
-    """Tared force on each tile, in newtons; exactly 0 while nobody stands on it."""
+    """Tared force on each tile, its load, in newtons; exactly 0 while nobody stands on it."""
 
     accuracy = "exact: linear between force samples, to 1e-12"
     force_n = Input("N", from_engine=True)
@@ -25,7 +25,7 @@ class TileForce:
 
 @node("contact", "Floor")
 class Contact:
-    """Centroid of the contact in the tile's frame, in metres; 0 while nobody stands on the tile."""
+    """Centroid of the contact (centre of pressure) in the tile's frame, in metres; 0 while nobody stands on it."""
 
     accuracy = "exact: linear between force samples, to 1e-12"
     x_m = Input("m", from_engine=True)

@@ -36,9 +36,10 @@ def _by_decay(modes: Sequence[Sequence[float]]) -> NDArray[np.float64]:
 
 @node("impact", "Impacts")
 class Impact:
-    """Hammer that strikes a modal object (3.3, 3.4); the contact is integrated in sub-steps to the requested error.
+    """Hammer that strikes a modal object, such as a drum or a board (3.3, 3.4).
 
-    A strike launches the hammer at velocity times strength. The object keeps ringing through further strikes.
+    The contact is integrated in sub-steps to the requested error. A strike launches the hammer at velocity times
+    strength. The object keeps ringing through further strikes.
     """
 
     accuracy = "requested: the error below, of the displacement; energy grows by at most 1e-11"
@@ -102,7 +103,7 @@ class Impact:
 
 @node("modal-bank", "Impacts", "Modal bank")
 class ModalBank:
-    """Sum of damped sines, a exp(-b t) sin(2 pi f t), excited by events."""
+    """Bank of resonators, such as a drum or a board: damped sines, a exp(-b t) sin(2 pi f t), excited by events."""
 
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")

@@ -85,7 +85,10 @@ class FibreBundle(_Fibres):
 
 @node("fibre-grid", "Materials")
 class FibreGrid(_Fibres):
-    """Grid of fibre bundles under the foot. The load follows the contact: intact cells break where the foot rolls."""
+    """Grid of fibre bundles under the foot: ice, snow or twigs that crack.
+
+    The load follows the contact: intact cells break where the foot rolls.
+    """
 
     accuracy = "exact in distribution for each cell (Kolmogorov-Smirnov at 1 %); cells share load once per frame"
     force = Input("N", doc="load on the grid")
@@ -150,7 +153,10 @@ class FibreGrid(_Fibres):
 
 @node("slip", "Materials", "Elasto-plastic slip")
 class Slip:
-    """Elasto-plastic ground: a plastic unit slips at a threshold, with energies of a truncated power law (4.1, 5.4)."""
+    """Elasto-plastic ground, as wood that creaks or packed snow: a plastic unit slips at a threshold (4.1, 5.4).
+
+    The energies of slips have a truncated power law.
+    """
 
     accuracy = "exact: SciPy's solver, to 1e-9 between slips"
     force = Input("N", doc="load on the ground")

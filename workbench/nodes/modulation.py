@@ -119,7 +119,7 @@ class StepSequence:
 
 @node("stance-curve", "Modulation")
 class StanceCurve:
-    """Curve over the stance of a foot: 0 % at its landing, 100 % after the duration.
+    """Curve over the stance of a foot, from heel to toes: 0 % at its landing, 100 % after the duration.
 
     The last value is held until the foot leaves; then the curve returns to its start. Jumps take 5 ms.
     """
@@ -195,7 +195,7 @@ class SampleAndHold:
 
 @node("value", "Modulation")
 class Value:
-    """Value set by hand, from low to high: one knob for several parameters."""
+    """Constant that is set by hand, from low to high: one knob or slider for several parameters."""
 
     accuracy = "exact: to 1e-12"
     position = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is low, 1 is high")

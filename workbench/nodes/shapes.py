@@ -10,7 +10,7 @@ FARTHEST = 1e6
 
 @node("gain", "Shapes")
 class Gain:
-    """Multiply a signal by a factor, which a wire may drive."""
+    """Volume: multiply a signal by a factor, which a wire may drive."""
 
     accuracy = "exact: to 1e-12"
     signal = Input(doc="signal to scale")
@@ -40,7 +40,7 @@ class Multiply:
 
 @node("mix", "Shapes")
 class Mix:
-    """Weighted sum of up to four signals."""
+    """Add up to four signals, each times its own factor: a weighted sum."""
 
     accuracy = "exact: to 1e-12"
     a = Input()

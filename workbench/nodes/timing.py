@@ -72,7 +72,10 @@ class Poisson:
 
 @node("rhythm", "Timing")
 class Rhythm:
-    """Rhythm of notes on a bar of 24 steps, repeated; each note is an event with its amplitude and duration."""
+    """Sequencer, or metronome: notes on a bar of 24 steps, repeated.
+
+    Each note is an event with its amplitude and duration.
+    """
 
     accuracy = "exact: an onset is off by at most 1e-6 frames after an hour"
     notes = Rows(

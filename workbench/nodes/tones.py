@@ -9,7 +9,7 @@ from underfoot.patch.node import Input, Output, node, prepared
 
 @node("tone", "Tones", "Waveshaped tone")
 class Tone:
-    """Harmonic tone by waveshaping (3.1, 3.2). Harmonics at or above half the sample rate are left out.
+    """Oscillator by waveshaping (3.1, 3.2): a sine and its harmonics, without those at or above half the sample rate.
 
     Amplitude bounds the samples; at exactly 0 the node sleeps, and it wakes at the start of a period.
     """

@@ -1,0 +1,26 @@
+"""The list of nodes, by the words that somebody types who comes from another program or field."""
+
+import pytest
+
+from underfoot.nodes import REGISTRY
+from underfoot.widgets.design.node_list import NodeList
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("sine", ["modal-bank", "tone", "stick-slip"]),
+        ("drum", ["impact", "modal-bank"]),
+        ("metronome", ["rhythm"]),
+        ("slider", ["value"]),
+        ("heel", ["stance-curve"]),
+        ("crack", ["fibre-grid", "fibre-bundle"]),
+        ("weibull grid", ["fibre-grid"]),
+        ("rolloff", ["drawn-bank"]),
+        ("no such word", []),
+    ],
+)
+def test_a_node_is_found_by_what_it_is_for_and_then_by_its_parameters(qapp, words, found):
+    shown = NodeList(REGISTRY)
+    shown.filter_by(words)
+    assert shown.types() == found
