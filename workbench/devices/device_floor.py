@@ -153,7 +153,7 @@ class DeviceFloor:
         self._overflowed += len(samples) - taken
         enqueue(samples, force_n, self._queue, self._queued, taken, now_s - self._since_s)
         self._queued += taken
-        self._health.feed(tiles, time_s, readings, force_n)
+        self._health.feed(tiles, time_s, np.full(len(tiles), now_s), readings, force_n)
 
     def _findings(self) -> Iterator[tuple[str, str]]:
         """Yield notices to report once: a key, and a line, empty while there is nothing to report."""

@@ -25,18 +25,19 @@ def walked(rows=3, columns=3, seconds=30, seed=1):
     return np.concatenate(parts)
 
 
-def found(floor, force_n, rate_hz=1000.0, readings=None, chunk=700):
-    """What is said of sensors that read these newtons."""
+def found(floor, force_n, rate_hz=1000.0, readings=None, chunk=700, clocks_s=0.0):
+    """What is said of sensors that read these newtons; `clocks_s` is when the clock of each tile began, ago."""
     health = SensorHealth(floor, rate_hz)
     counts = nominal_readings(force_n) if readings is None else readings(force_n)
     newtons = nominal_force(counts)
     tiles = len(floor.tiles)
     time_s = np.arange(len(force_n)) / rate_hz
+    ago_s = np.broadcast_to(clocks_s, tiles)
     for a in range(0, len(force_n), chunk):
         part = slice(a, min(a + chunk, len(force_n)))
         n = part.stop - a
         rows, when = np.tile(np.arange(tiles), n), np.repeat(time_s[part], tiles)
-        health.feed(rows, when, counts[part].reshape(-1, 4), newtons[part].reshape(-1, 4))
+        health.feed(rows, when + ago_s[rows], when, counts[part].reshape(-1, 4), newtons[part].reshape(-1, 4))
     return health.take_notices()
 
 
@@ -152,7 +153,8 @@ def swapped(tile, pair, forces=None):
 
 @pytest.mark.parametrize("pair", [(0, 2), (1, 3)])
 def test_sensors_across_from_each_other_are_told_by_the_direction_in_which_feet_roll(pair):
-    lines = found(FLOOR, swapped(1, pair))
+    """Also of boards with a clock each, which are switched on one after the other."""
+    lines = found(FLOOR, swapped(1, pair), clocks_s=100.0 * np.arange(9))
     turned = "counter-clockwise" if pair == (0, 2) else "clockwise"
     names = f"{pair[0] + 1} and {pair[1] + 1}"
     assert lines == [f"tile t2: sensors {names} are swapped, or it is turned by 90 degrees {turned}"]

@@ -115,7 +115,7 @@ class SensorHealth:
     >>> health = SensorHealth(default_floor(1, 1), 1000.0)
     >>> time_s = np.arange(2000) / 1000.0
     >>> force_n = np.where((time_s > 0.5) & (time_s < 1.8), 150.0, 0.0)[:, None] * [1, 0, 1, 1]
-    >>> health.feed(np.zeros(2000, int), time_s, (20 * force_n).astype(int), force_n)
+    >>> health.feed(np.zeros(2000, int), time_s, time_s, (20 * force_n).astype(int), force_n)
     >>> health.take_notices()
     ['tile t1: sensor 2 is dead (reads 0 while its neighbours carry 450 N)']
     """
@@ -134,16 +134,19 @@ class SensorHealth:
         self._named = np.zeros((count, 4), np.int64)
         self._order = SensorOrder(floor)
         self._notices: deque[str] = deque(maxlen=100)
-        self.feed(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 4), np.int64), np.zeros((0, 4)))
+        self.feed(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 4), np.int64), np.zeros((0, 4)))
 
     def feed(
         self,
         tiles: NDArray[np.int64],
         time_s: NDArray[np.float64],
+        arrived_s: NDArray[np.float64],
         readings: NDArray[np.int64],
         force_n: NDArray[np.float64],
     ) -> None:
-        """Process samples: tile rows (n,), the tiles' own times (n,), readings (n, 4) and their forces in newtons."""
+        """Process samples: tile rows (n,), the tiles' own times (n,), arrivals by one clock (n,), readings (n, 4) and
+        their forces in newtons.
+        """
         load_n = np.empty((len(tiles), 4))
         samples = _Samples(np.ascontiguousarray(tiles), time_s, np.ascontiguousarray(readings), force_n, load_n)
         at = 0
@@ -152,7 +155,7 @@ class SensorHealth:
             if at == len(tiles):
                 break
             self._name(int(tiles[at - 1]), load_n[at - 1])
-        self._order.feed(samples.tiles, time_s, load_n)
+        self._order.feed(samples.tiles, time_s, arrived_s, load_n)
         for row, line in self._order.take_found():
             is_reversed = self._state.sensors["reversed_s"][row].any()
             if not (is_reversed or self._state.found[row].any()):  # one dead or reversed sensor resembles other faults

@@ -42,6 +42,7 @@ _CONTACTS = 64  # most contacts that can end in one piece of a stream
 _SUMS = np.dtype(
     [
         ("on", np.bool_),
+        ("arrived_s", np.float64),
         ("began_s", np.float64),
         ("newest_s", np.float64),
         ("w", np.float64),
@@ -56,18 +57,19 @@ _SUMS = np.dtype(
     ],
     align=True,
 )
-"""Sums of a tile. Over the present contact, of the time above the load: time (w), time times time since it began (wt),
-its square (wtt), and the same of each sensor's share. Over all contacts: their number, the time, and the misfits of
-the diagonals with their squares: as is, with x exchanged, and with y exchanged.
+"""Sums of a tile. Of the present contact, the arrival of its first sample, and that sample's own time; over it, of the
+time above the load: time (w), time times time since it began (wt), its square (wtt), and the same of each sensor's
+share. Over all contacts: their number, the time, and the misfits of the diagonals with their squares: as is, with x
+exchanged, and with y exchanged.
 """
 
-_CONTACT = np.dtype([("tile", np.int64), ("began_s", np.float64), ("trend", np.float64, (4,))], align=True)
+_CONTACT = np.dtype([("tile", np.int64), ("arrived_s", np.float64), ("trend", np.float64, (4,))], align=True)
 """A completed contact; `trend` is the rate of change of each sensor's share of the load, per second."""
 
 
 class _Contact(Struct, frozen=True):
     row: int
-    began_s: float
+    arrived_s: float
     trend: NDArray[np.float64]
 
 
@@ -96,13 +98,21 @@ class SensorOrder:
         self._walks = np.zeros(count, np.int64)
         self._found = np.zeros(count, np.bool_)
 
-    def feed(self, tiles: NDArray[np.int64], time_s: NDArray[np.float64], load_n: NDArray[np.float64]) -> None:
-        """Process the next samples: tile rows (n,), the tiles' own times (n,), and the sensors' loads (n, 4)."""
+    def feed(
+        self,
+        tiles: NDArray[np.int64],
+        time_s: NDArray[np.float64],
+        arrived_s: NDArray[np.float64],
+        load_n: NDArray[np.float64],
+    ) -> None:
+        """Process the next samples: tile rows (n,), the tiles' own times (n,), arrivals (n,), and the sensors' loads
+        (n, 4).
+        """
         at = 0
         while True:
-            at, ended = _follow(tiles, time_s, load_n, at, self._state)
+            at, ended = _follow(tiles, time_s, arrived_s, load_n, at, self._state)
             for entry in self._state.ended[:ended]:
-                self._take(_Contact(int(entry["tile"]), float(entry["began_s"]), entry["trend"].copy()))
+                self._take(_Contact(int(entry["tile"]), float(entry["arrived_s"]), entry["trend"].copy()))
             if at == len(tiles):
                 break
 
@@ -129,7 +139,7 @@ class SensorOrder:
         if len(self._steps) < 3:
             return
         before, middle, behind = self._steps
-        near = middle.began_s - before.began_s <= APART_S and behind.began_s - middle.began_s <= APART_S
+        near = middle.arrived_s - before.arrived_s <= APART_S and behind.arrived_s - middle.arrived_s <= APART_S
         direction = self._centres[behind.row] - self._centres[before.row]
         if not near or np.hypot(*direction) < 0.1:
             return
@@ -189,7 +199,12 @@ def _axes_apart(corners: NDArray[np.float64], pair: tuple[int, int]) -> str:
 
 @kernel
 def _follow(
-    tiles: NDArray[np.int64], time_s: NDArray[np.float64], load_n: NDArray[np.float64], first: int, state: _State
+    tiles: NDArray[np.int64],
+    time_s: NDArray[np.float64],
+    arrived_s: NDArray[np.float64],
+    load_n: NDArray[np.float64],
+    first: int,
+    state: _State,
 ) -> tuple[int, int]:
     """Process samples from number `first` on; return how many were processed in all, and how many contacts ended."""
     at, count = first, 0
@@ -201,7 +216,7 @@ def _follow(
             total_n += load_n[at, j]
         if total_n >= CONTACT_N:
             if not sums.on:
-                _begin(sums, now_s)
+                _begin(sums, now_s, arrived_s[at])
             step_s = now_s - sums.newest_s
             sums.newest_s = now_s
             if total_n >= LOADED_N and 0.0 < step_s < 0.04:
@@ -212,7 +227,7 @@ def _follow(
             if sums.w > 0.1 and spread > 0.0:
                 sums.contacts += 1
                 entry = state.ended[count]
-                entry.tile, entry.began_s = k, sums.began_s
+                entry.tile, entry.arrived_s = k, sums.arrived_s
                 for j in range(4):
                     entry.trend[j] = (sums.w * sums.share_t[j] - sums.wt * sums.share[j]) / spread
                 count += 1
@@ -221,9 +236,10 @@ def _follow(
 
 
 @part
-def _begin(sums: np.record, now_s: float) -> None:
+def _begin(sums: np.record, now_s: float, arrived_s: float) -> None:
     """Begin a contact."""
     sums.on = True
+    sums.arrived_s = arrived_s
     sums.began_s = sums.newest_s = now_s
     sums.w = sums.wt = sums.wtt = 0.0
     for j in range(4):
