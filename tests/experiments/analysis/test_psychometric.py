@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from scipy.stats import norm
+from scipy.stats import binom, chi2, norm
 
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import constant, psychometric, thesis
@@ -91,6 +91,10 @@ def test_the_analysis_says_where_answers_look_like_lapses():
             ]
             assert (found.drawings[0].series[1].y[-1] < 0.96) == (is_said and with_lapses)  # the curve as it is fitted
     assert psychometric.lapses_p([]) == 1.0  # nothing is known
+    of, yes = np.full(7, 20), np.array((2, 1, 3, 10, 17, 19, 18))
+    chances = [psychometric.fit(levels, yes, of, with_lapses=lapses).at(np.array(levels)) for lapses in (True, False)]
+    likelier = np.subtract(*(binom.logpmf(yes, of, chance).sum() for chance in chances))
+    assert psychometric.lapses_p([(levels, yes, of)]) == pytest.approx(0.5 * chi2.sf(2.0 * likelier, 1), rel=1e-6)
 
 
 def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other():
@@ -130,7 +134,7 @@ def test_intervals_of_bootstrap_and_of_covariance_agree_where_there_are_many_tri
     ask_nothing = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=0)
     for one, other in zip(by_draws, ask_nothing, strict=True):
         width = other.high - other.low
-        assert one.value == other.value
+        assert (one.name, one.value) == (other.name, other.value)
         assert (one.low, one.high) == pytest.approx((other.low, other.high), abs=0.15 * width)
 
 
@@ -229,9 +233,9 @@ def test_what_has_no_curve_is_refused(x, yes):
         psychometric.fit(x, yes, TWENTY)
 
 
-@pytest.mark.parametrize("yes", [TWENTY + 1, [-1, 3, 7, 12, 13, 15, 19], [0, 3, 7, 12, 13, 15, 20.5]])
-def test_more_answers_than_trials_or_fewer_than_none_are_refused(yes):
-    with pytest.raises(BadValue, match=r"^yes is \[.*; allowed: 0 to of, \[20\.0"):
+@pytest.mark.parametrize("yes", [TWENTY + 1, [-1, 3, 7, 12, 13, 15, 19], [0, 3, 7, 12, 13, 15, 20.5], [0, 3, 7]])
+def test_more_answers_than_trials_or_fewer_than_none_or_than_levels_are_refused(yes):
+    with pytest.raises(BadValue, match=r"^yes is \[.*; allowed: (0 to of, \[20\.0|as many values as x, 7, )"):
         psychometric.estimates(X, yes, TWENTY)
 
 

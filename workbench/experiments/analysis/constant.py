@@ -106,7 +106,8 @@ def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
 def further_factors(rows: Sequence[Row], axis: str, condition: str) -> list[str]:
     """Return the factors of which a point of a curve has several values.
 
-    >>> further_factors([{"n": 1, "on": True, "place": place} for place in ("heel", "toe")], "n", "on")
+    >>> rows = [{"n": n, "on": True, "place": place} for n, place in ((1, "heel"), (1, "toe"), (2, "toe"))]
+    >>> further_factors(rows, "n", "on")
     ['place']
     """
     points = grouped(rows, axis, condition).values()
@@ -116,8 +117,8 @@ def further_factors(rows: Sequence[Row], axis: str, condition: str) -> list[str]
 def axis_label(factor: str) -> str:
     """Return the axis label of this factor.
 
-    >>> axis_label("stiffness_n_mm"), axis_label("loudness")
-    ('stiffness, N/mm', 'loudness')
+    >>> axis_label("stiffness_n_mm"), axis_label("foot_side")
+    ('stiffness, N/mm', 'foot side')
     """
     return _LABELS.get(factor, factor.replace("_", " "))
 
