@@ -87,7 +87,8 @@ def test_where_the_first_card_is_missing_the_second_is_a_sound_card_that_plays(t
     with playing_on(until, "none=18; right=18") as playing:
         started = playing.started()
         assert started.where == SOUND_CARD
-        assert re.fullmatch("sound device 'none' cannot play .*; silent: t1, t2, .*, t18", started.notice)
+        told = "sound device 'none' cannot play .*; cards: .*left, .*right.*; silent: t1, t2, .*, t18"
+        assert re.fullmatch(told, started.notice)
 
 
 def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_anew_here(null_sink):

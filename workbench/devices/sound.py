@@ -134,8 +134,12 @@ def require_card(name: str) -> None:
     try:
         sounddevice.query_devices(device_of(name), "output")
     except (ValueError, sounddevice.PortAudioError) as error:
-        cards = ", ".join(card.name for card in devices()) or "none is there"
-        raise DeviceError(f"{name or 'the default card'} cannot be played on: {error}; cards: {cards}") from None
+        raise DeviceError(f"{name or 'the default card'} cannot be played on: {error}; {_cards()}") from None
+
+
+def _cards() -> str:
+    """Return which cards there are, as the end of an error's line."""
+    return f"cards: {', '.join(card.name for card in devices()) or 'none is there'}"
 
 
 def listed_name(name: str) -> str:
@@ -317,7 +321,9 @@ class Stream:
                 raise DeviceError("there is no sound device") from None
             also = "" if recorded is None else f" and hear {recorded.shape[1]}"
             what = f"{channels} channels{also} at {rate:g} Hz"
-            raise DeviceError(f"sound device {name or 'default'!r} cannot play {what}: {in_one_line(error)}") from None
+            which = f"; {_cards()}" if isinstance(error, ValueError) else ""  # where no name is like this
+            why = f"{in_one_line(error)}{which}"
+            raise DeviceError(f"sound device {name or 'default'!r} cannot play {what}: {why}") from None
 
     @property
     def latency_s(self) -> float:
