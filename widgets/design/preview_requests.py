@@ -166,7 +166,8 @@ class PreviewRequests(QObject):
         id, patch, registry = self._previewed, self._patch, self._registry
         if any(node.id == id for node in patch.nodes):
             node, is_heard = patch.node(id), is_only_heard(patch, registry, id)
-            why, outputs = why_silent(patch, registry, id), outputs_with_wired_units(patch, registry, id)
+            why = why_silent(patch, registry, id, self._preview.pad.tile.id)
+            outputs = outputs_with_wired_units(patch, registry, id)
             self._preview.expect(
                 id, registry[node.type], outputs=outputs, why_silent=why, is_heard=is_heard, label=node.label
             )

@@ -1,44 +1,64 @@
 """Explanations of why a patch is silent."""
 
-from collections import defaultdict
 from collections.abc import Callable, Mapping
 
-from underfoot.parameters import FilePath
+from underfoot.parameters import FilePath, Number, Tiles
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import node_id
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.wiring import downstream, node_id, sources
+from underfoot.widgets.controls.fields import value_text
 
 ASLEEP_REPORTS = 8
 """Number of consecutive reports of costs, at 2 Hz, in which every node is asleep."""
 _ALONE = {"begin": "at once", "pace": "at its frequency", "mode": "loop"}
 """Choices by which a node needs no events to run."""
+_OPTIONAL = ("restart",)
+"""Inputs without which a node runs."""
 
 
-def why_silent(patch: Patch, registry: Registry, id: str) -> str:
-    """Return the node, at or before this one, that is muted, has unwired inputs or no file, as text; "" if there is
-    none.
+def why_silent(patch: Patch, registry: Registry, id: str, tile: str = "") -> str:
+    """Return what silences a node, at it or before it, as text; "" if nothing does that can be seen without running it.
+
+    That is a mark, an input without a wire, a factor of 0, a missing file, or that it is not for this `tile`.
     """
-    sources = defaultdict(list)
-    for source, target in patch.wires:
-        sources[target].append(node_id(source))
+    soloed = [node for node in patch.nodes if node.soloed]
+    is_sink = registry[patch.node(id).type].is_sink
+    if is_sink and soloed and id not in downstream(patch.wires, {one.id for one in soloed}):
+        return f"{soloed[0].name_in(registry)} is soloed"
+    wired = sources(patch.wires)
     waiting, seen = [id], {id}
     while waiting:
-        here = waiting.pop(0)
-        node = patch.node(here)
+        node = patch.node(waiting.pop(0))
+        if why := _why_alone(node, registry, wired, tile, of=f" of {node.name_in(registry)}" if node.id != id else ""):
+            return why
         type = registry[node.type]
-        if node.muted:
-            return f"{node.name_in(registry)} is muted"
-        fed = [source for port in type.inputs for source in sources[f"{here}.{port.name}"]]
-        values = type.values(node.parameters)
-        if any(isinstance(one, FilePath) and not values[name] for name, one in type.parameters.items()):
-            return f"{node.name_in(registry)} has no file"
-        runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
-        if type.inputs and not fed and not runs_alone:
-            inputs = " or ".join(port.name for port in type.inputs)
-            return f"nothing comes to {inputs}" + (f" of {node.name_in(registry)}" if here != id else "")
+        ports = dict.fromkeys([*(port.name for port in type.inputs), *type.muted_by])
+        fed = [node_id(wired[end]) for end in (f"{node.id}.{port}" for port in ports) if end in wired]
         waiting += [source for source in dict.fromkeys(fed) if source not in seen]
         seen.update(fed)
     return ""
+
+
+def _why_alone(node: PlacedNode, registry: Registry, wired: Mapping[str, str], tile: str, of: str) -> str:
+    """Return what silences this node by itself; `of` says which node an input or a factor is of."""
+    name, type = node.name_in(registry), registry[node.type]
+    if node.muted:
+        return f"{name} is muted"
+    values = type.values(node.parameters)
+    for one in type.parameters.values():
+        value = values[one.name]
+        if isinstance(one, FilePath) and not value:
+            return f"{name} has no file"
+        if isinstance(one, Tiles) and tile and not Tiles.has(value, tile):
+            return f"{name} is not for {tile}"
+        is_factor = one.name in type.muted_by or (isinstance(one, Number) and one.scale == "gain" and one.low == 0.0)
+        if is_factor and value == 0.0 and f"{node.id}.{one.name}" not in wired:
+            return f"{one.label.lower()}{of} is {value_text(one, value)}"
+    runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
+    inputs = [port.name for port in type.inputs if port.name not in _OPTIONAL]
+    free = [name for name in inputs if f"{node.id}.{name}" not in wired]
+    missing = free if free == inputs and not runs_alone else [name for name in free if name in type.muted_by]
+    return f"nothing comes to {' or '.join(missing)}{of}" if missing else ""
 
 
 class SilenceHint:

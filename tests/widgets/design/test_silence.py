@@ -22,6 +22,13 @@ ONCE = patch_of(
 )
 AT_EVENTS = ONCE.set("rhythm", "begin", "at events", REGISTRY)
 SOUND = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "hiss.wav"})
+SHAPED = patch_of(
+    ("tile-force.force", "strain-rate-envelope.force"),
+    ("strain-rate-envelope.out", "noise.amplitude"),
+    ("noise.out", "tile-output.acceleration"),
+)
+SWELLING = patch_of(("lfo.out", "noise.amplitude"), ("noise.out", "tile-output.acceleration"))
+PRODUCT = patch_of(("noise.out", "multiply.a"), ("multiply.out", "tile-output.acceleration"))
 UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
 
 
@@ -38,10 +45,20 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
         (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
         (STEPPED.mark(["footfall"], "muted", on=True), "tile-output", "Footfall is muted"),
         (Patch().add("tile-force", REGISTRY), "tile-force", ""),
+        (SHAPED, "tile-output", ""),
+        (SHAPED.mark(["strain-rate-envelope"], "muted", on=True), "noise", "Strain rate envelope is muted"),
+        (SWELLING, "tile-output", ""),
+        (PRODUCT, "tile-output", "nothing comes to b of Multiply"),
+        (SHAPED.remove(["tile-force"]), "tile-output", "nothing comes to force of Strain rate envelope"),
+        (STEPPED.set("modal-bank", "level", 0.0, REGISTRY), "tile-output", "level of Modal bank is −∞ dB"),
+        (SHAPED.set("noise", "amplitude", 0.0, REGISTRY), "tile-output", ""),
+        (SHAPED.set("tile-output", "tiles", "t2+t3", REGISTRY), "tile-output", "Tile output is not for t1"),
+        (SHAPED.add("strike", REGISTRY).mark(["strike"], "soloed", on=True), "tile-output", "Strike is soloed"),
+        (SHAPED.mark(["noise"], "soloed", on=True), "tile-output", ""),
     ],
 )
-def test_the_nearest_input_that_nothing_comes_to_is_named(patch, id, why):
-    assert why_silent(patch, REGISTRY, id) == why
+def test_the_nearest_that_silences_a_node_is_named(patch, id, why):
+    assert why_silent(patch, REGISTRY, id, "t1") == why
 
 
 @pytest.fixture
