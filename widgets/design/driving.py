@@ -18,10 +18,12 @@ from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
-DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
+DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "map", "value")
 """Node types offered as drivers of a parameter."""
 DRIVER_SHARE = 0.1
 """Half the range of a new driver, as a share of the parameter's value; of the control's travel if the value is 0."""
+FULL_FORCE_N = 750.0
+"""Force that a new Map maps to the upper end: the thesis's full force, as of a Force envelope."""
 _WIDTH, _HEIGHT, _GAP = 176.0, 160.0, 48.0
 
 
@@ -54,8 +56,8 @@ def with_driver(
 ) -> Patch:
     """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
-    The node moves the parameter within `driver_range`. If it needs a force, it is wired to the patch's Tile force, or
-    to a new one. `beside` is where the sub-patch stands that the driven node is in.
+    The node moves the parameter within `driver_range`. What follows a signal is wired to the patch's Tile force, or to
+    a new one. `beside` is where the sub-patch stands that the driven node is in.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
@@ -63,12 +65,14 @@ def with_driver(
     ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
+    elif type == "map":
+        ends = {"low": 0.0, "high": FULL_FORCE_N, "out_low": low, "out_high": high}
     left, top = beside or node.at
     at = _free_place(patch, left - _WIDTH - _GAP, top)
     after = patch.add(type, registry, at, **ends)
     new = after.nodes[-1].id
     for port in registry[type].inputs:
-        if port.unit == "N":
+        if port.kind == "signal":
             force = next((node.id for node in patch.nodes if node.type == "tile-force"), "")
             if not force:
                 after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDTH - _GAP, at[1]))
@@ -149,7 +153,9 @@ class DriverMenus:
         menu = Menu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
         for type in DRIVERS:
             if type in registry:
-                menu.addAction(registry[type].label, partial(self.drive, id, name, type))
+                follows = any(port.kind == "signal" for port in registry[type].inputs)
+                text = f"{registry[type].label} of the force" if follows else registry[type].label
+                menu.addAction(text, partial(self.drive, id, name, type))
         menu.addSeparator()
         if name in drivers(patch).get(id, {}):
             menu.addAction("Disconnect its wire", partial(self._disconnect, f"{id}.{name}"))
