@@ -8,6 +8,7 @@ from scipy.stats import binom, chi2, norm
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import constant, psychometric, thesis
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.table import LEVEL
 
 pytest.importorskip("statsmodels")
 X = np.array(thesis.STIFFNESS_N_MM)
@@ -210,6 +211,49 @@ def test_a_level_beside_silence_is_found_though_half_of_what_is_not_felt_is_gues
         found.append([one.value for one in three])
     assert np.mean(held, axis=0) == pytest.approx([0.95] * 3, abs=0.05)
     assert np.nanmedian(found, axis=0) == pytest.approx([1.0, 0.5, -0.5], abs=0.1)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.25])
+def test_who_says_yes_to_nothing_has_the_threshold_and_the_interval_of_their_curve(share):
+    """As if nobody did, a threshold of 2 was found at -0.1 and -4.5, with intervals that ended below 1."""
+    levels, of = np.array([-12.0, -6.0, 0.0, 6.0, 12.0]), 10_000
+    truth = np.array([-0.4, 0.2, share])
+
+    def chances(values):
+        a, b, guessed = values
+        return np.append(guessed + (1.0 - guessed) * norm.cdf(a + b * levels), guessed)
+
+    *yes, to_nothing = np.round(of * chances(truth)).astype(int).tolist()
+    with_rate, slope, _ = psychometric.estimates(levels, yes, [of] * 5, bootstrap=0, guessed=(to_nothing, of))
+    curve = psychometric.fit(levels, yes, [of] * 5, guessed=(to_nothing, of))
+    assert (with_rate.value, slope.value, curve.guessed) == pytest.approx((2.0, 0.2, share), abs=2e-3)
+    if share:  # at 0 the rate is at its bound
+        by = np.array([(chances(truth + h) - chances(truth - h)) / 2e-5 for h in 1e-5 * np.eye(3)])
+        chance = chances(truth)
+        expected = np.linalg.inv((by * of / (chance * (1.0 - chance))) @ by.T)[:2, :2]
+        np.testing.assert_allclose(curve.covariance, expected, rtol=0.01)
+
+
+@pytest.mark.parametrize("factors", [{}, {"place": "toe"}])
+def test_trials_of_nothing_say_where_a_curve_of_detection_begins(factors):
+    """They were in no curve, or at 0 m/s^2 of one that begins at 0, whose threshold was 3 dB too low."""
+    levels, truth = np.arange(-15.0, 16.0, 5.0), psychometric.Curve(0.4, 0.2, guessed=0.2)
+    rows = [{"participant": "P1", "stimulus": "nothing", LEVEL: 0.0, "felt": "yes", **factors}] * 8
+    rows += [{**rows[0], "felt": "no"}] * 32
+    for level, share in zip(levels.tolist(), truth.at(levels), strict=True):
+        row = {"participant": "P1", "stimulus": f"at{level}", LEVEL: 10.0 ** (level / 20.0), "db": level}
+        yes = round(40 * share)
+        rows += [{**row, "felt": "yes", **factors}] * yes + [{**row, "felt": "no", **factors}] * (40 - yes)
+    rows += [{**row, "place": "heel"} for row in rows] * bool(factors)
+    (threshold, slope, *_), found = (of(rows, Settings(bootstrap=0)) for of in (constant.estimates, constant.findings))
+    drawn, *_ = constant.estimates(rows, Settings(bootstrap=20))
+    assert threshold.low < drawn.low < threshold.value < drawn.high < threshold.high + 2.0
+    assert (threshold.value, slope.value) == pytest.approx((-2.0, 0.2), abs=0.1)
+    assert threshold.name == " ".join(("threshold", *(["heel"] if factors else [])))
+    assert "in no curve" not in " ".join(found.remarks)
+    assert "Curves begin at the share of yes to nothing" in found.tables[0].note
+    in_si = [{name: value for name, value in row.items() if name != "db"} for row in rows]
+    assert {float(row[LEVEL]) for row in constant.prepared(in_si)[0]} == {10.0 ** (level / 20.0) for level in levels}
 
 
 @pytest.mark.parametrize(

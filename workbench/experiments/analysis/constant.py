@@ -15,7 +15,7 @@ from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import LINE_COLOURS, Findings, Table, estimates_table
 from underfoot.experiments.analysis.preferences import preferences, share_estimates
-from underfoot.experiments.analysis.psychometric import NAMES, fit, lapses_p
+from underfoot.experiments.analysis.psychometric import NAMES, Guessed, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import GUESSED
@@ -78,13 +78,25 @@ def prepared(rows: Sequence[Row], *, in_si: bool = False) -> tuple[list[Row], st
     """Return the rows of stimuli that have a place in the curves, and the axis and the condition of these.
 
     Who set a level of their own gets other levels than the next. Levels are a condition of all people only as in the
-    protocol; as an axis, they are what each person got.
+    protocol; as an axis, they are what each person got. Trials of nothing have no place among levels that are detected.
     """
     alike = _at_protocol_levels(rows)
     axis, condition = axis_and_condition(alike, in_si=in_si)
-    placed = {row.get("stimulus") for row in rows if axis in row and (not condition or condition in row)}
+    nothing = {row.get("stimulus") for row in of_nothing(rows, axis)}
+    placed = {row.get("stimulus") for row in rows if axis in row and (not condition or condition in row)} - nothing
     there = rows if axis == LEVEL else alike
     return [row for row in there if row.get("stimulus") in placed], axis, condition
+
+
+def of_nothing(rows: Sequence[Row], axis: str) -> list[Row]:
+    """Return the trials of one interval in which nothing vibrated, where curves are over levels; else [].
+
+    >>> rows = [{"stimulus": f"s{level}", "level_m_s2": level, "felt": "yes"} for level in (0.0, 0.1, 0.2)]
+    >>> of_nothing(rows, "level_m_s2") == rows[:1], of_nothing(rows, "stiffness_n_mm")
+    (True, [])
+    """
+    are_levels = is_level(_at_protocol_levels(rows), axis)
+    return [row for row in rows if row.get("felt") and row.get(LEVEL) == 0.0] if are_levels else []
 
 
 def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
@@ -138,19 +150,20 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     Without a numeric factor, estimate the share of each stimulus.
     """
     try:
-        rows, axis, condition = prepared(rows)
+        placed, axis, condition = prepared(rows)
     except BadMeasurement:
         return share_estimates(_counted(rows))
-    return _curves(rows, axis, condition, settings)
+    return _curves(placed, of_nothing(rows, axis), axis, condition, settings)
 
 
-def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) -> list[Estimate]:
-    guessed = _guessed(rows, axis, settings)
-    found, point = [], _half_name(rows, guessed)
+def _curves(
+    rows: Sequence[Row], nothing: Sequence[Row], axis: str, condition: str, settings: Settings
+) -> list[Estimate]:
+    beside = _guessed(rows, axis, settings)
+    found, point = [], _half_name(rows, beside)
     unit, of_slope = _UNITS.get(axis, ("", ""))
-    for value, part in _by_condition(rows, condition):
+    for value, (x, yes, of, guessed) in _answers(rows, nothing, axis, condition, beside):
         try:
-            x, yes, of = counts(part, axis)
             made = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses, guessed=guessed)
         except BadMeasurement:
             made = tuple(Estimate(name, np.nan) for name in NAMES[: 4 if settings.with_lapses else 3])
@@ -162,6 +175,25 @@ def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) 
 def _guessed(rows: Sequence[Row], axis: str, settings: Settings) -> float:
     """Return the share of right answers where nothing is felt: a half where a level is to be found beside silence."""
     return GUESSED if settings.is_beside_silence and is_level(rows, axis) else 0.0
+
+
+def _answers(
+    rows: Sequence[Row], nothing: Sequence[Row], axis: str, condition: str, beside: float
+) -> list[tuple[Any, tuple[list[float], list[int], list[int], Guessed]]]:
+    """Return the levels, the answers, and what is guessed, of each condition's curve."""
+    parts = _by_condition(rows, condition)
+    return [(value, (*counts(part, axis), beside or _to_nothing(nothing, condition, value))) for value, part in parts]
+
+
+def _to_nothing(rows: Sequence[Row], condition: str, value: object) -> Guessed:
+    """Return to how many of how many trials of nothing the answer was yes, of one condition where they have it.
+
+    >>> rows = [{"felt": felt, "place": place} for felt, place in (("yes", "toe"), ("no", "toe"), ("no", "heel"))]
+    >>> _to_nothing(rows, "place", "toe"), _to_nothing(rows, "shoe", "soft"), _to_nothing([], "", "")
+    ((1, 2), (1, 3), 0.0)
+    """
+    mine = [row for row in rows if row.get(condition, value) == value]
+    return (sum(map(judged_more, mine)), len(mine)) if mine else 0.0
 
 
 def _half_name(rows: Sequence[Row], guessed: float) -> str:
@@ -184,21 +216,24 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found, half = Findings("Constant stimuli"), _half_name(rows, guessed)
     if not guessed and settings.is_beside_silence is not False and any(row.get("comparison_at") for row in rows):
         found.remarks += _as_if_beside_vibration(rows, axis, settings)
-    if beside := len(all_rows) - len(rows):
+    nothing = of_nothing(all_rows, axis)
+    if beside := len(all_rows) - len(rows) - len(nothing):
         needed = " and ".join(filter(None, (axis, condition)))
         they, their = ("trials are", "their stimuli have") if beside > 1 else ("trial is", "its stimulus has")
         found.remarks.append(f"{beside} {they} in no curve: {their} no {needed}.")
     if mixed := ", ".join(further_factors(rows, axis, condition)):
         found.remarks.append(f"Each curve is over all values of {mixed}: they are told apart by {condition} only.")
+    of_nobody = grouped(nothing, "participant")
     people = {
-        person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
+        who: _curves(part, of_nobody.get((who,), []), axis, condition, settings)
+        for (who,), part in grouped(rows, "participant").items()
     }
     if not settings.with_lapses:
-        found.remarks += _lapsing(rows, axis, condition, guessed)
+        found.remarks += _lapsing(rows, nothing, axis, condition, guessed)
     lines = [(str(person), one) for person, several in people.items() for one in several]
     shown = [(person, one) for person, each in lines for one in (each, *([] if guessed else _jnd(each)))]
     along = f"Along {axis_label(axis)}{f'; each number is of {axis_label(condition)}' if condition else ''}."
-    how = f"{along} {_how(lines, half, guessed, settings)}"
+    how = f"{along} {_how(lines, half, guessed, settings)}{_FROM_NOTHING if nothing else ''}"
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     found.remarks += _unbounded(lines, half)
     values = [{one.name: one.value for one in several} for several in people.values()]
@@ -206,7 +241,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     is_thesis = _is_of_thesis(rows, axis, condition)
     found.tables.append(_medians(by_name, beside_thesis=is_thesis))
     found.tables.append(_shares(rows, axis, condition))
-    found.drawings.append(_curves_drawn(rows, axis, condition, guessed, with_lapses=settings.with_lapses))
+    found.drawings.append(_curves_drawn(rows, nothing, axis, condition, guessed, settings))
     for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
         if len(compared) > 1:
@@ -233,11 +268,11 @@ def _as_if_beside_vibration(rows: Sequence[Row], axis: str, settings: Settings) 
     return []
 
 
-def _lapsing(rows: Sequence[Row], axis: str, condition: str, guessed: float) -> list[str]:
+def _lapsing(rows: Sequence[Row], nothing: Sequence[Row], axis: str, condition: str, beside: float) -> list[str]:
     """Return a remark where answers look like lapses, and nothing elsewhere."""
-    people = grouped(rows, "participant").values()
-    curves = [counts(part, axis) for person in people for _, part in _by_condition(person, condition)]
-    p = lapses_p(curves, guessed)
+    people, of_nobody = grouped(rows, "participant").items(), grouped(nothing, "participant")
+    parts = [_answers(part, of_nobody.get(who, []), axis, condition, beside) for who, part in people]
+    p = lapses_p(curve for person in parts for _, curve in person)
     if p >= _UNLIKELY:
         return []
     return [
@@ -264,6 +299,12 @@ def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, setti
     if guessed:
         return how + " Half of what is not felt is guessed rightly: the threshold is where three quarters are right."
     return how + f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
+
+
+_FROM_NOTHING = (
+    " Curves begin at the share of yes to nothing, which is estimated with them: the threshold is where half of the "
+    "rest is yes."
+)
 
 
 def _unbounded(lines: Sequence[tuple[str, Estimate]], half: str) -> list[str]:
@@ -387,22 +428,23 @@ def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
     return Table("Share judged more", (axis, *names), tuple(lines), "All people together.")
 
 
-def _curves_drawn(rows: Sequence[Row], axis: str, condition: str, guessed: float, *, with_lapses: bool) -> Drawing:
+def _curves_drawn(
+    rows: Sequence[Row], nothing: Sequence[Row], axis: str, condition: str, beside: float, settings: Settings
+) -> Drawing:
     """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
-    parts = _by_condition(rows, condition)
-    for colour, (value, part) in zip(cycle(LINE_COLOURS), parts, strict=False):
-        x, yes, of = counts(part, axis)
+    parts = _answers(rows, nothing, axis, condition, beside)
+    for colour, (value, (x, yes, of, guessed)) in zip(cycle(LINE_COLOURS), parts, strict=False):
         name = f"{value} {axis_label(condition).partition(', ')[2] or condition}" if condition else "judged more"
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))
         fine = np.linspace(min(x), max(x), 100)
         try:
-            curve = fit(x, yes, of, with_lapses=with_lapses, guessed=guessed)
+            curve = fit(x, yes, of, with_lapses=settings.with_lapses, guessed=guessed)
             drawn.append(series("", fine, curve.at(fine), "line", colour))
         except BadMeasurement:
             continue
         if _is_of_thesis(rows, axis, condition):
             label = f"thesis, {value}"
             drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
-    half = (ReferenceLine("y", 0.5 * (1.0 + guessed), dashed=True),)
+    half = (ReferenceLine("y", 0.5 * (1.0 + beside), dashed=True),)
     return Drawing("Judged more", axis_label(axis), "share", tuple(drawn), y_range=(0.0, 1.0), lines=half)

@@ -11,6 +11,8 @@ known (Andrews and Armstrong, Quantitative Economics 8, 2017).
 
 Where right answers are guessed, as beside silence (2AFC detection), the curve begins at their share (Wichmann and Hill,
 Percept. Psychophys. 63, 2001). SciPy maximises its likelihood; the covariance is the inverse of Fisher's information.
+Where some say yes to nothing, it begins at a share that is estimated with the rest: the answers to nothing are part of
+the likelihood.
 
 Where at most one level has both answers, and all beyond it are alike, the likelihood rises with the slope without end
 (Silvapulle, J. R. Stat. Soc. B 43, 1981): there is a PSE, but no slope.
@@ -34,8 +36,14 @@ MOST_LAPSES = 0.1
 0.06).
 """
 
+Guessed = float | tuple[int, int]
+"""The share of "yes" answers where nothing is felt: known, or to be estimated from how many of how many trials of
+nothing had one. 0: none, or as many as lapses.
+"""
 NAMES = ("pse", "slope", "intercept", "lapses")
 """Estimates of a curve; the last one with lapses only."""
+_MOST_GUESSED = 0.5
+"""Upper bound of an estimated share of guesses: who says yes to nothing more often than not feels nothing."""
 _LEAST_DRAWS = 20
 """Least number of bootstrap draws for an interval."""
 _LEAST_CHANCE = 1e-12
@@ -46,8 +54,8 @@ _CERTAIN = 6
 
 @dataclass(frozen=True)
 class Curve:
-    """P(x) = low + (1 - lapse - low) Phi(intercept + slope x), where `low` is the share that is `guessed`; for 0, the
-    lapse. `pse` is where Phi is a half.
+    """P(x) = low + (1 - lapse - low) Phi(intercept + slope x), where `low` is the share that is `guessed`, and for None
+    the lapse. `pse` is where Phi is a half.
     """
 
     intercept: float
@@ -55,7 +63,7 @@ class Curve:
     lapse: float = 0.0
     covariance: tuple[tuple[float, float], tuple[float, float]] = ((math.nan, math.nan), (math.nan, math.nan))
     """Covariance of intercept and slope; NaN with lapses."""
-    guessed: float = 0.0
+    guessed: float | None = None
 
     @property
     def pse(self) -> float:
@@ -71,7 +79,7 @@ class Curve:
         from scipy.special import ndtr
 
         normal = ndtr(self.intercept + self.slope * np.asarray(x, np.float64))
-        low = self.guessed or self.lapse
+        low = self.lapse if self.guessed is None else self.guessed
         return np.asarray(low + (1.0 - self.lapse - low) * normal)
 
     def unbiased_pse(self, middle: float) -> float:
@@ -92,9 +100,8 @@ class Curve:
         return middle - math.copysign(mills / deviation, self.slope) * (height - share * self.slope) - share
 
 
-def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = False, guessed: float = 0.0) -> Curve:
-    """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1. `guessed` is the share
-    of them where nothing is felt.
+def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = False, guessed: Guessed = 0.0) -> Curve:
+    """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1.
 
     Raises `BadMeasurement` if all answers are alike, or fewer than two levels were presented, and `BadValue` for more
     answers than trials, or fewer than none.
@@ -102,6 +109,9 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = Fals
     >>> x = [52, 64, 76, 90, 106, 124, 146]
     >>> round(fit(x, [0.034, 0.13, 0.33, 0.557, 0.64, 0.69, 0.77], np.ones(7)).pse, 1)
     100.6
+    >>> detected = fit([-18, -12, -6, 0, 6, 12], [2, 2, 5, 15, 19, 20], np.full(6, 20), guessed=(2, 20))
+    >>> round(detected.pse, 1), round(detected.guessed, 2)
+    (-2.1, 0.09)
     """
     levels, counts, totals = numbers("x", x), numbers("yes", yes), numbers("of", of)
     alike = len(levels) == len(counts) == len(totals)
@@ -123,7 +133,7 @@ def estimates(
     seed: int = 1,
     *,
     with_lapses: bool = False,
-    guessed: float = 0.0,
+    guessed: Guessed = 0.0,
 ) -> tuple[Estimate, ...]:
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
@@ -149,7 +159,14 @@ def estimates(
     drawn = random.binomial(totals, chance, (bootstrap, len(totals)))
     drawn = drawn[(drawn.sum(axis=1) > 0) & (drawn.sum(axis=1) < totals.sum())]
     if with_lapses or guessed:
-        fits = [fit(levels, one, totals, with_lapses=with_lapses, guessed=guessed) for one in drawn]
+        shares = [guessed] * len(drawn)
+        if isinstance(guessed, tuple):
+            to_nothing = random.binomial(guessed[1], curve.guessed or 0.0, len(drawn)).tolist()
+            shares = [(count, guessed[1]) for count in to_nothing]
+        fits = [
+            fit(levels, one, totals, with_lapses=with_lapses, guessed=share)
+            for one, share in zip(drawn, shares, strict=True)
+        ]
     else:
         fits = _probits(levels, drawn.astype(np.float64), totals.astype(np.float64))
     again = [_figures(found, _turn(found, levels, one, totals)) for found, one in zip(fits, drawn, strict=True)]
@@ -165,8 +182,8 @@ def estimates(
     return replace(bounded, value=pse), slope, intercept, *rate
 
 
-def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike]], guessed: float = 0.0) -> float:
-    """Return p of all these (levels, yes, of) having no lapses: how much likelier curves with a lapse rate are.
+def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike, Guessed]]) -> float:
+    """Return p of all these (levels, yes, of, guessed) having no lapses: how much likelier curves with a rate are.
 
     A rate is at least 0, so that half of curves without lapses are not likelier with one: chi-bar-squared (Self and
     Liang, J. Am. Stat. Assoc. 82, 1987). Curves that cannot be fitted, or turn at once, say nothing.
@@ -174,11 +191,14 @@ def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike]], guessed: 
     from scipy.special import bdtr, chdtrc
 
     gain, count = 0.0, 0
-    for x, yes, of in curves:
+    for x, yes, of, guessed in curves:
         with suppress(BadMeasurement):
             plain, lapsing = (fit(x, yes, of, with_lapses=lapses, guessed=guessed) for lapses in (False, True))
             if _turn(plain, x, yes, of) is None:
-                gain += 2.0 * max(_loss(plain.at(x), yes, of) - _loss(lapsing.at(x), yes, of), 0.0)
+                before, after = (
+                    _loss(curve.at(x), yes, of) + _loss_of_nothing(curve.guessed, guessed) for curve in (plain, lapsing)
+                )
+                gain += 2.0 * max(before - after, 0.0)
                 count += 1
     weights = [float(bdtr(k, count, 0.5) - (bdtr(k - 1, count, 0.5) if k else 0.0)) for k in range(count + 1)]
     return sum(weight * float(chdtrc(k, gain) if k else gain <= 0.0) for k, weight in enumerate(weights))
@@ -189,6 +209,11 @@ def _loss(chance: Floats, yes: ArrayLike, of: ArrayLike) -> float:
     counts, totals = np.asarray(yes, np.float64), np.asarray(of, np.float64)
     chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
     return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
+
+
+def _loss_of_nothing(share: float | None, guessed: Guessed) -> float:
+    """Return the same of the answers to nothing, where the share of "yes" is estimated from them; else 0."""
+    return _loss(np.array([share or 0.0]), guessed[:1], guessed[1:]) if isinstance(guessed, tuple) else 0.0
 
 
 def _turn(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
@@ -333,51 +358,74 @@ first alone, one of fifteen curves is left on a lower top.
 """
 
 
-def _climbed(start: Curve, levels: Floats, counts: Floats, totals: Floats, most_lapses: float) -> Curve:
-    """Return the curve of the highest likelihood, with up to so many lapses, and with what is guessed as in `start`."""
+def _climbed(
+    start: Curve, levels: Floats, counts: Floats, totals: Floats, most_lapses: float, guessed: Guessed = 0.0
+) -> Curve:
+    """Return the curve of the highest likelihood, with up to so many lapses, from the share that is guessed in `start`:
+    with that, or with a share that is estimated.
+    """
     from scipy.optimize import minimize
     from scipy.special import ndtr
 
     def loss(values: Floats) -> tuple[float, Floats]:
         """Return the loss of a curve, and its gradient, without which each step takes three curves more."""
-        a, b, lapse = values
-        normal, low = ndtr(a + b * scaled), start.guessed or lapse
+        a, b, lapse, *free = values
+        normal, share = ndtr(a + b * scaled), free[0] if free else start.guessed
+        low = lapse if share is None else share
         chance = np.clip(low + (1.0 - lapse - low) * normal, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
         missed = (totals - counts) / (1.0 - chance) - counts / chance
         rise = missed * (1.0 - lapse - low) * _bell(a + b * scaled)
-        by_lapse = missed * (-normal if start.guessed else 1.0 - 2.0 * normal)
-        return _loss(chance, counts, totals), np.array([rise.sum(), (rise * scaled).sum(), by_lapse.sum()])
+        by_lapse = missed * (1.0 - 2.0 * normal if share is None else -normal)
+        gradient = [rise.sum(), (rise * scaled).sum(), by_lapse.sum()]
+        if isinstance(guessed, tuple):
+            yes, of = guessed
+            at = min(max(low, _LEAST_CHANCE), 1.0 - _LEAST_CHANCE)
+            gradient.append((missed * (1.0 - normal)).sum() + (of - yes) / (1.0 - at) - yes / at)
+        return _loss(chance, counts, totals) + _loss_of_nothing(low, guessed), np.array(gradient)
 
     middle, width = float(levels.mean()), float(levels.std()) or 1.0
     scaled = (levels - middle) / width
     height, steepness = start.intercept + start.slope * middle, start.slope * width
-    bounds = [(-20, 20), (-50, 50), (0.0, most_lapses)]
+    shares = [start.guessed or 0.0] if isinstance(guessed, tuple) else []
+    bounds = [(-20, 20), (-50, 50), (0.0, most_lapses), *((0.0, _MOST_GUESSED) for _ in shares)]
     tops = [
-        minimize(loss, [k * height, k * steepness, min(lapse, most_lapses)], method="L-BFGS-B", bounds=bounds, jac=True)
+        minimize(
+            loss,
+            [k * height, k * steepness, min(lapse, most_lapses), *shares],
+            method="L-BFGS-B",
+            bounds=bounds,
+            jac=True,
+        )
         for k, lapse in _STARTS
     ]
-    a, b, lapse = (float(value) for value in min(tops, key=lambda top: float(top.fun)).x)
-    return Curve(a - b * middle / width, b / width, lapse, guessed=start.guessed)
+    a, b, lapse, *share = (float(value) for value in min(tops, key=lambda top: float(top.fun)).x)
+    return Curve(a - b * middle / width, b / width, lapse, guessed=share[0] if share else start.guessed)
 
 
-def _guessing(levels: Floats, counts: Floats, totals: Floats, guessed: float, most_lapses: float) -> Curve:
+def _guessing(levels: Floats, counts: Floats, totals: Floats, guessed: Guessed, most_lapses: float) -> Curve:
     """Return the curve of the highest likelihood that begins at the share that is guessed."""
     used = totals > 0
     levels, counts, totals = levels[used], counts[used], totals[used]
-    felt = np.clip((counts / totals - guessed) / (1.0 - guessed), 0.05, 0.95)
+    share = guessed if isinstance(guessed, float) else min((guessed[0] + 0.5) / (guessed[1] + 1.0), _MOST_GUESSED)
+    felt = np.clip((counts / totals - share) / (1.0 - share), 0.05, 0.95)
     (plain,) = _probits(levels, (felt * totals)[None], totals)
-    start = replace(plain, guessed=guessed)
-    curve = _climbed(start, levels, counts, totals, most_lapses)
+    curve = _climbed(replace(plain, guessed=share), levels, counts, totals, most_lapses, guessed)
     if most_lapses:
         return curve
+    share = curve.guessed or 0.0
     middle = float(levels.mean())
-    heights, chance = curve.intercept + curve.slope * levels, curve.at(levels)
-    rise = (1.0 - guessed) * _bell(heights)
-    design = np.column_stack([np.ones_like(levels), levels - middle])
-    with np.errstate(all="ignore"):
-        weights = np.nan_to_num(totals * rise**2 / (chance * (1.0 - chance)), posinf=0.0)  # far out nothing is known
+    heights = curve.intercept + curve.slope * levels
+    chance = np.clip(curve.at(levels), _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
+    rise = (1.0 - share) * _bell(heights)
+    by = [rise, rise * (levels - middle)]
+    if isinstance(guessed, tuple):
+        by.append((1.0 - chance) / (1.0 - share))
+    design = np.column_stack(by)
+    information = design.T @ ((totals / (chance * (1.0 - chance)))[:, None] * design)
+    if isinstance(guessed, tuple):
+        information[2, 2] += guessed[1] / max(share * (1.0 - share), _LEAST_CHANCE)
     try:
-        around_middle = np.linalg.inv(design.T @ (weights[:, None] * design))
+        around_middle = np.linalg.inv(information)[:2, :2]
     except np.linalg.LinAlgError:
         return curve
     shift = np.array([[1.0, -middle], [0.0, 1.0]])
@@ -393,7 +441,8 @@ def _turn_of_guesses(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) 
     from scipy.special import bdtr, bdtrc
 
     levels, counts, totals = np.asarray(x, np.float64), np.asarray(yes, np.float64), np.asarray(of, np.int64)
-    felt = (curve.at(levels) - curve.guessed) / (1.0 - curve.guessed)
+    share = curve.guessed or 0.0
+    felt = (curve.at(levels) - share) / (1.0 - share)
     on_flank = (felt > _FLAT) & (felt < 1.0 - _FLAT)
     if on_flank.sum() > 1:
         return None
@@ -405,7 +454,7 @@ def _turn_of_guesses(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) 
         value = way * 0.5 * float(below.max() + above.min())
     else:  # all is as by guessing
         return Estimate("pse", math.nan, -math.inf, math.inf)
-    middle = 0.5 * (1.0 + curve.guessed)
+    middle = 0.5 * (1.0 + share)
     less = way * levels[bdtr(counts, totals, middle) < 0.025]
     more = way * levels[bdtrc(counts - 1.0, totals, middle) < 0.025]
     ends = (float(less.max()) if less.size else -math.inf, float(more.min()) if more.size else math.inf)
