@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from scipy.stats import binom, chi2, norm
+from scipy.stats import binom, chi2, norm, ttest_rel
 
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import constant, psychometric, thesis
@@ -112,6 +112,31 @@ def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other(
         "The answers of b may be guesses: their threshold is drawn to the middle of the levels, and counts over people."
     )
     assert said in found.remarks
+
+
+def test_three_conditions_are_compared_in_ranks_and_then_in_pairs():
+    """As in the thesis's table 6.3. Where all people rank them alike, Friedman's statistic is n (k - 1)."""
+    rows = [
+        {
+            "participant": who,
+            "stimulus": f"{db} {load}",
+            "db": float(db),
+            "load": load,
+            "felt": "yes" if k < yes else "no",
+        }
+        for who, reach in (("a", 3.0), ("b", 2.4), ("c", 3.3), ("d", 2.0))
+        for condition, load in enumerate(("none", "bag", "cart"))
+        for db in range(-6, 8, 2)
+        for k, yes in ((k, round(20 * norm.cdf((db - condition * reach + 3.0) / 3.0))) for k in range(20))
+    ]
+    tables = {table.title: table.rows for table in constant.findings(rows, Settings(bootstrap=0)).tables}
+    ranks, *pairs = tables["Does load change the threshold?"]
+    assert (ranks[1:4], ranks[4]) == (("chi squared", pytest.approx(8.0), "2"), pytest.approx(np.exp(-4.0)))
+    halves = [
+        [row[2] for row in tables["Curves of each person"] if row[1] == f"threshold {load}"] for load in ("bag", "none")
+    ]
+    assert len(pairs) == 3
+    assert any(abs(pair[2]) == pytest.approx(abs(ttest_rel(*halves).statistic)) for pair in pairs)
 
 
 def test_lapses_are_found_where_there_are_some():
