@@ -400,6 +400,8 @@ def test_a_value_that_is_not_finite_names_its_node_and_is_silenced(blocks):
     well = run(program_of(patch), force=step_on(1, 100, LENGTH, 200.0), blocks=blocks)["output"]
     assert out[1].tobytes() == well[1].tobytes()
     assert np.abs(out[0, 1200:2000]).min() > 0.0, "it plays on afterwards"
+    run(program, force=force, blocks=blocks)
+    assert program.fault() is None, "a node is named once: in an installation it filled the log"
 
 
 def test_a_value_that_goes_nowhere_does_no_harm():

@@ -64,6 +64,7 @@ class Program:
         self._parts = [_part(patch.node(id), registry, guards.get(id, ()), folder) for id in self.node_ids]
         self._pending: list[tuple[int, int, float, float, float]] = []
         self._struck_rows: list[int] = []
+        self._faulty: set[int] = set()
         made = Builder(patch, self._parts, self.tiles, self.scope_names, rate=rate, block=block).build()
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
         self._struck, self._lists, self.engine_signals = made.struck, made.lists, made.engine_signals
@@ -198,11 +199,12 @@ class Program:
         return {id: int(rows[k].sum()) for id, k in self.index.items()}
 
     def fault(self) -> tuple[str, str, int] | None:
-        """Return node, tile and session frame of the first value that was not finite, once."""
+        """Return node, tile and session frame of the first value that was not finite, once for each node."""
         k, row, frame = (int(v) for v in self.tables.fault)
-        if k < 0:
-            return None
         self.tables.fault[0] = -1
+        if k < 0 or k in self._faulty:
+            return None
+        self._faulty.add(k)
         return self.node_ids[k], self.tiles[row], frame
 
     def events(self, scope: str) -> np.ndarray:
