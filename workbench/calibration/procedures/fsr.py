@@ -32,8 +32,6 @@ DEFAULT_FULL_N = 600.0
 _TARE_S, _STEADY_S = 1.0, 1.0
 _UNSTEADY_S = 20.0
 """Time after which a weight that has not come to rest is given up."""
-_NEAR = 0.96
-"""Share of the requested load that is enough."""
 _STAYS_S, _OTHER_UNIT = 3.0, (0.03, 0.25)
 """Time for which a force does not rise, and shares of the requested load then, that a load cell in kilograms or pounds
 gives."""
@@ -41,9 +39,8 @@ _ZERO = 5e-4
 """Share of full scale by which an unloaded load cell is off its zero, and not only noisy."""
 _STILL_ON, _NOISE_COUNTS = 0.85, 100.0
 """Share of a weight's change of reading that is left only while it is there, and not by creep (half); and no change."""
-_STEPS = 20
-_COVERED = 0.8
-"""Share of equal steps of force that a loading must pass through."""
+_SHARE_ROUNDS, _SHARE_STEP = 8, 0.02
+"""Fits, at most, until the shares that other sensors carry change by no more than this."""
 _HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
 """Load of a hold, as a share of full scale, and its accepted relative deviation."""
 
@@ -170,20 +167,24 @@ class FsrProcedure(PagedProcedure):
         return pairs_drawing(self._pairs()) if self._step_data else ()
 
     def conclude(self) -> Result:
-        """Fit curves to all pairs; with a load cell a second time, without the share that other sensors carried."""
+        """Fit curves to all pairs, without the share of each load that other sensors carried, by curves of before."""
         from underfoot.calibration.results.fsr import result_of
         from underfoot.calibration.science.linearisation import linearise
-        from underfoot.calibration.science.load_checks import drift_warnings
+        from underfoot.calibration.science.load_checks import drift_warnings, share_warnings
 
         if not self._step_data:
             raise BadMeasurement("every sensor was skipped; go back, and load one at least")
-        found = linearise(self._pairs(), self._divider, hysteresis=False)
-        if self._reference == LOAD_CELL:
-            found = linearise(self._pairs(found), self._divider)
+        shares = np.zeros(4)
+        for _ in range(_SHARE_ROUNDS):
+            found = linearise(self._pairs(shares), self._divider, hysteresis=False)
+            known, shares = shares, np.array([self._share_of_others(found, j) for j in range(4)])
+            if np.abs(shares - known).max() <= _SHARE_STEP:
+                break
+        found = linearise(self._pairs(shares), self._divider, hysteresis=self._reference == LOAD_CELL)
         result = result_of(found, self._cell if self._reference == LOAD_CELL else self._reference)
         tares = {step.sensor: _at_rest(readings) for step, readings, _ in self._step_data_of_sensors() if step.is_tare}
         drifts = drift_warnings([sensor.curve for sensor in found.sensors], tares, found.full_scale_n)
-        return replace(result, warnings=(*result.warnings, *drifts))
+        return replace(result, warnings=(*result.warnings, *share_warnings(shares), *drifts))
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the pairs without curves."""
@@ -278,14 +279,21 @@ class FsrProcedure(PagedProcedure):
         return progress
 
     def _rise(self, j: int, readings: Readings) -> PageProgress | None:
-        from underfoot.calibration.science.load_checks import require_response, require_within_scale
+        from underfoot.calibration.science.load_checks import (
+            COVERED,
+            NEAR,
+            covered_share,
+            latest_rise,
+            require_response,
+            require_within_scale,
+        )
 
         force = self._load_cell(readings)
         require_within_scale(force, self._full_n)
         require_response(j, self._rest_readings(), readings.values, force, self._full_n)
         full = self._full_n
-        rise = _latest_rise(force, full)
-        top, covered = float(rise.max(initial=0.0)), _covered(rise, full)
+        rise = latest_rise(force, full)
+        top, covered = float(rise.max(initial=0.0)), covered_share(rise, full)
         shown = (
             ("force", float(force[-1]), "N"),
             ("reading", float(readings.values[-1, j]), ""),
@@ -293,9 +301,9 @@ class FsrProcedure(PagedProcedure):
         )
         if not rise.size:
             return PageProgress("Let go, and raise the force from 0 N.", 0.0, shown)
-        if top >= _NEAR * full and covered >= _COVERED:
+        if top >= NEAR * full and covered >= COVERED:
             return None
-        if top >= _NEAR * full:
+        if top >= NEAR * full:
             return PageProgress("Too fast: let go, and raise the force more slowly.", covered, shown)
         hint = f"Press harder, up to {full:.0f} N."
         stays_s = float(readings.time_s[-1] - readings.time_s[int(np.argmax(force))])
@@ -383,13 +391,12 @@ class FsrProcedure(PagedProcedure):
         tares = [readings for step, readings, _ in self._step_data_of_sensors() if step.is_tare]
         return _at_rest(tares[-1]) if tares else np.full(4, np.nan)
 
-    def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
-        """Return all pairs of readings and reference, one per sample.
+    def _pairs(self, shares: Sequence[float] | Floats = (0.0, 0.0, 0.0, 0.0)) -> Pairs:
+        """Return all pairs of readings and reference, one per sample, or per weight.
 
-        With curves of a `first` fit, the share of a load that the other sensors carry is subtracted from the reference.
+        Of a load over a sensor the others carry its share of `shares` (4,), which is subtracted from the reference.
         """
         times, sensors, values, forces = [], [], [], []
-        shares = np.zeros(4) if first is None else np.array([self._share_of_others(first, j) for j in range(4)])
         zero_n = 0.0
         for step, readings, answers in self._step_data_of_sensors():
             j = step.sensor
@@ -397,7 +404,7 @@ class FsrProcedure(PagedProcedure):
                 zero_n = self._zero_n(readings, zero_n)
             if self._reference != LOAD_CELL:
                 time_s, value = readings.time_s[-1:], np.array([_steady_reading(readings, j)])
-                force = np.array([float(answers.get("weight_n", 0.0))])
+                force = np.array([float(answers.get("weight_n", 0.0)) * (1.0 - shares[j])])
             elif step.is_tare:
                 seen = readings.last(_TARE_S) or readings
                 time_s, value, force = seen.time_s, seen.values[:, j], np.zeros(seen.time_s.size)
@@ -423,17 +430,20 @@ class FsrProcedure(PagedProcedure):
             return known_n
         return zero_n if abs(zero_n) > _ZERO * self._full_n else 0.0
 
-    def _share_of_others(self, first: "Linearisation", j: int) -> float:
-        """Return the share of the loads over sensor `j` that the other sensors carry."""
+    def _share_of_others(self, found: "Linearisation", j: int) -> float:
+        """Return the share of the loads over sensor `j` that the other sensors carry, by the curves `found`."""
         from underfoot.calibration.science.load_checks import share_of_others
 
-        loaded = [readings for step, readings, _ in self._step_data_of(j) if not step.is_tare]
+        loaded = [(readings, given) for step, readings, given in self._step_data_of(j) if not step.is_tare]
         if not loaded:
             return 0.0
-        values = np.concatenate([readings.values for readings in loaded])[::10]
-        load = np.concatenate([self._load_cell(readings) for readings in loaded])[::10]
-        time_s = np.concatenate([readings.time_s for readings in loaded])[::10]
-        return share_of_others([sensor.curve for sensor in first.sensors], j, time_s, values, load)
+        if self._reference != LOAD_CELL:
+            steady = [(readings.last(_STEADY_S) or readings, given["weight_n"]) for readings, given in loaded]
+            loaded = [(replace(seen, force_n=np.full(seen.time_s.size, n)), {}) for seen, n in steady]
+        values = np.concatenate([readings.values for readings, _ in loaded])[::10]
+        load = np.concatenate([self._load_cell(readings) for readings, _ in loaded])[::10]
+        time_s = np.concatenate([readings.time_s for readings, _ in loaded])[::10]
+        return share_of_others([sensor.curve for sensor in found.sensors], j, time_s, values, load)
 
 
 def _setup_questions(reference: str) -> tuple[Parameter, ...]:
@@ -470,26 +480,6 @@ def _at_rest(tare: Readings) -> Floats:
 def _steady_reading(readings: Readings, j: int) -> float:
     seen = readings.last(_STEADY_S) or readings
     return float(np.mean(seen.values[:, j]))
-
-
-def _covered(force: Floats, full: float) -> float:
-    """Return the share of the steps from 5 to 95 % of full scale that a loading has passed through."""
-    steps = np.floor((force / full - 0.05) / 0.9 * _STEPS)
-    return np.unique(steps[(steps >= 0) & (steps < _STEPS)]).size / _STEPS
-
-
-def _latest_rise(force: Floats, full: float) -> Floats:
-    """Return the forces from the last light load to the last one near full scale; none if the load was never light.
-
-    The way down from a load that was on already, or was put on too fast, is thus not taken for a rise.
-    """
-    light = force <= (1.0 - _COVERED) * full
-    if not light.any():
-        return force[:0]
-    heavy_before = np.flatnonzero(~light[: int(np.flatnonzero(light)[-1])])
-    rise = force[heavy_before[-1] + 1 :] if heavy_before.size else force
-    high = np.flatnonzero(rise >= _NEAR * full)
-    return rise[: high[-1] + 1] if high.size else rise
 
 
 def _smoothed(values: Floats) -> Floats:

@@ -11,8 +11,12 @@ from underfoot.errors import BadMeasurement
 from underfoot.floor.curves import Curve
 from underfoot.kernels import Floats
 
-_MOST_SHARED = 0.1
-"""Largest share of a load over one sensor that the others carry."""
+NEAR = 0.96
+"""Share of the requested load that is enough."""
+_STEPS, COVERED = 20, 0.8
+"""Equal steps of force, and the share of them that a loading must pass through."""
+_MOST_SHARED, _SHARED = 0.4, 0.1
+"""Largest share of a load over one sensor that the others carry; above the second one it is not over that sensor."""
 _RAILS = (0.0, LARGEST_READING)
 """Ends of the converter's range."""
 _LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
@@ -32,6 +36,26 @@ _MOST_DRIFT = 0.01
 """Largest change of an empty tile's force, as a share of full scale: twice as much as creep leaves."""
 _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
+
+
+def covered_share(force_n: Floats, full_scale_n: float) -> float:
+    """Return the share of the steps from 5 to 95 % of full scale that a loading has passed through."""
+    steps = np.floor((force_n / full_scale_n - 0.05) / 0.9 * _STEPS)
+    return np.unique(steps[(steps >= 0) & (steps < _STEPS)]).size / _STEPS
+
+
+def latest_rise(force_n: Floats, full_scale_n: float) -> Floats:
+    """Return the forces from the last light load to the last one near full scale; none if the load was never light.
+
+    The way down from a load that was on already, or was put on too fast, is thus not taken for a rise.
+    """
+    light = force_n <= (1.0 - COVERED) * full_scale_n
+    if not light.any():
+        return force_n[:0]
+    heavy_before = np.flatnonzero(~light[: int(np.flatnonzero(light)[-1])])
+    rise = force_n[heavy_before[-1] + 1 :] if heavy_before.size else force_n
+    high = np.flatnonzero(rise >= NEAR * full_scale_n)
+    return rise[: high[-1] + 1] if high.size else rise
 
 
 def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Floats, full_scale_n: float) -> None:
@@ -167,6 +191,17 @@ def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale
                 "is it warm, wet, or loose? Wait until it is steady, and measure again"
             )
     return tuple(found)
+
+
+def share_warnings(shares: Floats) -> tuple[str, ...]:
+    """Return a line on the sensors that were not loaded alone, by the shares (4,) that the others carried."""
+    over = [f"sensor {j + 1} ({100.0 * share:.0f} %)" for j, share in enumerate(shares) if abs(share) > _SHARED]
+    if not over:
+        return ()
+    return (
+        f"the other sensors carried a share of the loads over {', '.join(over)}; it is taken off, but known to a fifth "
+        "of it only: load each sensor from right above, through a small foot",
+    )
 
 
 def apparent_load_n(change: float, weights: Sequence[tuple[float, float]]) -> float:
