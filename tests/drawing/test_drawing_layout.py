@@ -181,5 +181,6 @@ def compact(names, width):
 def test_a_compact_plot_has_its_legend_over_the_data_where_it_fits():
     assert compact(["commanded", "measured"], 640) == ["commanded", "measured"]
     assert compact(["commanded", "measured"], 160) == []
+    assert compact(["slot A", "measured", "commanded"], 500) == ["slot A", "measured", "commanded"]
     assert compact(["alone"], 640) == []
     assert compact(["", ""], 640) == []

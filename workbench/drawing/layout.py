@@ -124,15 +124,16 @@ def _note(note: str, area: Box, measure: Measure) -> Iterator[Shape]:
 def _legend_inside(drawing: Drawing, area: Box, measure: Measure) -> Iterator[Shape]:
     """Yield the legend of a compact plot, in one row at the upper right; the axis on the right has its data's colour.
 
-    One series has none, and what is wider than half the axes is left out.
+    One series has none, and what is wider than two thirds of the axes is left out.
     """
     named = [series for series in drawing.series if series.name and not series.right]
-    rows = _legend_rows(named, area.width / 2.0, measure)
+    room = area.width * 2.0 / 3.0
+    rows = _legend_rows(named, room, measure)
     if len(named) < 2 or len(rows) != 1:
         return
     left, last = rows[0][-1]
     wide = left + _KEY_PX + _KEY_GAP_PX + measure(pretty_text(last.name), SMALL_PX) + _PAD
-    if wide > area.width / 2.0:
+    if wide > room:
         return
     begin = area.right - wide
     yield Backdrop(Box(begin, area.top, area.right, area.top + _LINE_PX))
