@@ -141,8 +141,13 @@ def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow,
 def node_geometry(
     description: NodeDescription, driven: tuple[str, ...] = (), *, shows_all: bool = False
 ) -> NodeGeometry:
-    """Return the layout of a node with wires at the parameters `driven`; `shows_all` shows all that could have one."""
-    extra = description.drivable if shows_all else tuple(row for row in description.drivable if row.end in driven)
+    """Return the layout of a node with wires at the parameters `driven`; `shows_all` shows all that could have one.
+
+    The others come below, so that no port moves away from a wire that is brought to it.
+    """
+    extra = tuple(row for row in description.drivable if row.end in driven)
+    if shows_all:
+        extra += tuple(row for row in description.drivable if row.end not in driven)
     return geometry_of(
         description.title, description.inputs + extra, description.outputs, len(description.drivable) - len(extra)
     )

@@ -221,6 +221,14 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
     assert "gave way" in workspace.canvas.message
 
 
+def test_a_wire_ends_at_the_port_that_it_was_brought_to(workspace):
+    """As the node opened under the wire, the port moved down, and another one was in its place."""
+    patch = with_driver(workspace.patch(), REGISTRY, "low-pass", "q", "lfo").add("value", REGISTRY, (0, 320))
+    workspace.set_patch(patch)
+    drag(workspace, port(workspace, "value", "out", "out"), port(workspace, "low-pass", "in", "q"))
+    assert workspace.patch().wires == (*patch.wires[:-1], ("value.out", "low-pass.q"))
+
+
 @pytest.mark.parametrize(
     ("type", "end"), [("lfo", "low"), ("random-walk", "deviation"), ("step-sequence", "high"), ("stance-curve", "low")]
 )
