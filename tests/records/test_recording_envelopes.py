@@ -1,9 +1,11 @@
 """Envelopes, marks and stretches of recordings: what is drawn of them without reading them whole."""
 
+import shutil
 import sqlite3
 from contextlib import closing
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ from underfoot.errors import BadFile
 from underfoot.files import cache_folder
 from underfoot.floor.layout import default_floor
 from underfoot.records import envelopes
+from underfoot.records.exports import ExportSource, write_export
 from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 from underfoot.records.survey import (
     RecordedForces,
     cache_survey,
@@ -171,6 +175,31 @@ def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlie
         assert load_cached_survey(other) is None
         peaks = [max(step.force_n) for step in kept.steps]
         np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
+
+
+def test_a_survey_of_a_part_is_not_kept_as_that_of_a_recording_that_has_grown(path, tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
+    growing = Path(shutil.copy(path, tmp_path))
+    with Recording(growing) as recording, closing(Writer(growing, recording.about, resume=True)) as writer:
+        made = survey(recording, lambda so_far: True)
+        writer.put("vibration", recording.span[1], np.zeros((2400, 2)))
+        writer.commit()
+        cache_survey(recording, made)
+        assert load_cached_survey(recording) is None
+
+
+def test_a_mark_is_made_while_the_recording_is_surveyed_and_exported(path, tmp_path, monkeypatch):
+    monkeypatch.setattr(sqlite3, "connect", partial(sqlite3.connect, timeout=0.0))  # it waits for 5 s otherwise
+    copy = Path(shutil.copy(path, tmp_path))
+    with Recording(copy) as read, Recording(copy) as marked:
+
+        def mark(*_):
+            return bool(marked.add_mark(1))
+
+        survey(read, mark)
+        surveyed = len(read.marks())
+        write_export(ExportSource(read, progress=mark), tmp_path / "walk.csv")
+        assert 0 < surveyed < len(read.marks())
 
 
 def test_a_contact_is_where_its_rows_say(recording):

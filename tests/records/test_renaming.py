@@ -18,7 +18,7 @@ from underfoot.records import renaming
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
 from underfoot.records.renaming import rename_recording
-from underfoot.records.survey import Survey, cache_survey, load_cached_survey
+from underfoot.records.survey import RecordedForces, Survey, cache_survey, load_cached_survey
 from underfoot.sqlite_files import opened
 
 
@@ -39,12 +39,13 @@ def frames(path):
 
 def test_it_has_the_new_name_and_what_was_found_in_it_stays_known(walk):
     with closing(Recording(walk)) as recording:
-        cache_survey(recording, Survey(until_s=1.0, whole=True))
+        known = Survey(until_s=RecordedForces(recording).length_s, whole=True)
+        cache_survey(recording, known)
     named = rename_recording(walk, " Monday, second walk ")
     assert named == walk.with_name("Monday, second walk.underfoot")
     assert not walk.exists()
     with closing(Recording(named)) as recording:
-        assert load_cached_survey(recording) == Survey(until_s=1.0, whole=True)
+        assert load_cached_survey(recording) == known
     assert rename_recording(named, "v1.2") == walk.with_name("v1.2.underfoot")
     assert rename_recording(walk.with_name("v1.2.underfoot"), "v1.2.underfoot") == walk.with_name("v1.2.underfoot")
 

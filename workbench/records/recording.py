@@ -93,8 +93,9 @@ class Recording:
 
     @contextmanager
     def at_one_moment(self) -> Iterator[None]:
-        """In this block nothing changes: what a writer adds meanwhile is not there yet. Nothing can be written."""
-        self._base.execute("begin")
+        """In this block, what a recorder adds meanwhile is not there yet. Marks can be added by others."""
+        if self._base.execute("pragma journal_mode").fetchone() == ("wal",):
+            self._base.execute("begin")  # without a recorder's log, it would keep everybody from writing
         try:
             yield
         finally:
@@ -128,11 +129,14 @@ class Recording:
         columns = "first, count, data" if has_all_tiles else "first, count, data, tiles"
         with self.readable(table):
             (before,) = self._base.execute(f"select max(first) from {table} where first <= ?", (begin,)).fetchone()
-            found = self._base.execute(
-                f"select {columns} from {table} where first >= ? and first < ? order by first{' desc' * reverse}",
-                (begin if before is None else before, end),
-            )
-            for first, count, data, *tiles in found:
+            low, high = begin if before is None else before, end
+            where = f"{table} where first >= ? and first < ? order by first{' desc' * reverse} limit 1"
+            # One by one: a query that is open while its blocks are worked on keeps others from writing a mark.
+            while found := self._base.execute(f"select {columns} from {where}", (low, high)).fetchone():
+                first, count, data, *tiles = found
+                if not low <= first < high:
+                    raise ValueError("its blocks are not in order")
+                low, high = (low, first) if reverse else (first + 1, high)
                 if first + count <= begin:
                     continue
                 rows = np.frombuffer(data, TYPES[table]).reshape(count, -1) if count else np.zeros((0, 1))
@@ -318,7 +322,7 @@ class Recording:
         first, end = (number or 0 for number in self.ends(table))
         with self.readable(table):
             whole = np.zeros((end - first, self._columns(table)), TYPES[table])
-            for at, rows in self.blocks(table):
+            for at, rows in self.blocks(table, first, end):
                 whole[at - first : at - first + len(rows)] = rows
         return first, whole
 

@@ -164,7 +164,10 @@ def load_cached_survey(recording: Recording) -> Survey | None:
 
 
 def cache_survey(recording: Recording, made: Survey) -> None:
-    """Keep a survey for the next time; a cache that cannot be written to is left alone."""
+    """Keep a survey for the next time, unless the recording has grown since; a cache that cannot be written to is left
+    alone."""
+    if made.until_s != RecordedForces(recording).length_s:
+        return
     with suppress(BadFile, OSError):
         path = _place(recording, "json")
         make_folder(path.parent)

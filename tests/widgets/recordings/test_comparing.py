@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
-from underfoot.records.survey import Stance, Survey, cache_survey
+from underfoot.records.survey import RecordedForces, Stance, Survey, cache_survey
 
 CONTACT_MS = {"before": (600.0, 620.0), "after": (640.0, 650.0)}
 
@@ -31,7 +31,7 @@ def two(workspace, folder, qtbot):
             for side, person, ms in zip(("left", "right"), (1, 1 + day), contacts_ms, strict=True)
         ]
         with Recording(path) as recording:
-            cache_survey(recording, Survey(steps=steps, whole=True))
+            cache_survey(recording, Survey(steps=steps, until_s=RecordedForces(recording).length_s, whole=True))
     workspace.recordings.refresh()
     qtbot.waitUntil(lambda: item_of(workspace, "before").text().count("\n") == 2)
     qtbot.waitUntil(lambda: item_of(workspace, "after").text().count("\n") == 2)
