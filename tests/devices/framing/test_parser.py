@@ -208,6 +208,23 @@ def test_a_tile_that_begins_anew_is_recognised_and_nothing_counts_as_lost(before
     assert got["sequence"][epochs == 1].tolist() == list(range(1, 100))  # the first one could have been an old one
 
 
+def test_of_two_boards_with_one_number_the_later_has_the_tile_until_it_sends_no_more():
+    """Behind one hub, which two were flashed alike. The force was now of the one, now of the other."""
+    first, second = rows(2000, first=9_000), rows(2000, start_us=4_000_000_000)
+    is_second = np.random.default_rng(2).random(2000) < 0.5
+    counts = np.cumsum(is_second), np.cumsum(~is_second)
+    both = np.where(is_second[:, None], second[counts[0] - 1], first[counts[1] + 99])
+    rest = first[counts[1][-1] + 100 :]
+    parser, got = parsed(encode(np.concatenate([first[:100], both, rest])))
+    frames = [got[got["epoch"] == epoch]["sequence"].tolist() for epoch in range(3)]
+    assert frames[0] == list(range(9_000, 9_000 + len(frames[0])))
+    assert frames[1] == list(range(counts[0][-1]))[-len(frames[1]) :]
+    assert frames[2] == list(range(9_000, 11_000))[-len(frames[2]) :]
+    missed = len(frames[0]) - 100, counts[0][-1] - len(frames[1]), len(rest) - len(frames[2])
+    assert max(missed) < 40
+    assert parser.counts.restarts == 2
+
+
 def test_a_long_silence_is_no_new_beginning():
     sent = np.concatenate([rows(100), rows(100, first=20_100)])
     parser, got = parsed(encode(sent))
