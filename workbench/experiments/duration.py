@@ -34,7 +34,7 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
         return stage.seconds or _PAGE_S + _QUESTION_S * len(stage.questions)
     method, given = stage.method.rule, stage.method.given(protocol.stimuli)
     if method.uses_stimuli:
-        intervals = 2 if method.questions_for(given)[0].name == "interval" else 1
+        intervals = 2 if given.get("standard") or method.questions_for(given)[0].name == "interval" else 1
         presented_s = intervals * _BY_FOOT_S.get(stage.start, protocol.present_s)
         trial_s = presented_s + (intervals - 1) * stage.interval_pause_s + _ANSWER_S + stage.trial_pause_s
     else:

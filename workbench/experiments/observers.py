@@ -314,7 +314,7 @@ class MagnitudeEstimator(Observer):
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         modulus = 10.0 * math.exp(self.truth["moduli_differ"] * self.place)
         noise = math.exp(self.truth["numbers_spread"] * random.standard_normal())
-        return {"magnitude": min(max(modulus * noise * self._magnitude(trial.intervals[0].stimulus), 1e-6), 1e6)}
+        return {"magnitude": min(max(modulus * noise * self._magnitude(trial.intervals[-1].stimulus), 1e-6), 1e6)}
 
     def truths(self) -> dict[str, float]:
         """Return what the analysis finds where every answer is the true magnitude."""

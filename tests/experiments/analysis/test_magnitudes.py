@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from made_studies import TD, made_protocol
+from made_studies import TD, made_protocol, walked
 from scipy import stats
 
 from underfoot.errors import BadValue
 from underfoot.experiments.analysis import magnitudes
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.duration import usual_s
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.study import Study
 
@@ -127,3 +128,20 @@ def test_simulated_people_answer_a_study_and_have_the_exponent_that_is_true():
         with pytest.raises(BadValue, match=r"magnitude is .*; allowed: a number above 0"):
             study.answer({"magnitude": answer})
     study.answer({"magnitude": 0.25})
+
+
+def test_a_standard_comes_before_each_stimulus_and_is_judged_only_where_it_comes_after_itself():
+    stimuli = {f"s{k}": {**TD, "level_m_s2": level} for k, level in enumerate(LEVELS)}
+    protocol, free = (
+        made_protocol("magnitude-estimation", {"blocks": 6, **standard}, stimuli)
+        for standard in ({"standard": "s1"}, {})
+    )
+    intervals = [page.trial.intervals for page in walked(Study(protocol, "P1"))]
+    rows, person = simulated_rows(protocol, 0, 1, {"numbers_spread": 0.0})
+    assert [{row["stimulus"] for row in rows[k : k + 4]} for k in range(0, 24, 4)] == [set(stimuli)] * 6
+    assert {row["other"] for row in rows} == {"s1"}
+    found = {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
+    assert found == pytest.approx(person.observers["main"].truths())
+    assert [first.stimulus for first, _ in intervals] == ["s1"] * 24
+    twice = [usual_s(made, made.stage("main")) for made in (protocol, free)]
+    assert twice[0] - twice[1] == pytest.approx(24 * (protocol.present_s + 0.5))
