@@ -7,7 +7,10 @@ from people import taking_part
 
 from underfoot.devices.plate import Plate, PlateCalibration
 from underfoot.errors import BadValue
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Sounds
+from underfoot.experiments.table import rows_of
 from underfoot.studies.equipment import Equipment
 
 
@@ -22,6 +25,10 @@ def test_stiffness_that_nothing_sets_and_noise_that_nobody_hears_are_told_and_no
     """A study of stiffness went without a plate to its end, and its table had the stiffness that nobody had felt."""
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         told, noted = person.runner.messages, [note.text for note in person.runner.file.notes()]
+        person.answer_page()
+        rows = rows_of(protocol, "P1", person.runner.study.entries)
+    (found,) = analysed(rows, protocol, Settings())
+    assert "In 1 of 1 trials no plate set the stiffness that the table has." in found.remarks
     assert (
         told
         == noted

@@ -327,6 +327,7 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
                   for e in person.runner.study.entries]  # fmt: skip
         assert [move[1] for move in emulated.servo.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
         assert {move[2] for move in emulated.servo.moves} == {1.0}
+        assert [entry.facts["stiffness_set"] for entry in person.runner.study.entries] == [True, True]
     finally:
         emulated.close()
 

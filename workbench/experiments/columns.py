@@ -54,6 +54,7 @@ DESCRIPTIONS = {
     "measured_m_s2": "Largest acceleration that accelerometers measured during the presentation, in m/s^2.",
     "answered_by": "foot, where the answer was given by stepping on the floor.",
     "foot_after_s": "From the end of the presentation to the foot on the field of the answer, in s.",
+    "stiffness_set": "Whether a plate was set to the stiffness of what is felt; false where none was there.",
     "most_force_n": "Largest force on one tile during the presentation, in N.",
 }
 """What each column holds, for people who get the table alone."""

@@ -96,11 +96,15 @@ class TrialRun:
         self.phase, self.due = Phase.WAITING, time.monotonic() + seconds
         plate = self._apparatus.equipment.plate
         if self.intervals and plate is not None:
-            stimulus = self.intervals[self.interval].stimulus
-            stiffness = self._apparatus.protocol.stimuli[stimulus].stiffness_n_mm if stimulus != NOTHING else 0.0
+            stiffness = self._stiffness_of(self.intervals[self.interval])
             if stiffness > 0.0:
                 plate.request_stiffness(stiffness)
         self._prepare()
+
+    def _stiffness_of(self, interval: Presentation) -> float:
+        """Return the stiffness that the protocol asks for, in N/mm; 0 for none."""
+        stimuli = self._apparatus.protocol.stimuli
+        return stimuli[interval.stimulus].stiffness_n_mm if interval.stimulus != NOTHING else 0.0
 
     def _prepare(self) -> None:
         """Let a stimulus that a key begins settle under the feet that stand there."""
@@ -162,6 +166,8 @@ class TrialRun:
         self.phase, self.hint, self.foot = Phase.PRESENTING, "", None
         if self.interval == 0:
             self._record.begin_anew()
+            if any(self._stiffness_of(one) > 0.0 for one in self.intervals):
+                self._record.facts["stiffness_set"] = self._apparatus.equipment.plate is not None
         self._record.first_s = first_s
         self._apparatus.mark(BEGIN, self._page, None if self._page.start == "key" else first_s)
 

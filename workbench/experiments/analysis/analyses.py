@@ -109,6 +109,10 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 "These trials come without their protocol: analysed with the method's usual parameters. "
                 "`underfoot analyse --protocol` takes those of the study."
             )
+        if not_set := sum(row.get("stiffness_set") is False for row in part):
+            findings.remarks.append(
+                f"In {not_set} of {len(part)} trials no plate set the stiffness that the table has."
+            )
         findings.remarks += _spoiled(row for row in rows if row.get("stage", "") == stage and not row.get("practice"))
         plain = settings_of(protocol, stage, replace(settings, bootstrap=0))
         of_people = people.setdefault(method, {})[stage] = cache(partial(_estimates, part, analysis, plain))
