@@ -10,8 +10,12 @@ from bare_row import BareRow
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.layouts import Layout
+from underfoot.models.signals.events import emit
+from underfoot.nodes import REGISTRY
 from underfoot.parameters import Choice, Count, Number, Numbers
 from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.program import Program
 
 
 @node("everything", "Tests")
@@ -264,3 +268,28 @@ def test_a_parameter_that_contradicts_itself_is_refused(parameter, says):
 
             def run(knob, out):
                 out[:] = knob
+
+
+@node("steps", "Tests")
+class Steps:
+    """Events of left and right feet."""
+
+    left = Output(kind="event")
+    right = Output(kind="event")
+    tail = math.inf
+
+    def run(frame, end, left, right):
+        for at in range(frame, end):
+            if at % 100 == 0:
+                emit(left, at, 1.0)
+            if at % 100 == 50:
+                emit(right, at, 2.0)
+
+
+def test_each_of_several_event_outputs_has_its_own_events():
+    """No node that comes with the program has two: those of a node of one's own would have been mixed up."""
+    patch, ends = Patch(nodes=(PlacedNode("steps", "steps"),)), ("steps.left", "steps.right")
+    program = Program(patch, {**REGISTRY, "steps": Steps}, ("t1",), rate=48_000, block=256, scopes=ends)
+    program.run(0, 256)
+    left, right = (program.events(end)[:, :2].tolist() for end in ends)
+    assert (left, right) == ([[0.0, 1.0], [100.0, 1.0], [200.0, 1.0]], [[50.0, 2.0], [150.0, 2.0], [250.0, 2.0]])

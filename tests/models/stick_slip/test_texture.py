@@ -119,3 +119,6 @@ def test_a_cycle_is_a_slip_and_the_stick_after_it():
     stick = np.trapezoid(np.maximum(slip.distance.points, 0.0) * slip.distance.density, slip.distance.points)
     assert cycles.mean() == pytest.approx(mean + stick, rel=0.03)
     assert events[:, 2].mean() * 600.0 == pytest.approx(mean, rel=0.05)
+    begins = range(0, 300_000, 1000)
+    first = [play(designed(w0=600.0), np.ones(8000), start=k)[1][0, 0] - k for k in begins]
+    assert np.mean(first) / RATE * 600.0 == pytest.approx(stick, rel=0.1)  # a contact begins with a complete stick
