@@ -286,10 +286,13 @@ class Steps:
                 emit(right, at, 2.0)
 
 
-def test_each_of_several_event_outputs_has_its_own_events():
-    """No node that comes with the program has two: those of a node of one's own would have been mixed up."""
-    patch, ends = Patch(nodes=(PlacedNode("steps", "steps"),)), ("steps.left", "steps.right")
-    program = Program(patch, {**REGISTRY, "steps": Steps}, ("t1",), rate=48_000, block=256, scopes=ends)
+def test_each_of_several_event_outputs_and_inputs_has_its_own_events():
+    """No node that comes with the program has two outputs: those of a node of one's own would have been mixed up."""
+    types, ends = {**REGISTRY, "steps": Steps}, ("steps.left", "steps.right", "join.out")
+    wires = (("steps.left", "join.a"), ("steps.right", "join.b"))
+    patch = Patch(nodes=(PlacedNode("steps", "steps"), PlacedNode("join", "join")), wires=wires).check(types)
+    program = Program(patch, types, ("t1",), rate=48_000, block=256, scopes=ends)
     program.run(0, 256)
-    left, right = (program.events(end)[:, :2].tolist() for end in ends)
+    left, right, both = (program.events(end)[:, :2].tolist() for end in ends)
     assert (left, right) == ([[0.0, 1.0], [100.0, 1.0], [200.0, 1.0]], [[50.0, 2.0], [150.0, 2.0], [250.0, 2.0]])
+    assert both == sorted(left + right)
