@@ -29,7 +29,7 @@ REST = np.full(4, 1000.0)
 
 def weighed(given_n, change=2000.0, other=0.0, apparent_n=None):
     """A weight over the first of four sensors of 200 N, the change of its reading, and that of another one's."""
-    require_weight(0, given_n, 1000.0 + change, REST + np.array([change, other, 0.0, 0.0]), REST, 200.0, apparent_n)
+    require_weight(0, given_n, REST + np.array([change, other, 0.0, 0.0]), REST, 200.0, (2.0, 0.0), apparent_n)
 
 
 @pytest.mark.parametrize("ratio", [0.4, 2.5])
@@ -52,10 +52,20 @@ def test_a_sensor_is_silent_that_changes_by_a_few_counts_under_a_third_of_full_s
 
 def test_another_sensor_responds_if_it_changes_by_more_than_noise():
     weighed(40.0, change=100.0, other=300.0)
-    with pytest.raises(BadMeasurement, match="sensor 2 responds when sensor 1 is loaded; are their wires swapped"):
+    with pytest.raises(BadMeasurement, match="sensor 2 responds when sensor 1 is loaded; is the load over sensor 1"):
         weighed(40.0, change=300.0, other=900.0)
     with pytest.raises(BadMeasurement, match=r"their wires swapped, or does sensor 1 give no signal\?$"):
         weighed(40.0, change=3.0, other=900.0)
+
+
+def test_who_stood_on_the_tile_that_was_to_be_empty_is_asked_about():
+    """The next weight was said to be missing, or wires to be swapped."""
+    readings = REST + np.array([2000.0, 100.0, 300.0, 100.0])
+    require_weight(0, 40.0, readings, REST, 200.0, (2.0, 0.0), None)
+    with pytest.raises(BadMeasurement, match=r"sensor 2 responds .* or does sensor 1 give no signal"):
+        require_weight(0, 40.0, REST + np.array([5.0, 500.0, 450.0, 0.0]), REST, 200.0, (2.0, 0.0), None)
+    with pytest.raises(BadMeasurement, match=r"all sensors respond .* was the tile empty before"):
+        require_weight(0, 40.0, readings, REST + 6000.0, 200.0, (2.0, 0.0), None)
 
 
 @pytest.mark.parametrize(("full_n", "plausible"), [(0.3, False), (1.0, True), (15_000.0, True), (25_000.0, False)])

@@ -225,14 +225,24 @@ def test_40_n_typed_as_400_is_refused_and_can_be_mended():
     assert procedure.page.key == "sensor1-weight5"
 
 
-def test_a_weight_that_was_typed_and_not_put_on_is_refused():
+@pytest.mark.parametrize(
+    ("page", "lies_n", "said"),
+    [
+        ("weight1", 0.0, "25 N was typed, but sensor 1 reads as with nothing on it; is the weight on it"),
+        ("weight3", 50.0, "100 N was typed, but sensor 1 reads as under the 50 N before; is the weight on it"),
+        ("weight5", 200.0, "100 N was typed, but sensor 1 reads as under the 200 N before; are those still on it"),
+    ],
+)
+def test_a_weight_that_was_typed_while_another_or_none_was_on_is_refused(page, lies_n, said):
+    """The first one was taken for 25 N that change nothing, and 450 N for what 600 read."""
     values = {"reference": "known weights", "weights_n": (25.0, 50.0, 100.0, 200.0)}
     procedure, hand = FsrProcedure(TILE), Hand(force=False)
-    walked(procedure, hand, values, "sensor1-weight3")
-    hand.load = lambda press, force: np.minimum(force, 50.0)
-    with pytest.raises(BadMeasurement, match=r"100 N was typed, but sensor 1 reads as under the 50 N before"):
-        walked(procedure, hand, values, "sensor1-weight4")
-    hand.load = lambda press, force: force
+    walked(procedure, hand, values, f"sensor1-{page}")
+    load, hand.load = hand.load, lambda press, force: np.full(force.size, lies_n)
+    with pytest.raises(BadMeasurement, match=said):
+        walked(procedure, hand, values, "sensor2")
+    assert procedure.page.key == f"sensor1-{page}"
+    hand.load = load
     assert walked(procedure, hand, values).last
 
 

@@ -39,6 +39,8 @@ _ZERO = 5e-4
 """Share of full scale by which an unloaded load cell is off its zero, and not only noisy."""
 _STILL_ON, _NOISE_COUNTS = 0.85, 100.0
 """Share of a weight's change of reading that is left only while it is there, and not by creep (half); and no change."""
+_DRIFTS, _LEAST_DRIFT = 5.0, 2.0
+"""Drift of an empty sensor from its tare to its first weight, over that from half to half of the tare; least counts."""
 _SHARE_ROUNDS, _SHARE_STEP = 8, 0.02
 """Fits, at most, until the shares that other sensors carry change by no more than this."""
 _HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
@@ -331,7 +333,7 @@ class FsrProcedure(PagedProcedure):
         return PageProgress(hint, kept / hold_s, shown)
 
     def _weigh(self, j: int, readings: Readings) -> PageProgress | None:
-        from underfoot.calibration.science.load_checks import require_more, require_weight
+        from underfoot.calibration.science.load_checks import require_weight
 
         shown = (("reading", float(readings.values[-1, j]), ""),)
         seen = readings.last(2.0 * _STEADY_S)
@@ -339,19 +341,17 @@ class FsrProcedure(PagedProcedure):
             ready = float(np.ptp(readings.time_s)) / (2.0 * _STEADY_S)
             return PageProgress("Wait until the reading is steady.", ready, shown)
         values = _smoothed(seen.values[:, j])
-        rest, reading = self._rest_readings(), float(np.median(values))
-        change = abs(reading - float(rest[j]))
+        rest, medians = self._rest_readings(), np.median(seen.values, axis=0)
+        change = abs(float(medians[j] - rest[j]))
         if np.ptp(values) > 0.03 * change + 40.0:
             if np.ptp(readings.time_s) > _UNSTEADY_S:
                 raise BadMeasurement(
                     f"the load is not steady: the reading changes by {np.ptp(values):.0f} counts; let go of the weight"
                 )
             return PageProgress("The reading changes; wait until it is steady.", 0.5, shown)
-        given, others = float(self._answers[self._at]["weight_n"]), np.median(seen.values, axis=0)
-        weights, step = self._weights(j), self._steps[self._at]
-        if weights and isinstance(step, SensorStep) and step.rising:
-            require_more(j, given, change, weights[-1])
-        require_weight(j, given, reading, others, rest, self._full_n, self._apparent_load_n(j, change))
+        given, weights = float(self._answers[self._at]["weight_n"]), self._weights(j)
+        before = weights[-1] if weights else (self._drift(j), 0.0)
+        require_weight(j, given, medians, rest, self._full_n, before, self._apparent_load_n(j, change))
         return None
 
     def _load_cell(self, readings: Readings) -> Floats:
@@ -390,6 +390,12 @@ class FsrProcedure(PagedProcedure):
         """Return the readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self._step_data_of_sensors() if step.is_tare]
         return _at_rest(tares[-1]) if tares else np.full(4, np.nan)
+
+    def _drift(self, j: int) -> float:
+        """Return by how much the reading of an empty sensor may move until its first weight, by what it did before."""
+        tare = next(readings for step, readings, _ in self._step_data_of(j) if step.is_tare)
+        halves = np.array_split((tare.last(_TARE_S) or tare).values[:, j], 2)
+        return max(_DRIFTS * abs(float(np.median(halves[1]) - np.median(halves[0]))), _LEAST_DRIFT)
 
     def _pairs(self, shares: Sequence[float] | Floats = (0.0, 0.0, 0.0, 0.0)) -> Pairs:
         """Return all pairs of readings and reference, one per sample, or per weight.

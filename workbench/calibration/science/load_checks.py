@@ -32,6 +32,10 @@ _MOST_OVER = 1.5
 """Share of full scale above which a force is not a press that goes too far."""
 _HEAVIER, _NO_MORE = 1.5, 1.03
 """A weight heavier by the first factor changes the reading by more than the second: creep alone stays below that."""
+_LIGHTER, _NO_LESS = 1.3, 0.995
+"""A weight lighter by the first factor reads less: only a hysteresis of as much would hold the reading."""
+_ALIKE = 0.5
+"""Share of a loaded sensor's change of reading that two others reach only where it is not loaded alone."""
 _MOST_DRIFT = 0.01
 """Largest change of an empty tile's force, as a share of full scale: twice as much as creep leaves."""
 _APPARENT = (0.35, 2.8)
@@ -123,22 +127,25 @@ def require_within_scale(force_n: Floats, full_scale_n: float) -> None:
 def require_weight(
     sensor: int,
     given_n: float,
-    reading: float,
     readings: Floats,
     rest: Floats,
     full_scale_n: float,
+    before: tuple[float, float],
     apparent_n: float | None,
 ) -> None:
     """Raise `BadMeasurement` for an implausible weight `given_n` over `sensor`, from 0.
 
-    `reading` is the sensor's steady reading, `readings` (4,) are those of all sensors and `rest` (4,) those of the
-    empty tile; `apparent_n` is the load suggested by other weights (`apparent_load_n`), None if unknown.
+    `readings` (4,) are the steady ones of all sensors and `rest` (4,) those of the empty tile; `before` has change of
+    reading and newtons of the sensor's last weight, or its drift and 0; `apparent_n` is the load suggested by other
+    weights (`apparent_load_n`), None if unknown.
     """
+    reading = float(readings[sensor])
     change = abs(reading - float(rest[sensor]))
     if reading in _RAILS and change > _CLEAR_COUNTS:
         raise BadMeasurement(f"sensor {sensor + 1} clips at {given_n:g} N: its reading stays at {reading:.0f}")
     if given_n > 0.0:
         _require_own(sensor, np.abs(readings - rest), "loaded")
+        _require_other(sensor, given_n, change, before)
     if given_n >= _LOADED * full_scale_n and change < _LEAST_COUNTS:
         raise BadMeasurement(f"sensor {sensor + 1} gives no signal: it stays at {reading:.0f} under {given_n:g} N")
     low, high = _APPARENT
@@ -149,26 +156,33 @@ def require_weight(
         )
 
 
-def require_more(sensor: int, given_n: float, change: float, before: tuple[float, float]) -> None:
-    """Raise `BadMeasurement` for a weight that is much heavier than the one `before` and leaves the reading as it was.
-
-    `change` is the reading's from the empty tile; `before` has change and newtons of the last weight on the way up.
-    """
-    least, last_n = before
-    if given_n >= _HEAVIER * last_n and change < _NO_MORE * least:
+def _require_other(sensor: int, given_n: float, change: float, before: tuple[float, float]) -> None:
+    """Refuse a weight that is much heavier or lighter than the one `before` and leaves the reading as it was."""
+    last, last_n = before
+    if given_n >= _HEAVIER * last_n and change <= _NO_MORE * last:
+        reads = f"reads as under the {last_n:g} N before" if last_n else "reads as with nothing on it"
+        raise BadMeasurement(f"{given_n:g} N was typed, but sensor {sensor + 1} {reads}; is the weight on it?")
+    if _LIGHTER * given_n <= last_n and change > _NO_LESS * last:
         raise BadMeasurement(
             f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under the {last_n:g} N before; "
-            "is the weight on it?"
+            "are those still on it?"
         )
 
 
 def _require_own(sensor: int, change: Floats, is_what: str) -> None:
-    """Refuse changes of reading (4,) if that of another sensor is by far the largest."""
-    strongest = int(np.argmax(change))
-    if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * change[sensor]:
-        dead = f", or does sensor {sensor + 1} give no signal" if change[sensor] < _LEAST_COUNTS else ""
+    """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all are alike."""
+    strongest, own = int(np.argmax(change)), float(change[sensor])
+    others = float(np.median(np.delete(change, sensor)))
+    if own >= _LEAST_COUNTS and others > max(_ALIKE * own, _CLEAR_COUNTS):
         raise BadMeasurement(
-            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; are their wires swapped{dead}?"
+            f"all sensors respond when sensor {sensor + 1} is {is_what}; is the load over it, and was the tile empty "
+            "before? If not, go back to the page with nothing on it"
+        )
+    if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * own:
+        dead = f", or does sensor {sensor + 1} give no signal" if own < _LEAST_COUNTS else ""
+        raise BadMeasurement(
+            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; is the load over sensor "
+            f"{sensor + 1}, is the tile turned, or are their wires swapped{dead}?"
         )
 
 
@@ -188,7 +202,7 @@ def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale
         if apart > _MOST_DRIFT * full_scale_n:
             found.append(
                 f"sensor {j + 1} drifts: with nothing on the tile it moved by {apart:.0f} N while others were loaded; "
-                "is it warm, wet, or loose? Wait until it is steady, and measure again"
+                "is it warm, wet, or loose, or was something on the tile? Wait until it is steady, and measure again"
             )
     return tuple(found)
 
