@@ -23,6 +23,11 @@ FAR = 1e5
 
 COLUMN_GAP = 8.0 * GRID
 SWEEPS = 8
+LANE = 0.0, 6.0 * GRID
+"""Size of the room for a wire in a column that it crosses: its ends are as far above the middles of their nodes."""
+LANE_WEIGHT = 8.0
+"""How much straighter a wire is along its lanes than between neighbours (Gansner et al. 1993, A technique for drawing
+directed graphs)."""
 
 NEAR_STEPS, FAR_STEPS, GRID_STEP = 24, 96, 2
 """Search range for a free place, near and far, and its step, in units of the grid."""
@@ -239,7 +244,7 @@ def _column_places(
         _stack(column, {}, sizes, middle)
     for sweep in range(SWEEPS):
         for column in columns if sweep % 2 == 0 else columns[::-1]:
-            wanted = {id: float(np.mean([middle[o] for o in beside[id]])) for id in column if beside[id]}
+            wanted = {id: _mean({o: middle[o] for o in beside[id]}, sizes) for id in column if beside[id]}
             column.sort(key=lambda id: wanted.get(id, middle[id]))
             _stack(column, wanted, sizes, middle)
     top = min(middle[id] - sizes[id][1] / 2 for id in sizes)
@@ -271,7 +276,7 @@ def _with_virtual_nodes(
         before = a
         for i in range(at[a] + 1, at[b]):
             virtual = f"{a}>{b}>{i}"
-            all_sizes[virtual] = (0.0, GRID)
+            all_sizes[virtual] = LANE
             columns[i].append(virtual)
             short.append((before, virtual))
             before = virtual
@@ -315,10 +320,15 @@ def _stack(
         free = wanted.get(id, at + half)
         middle[id] = free if i == 0 else max(free, at + half)
         at = middle[id] + half + GAP
-    meant = [wanted[id] - middle[id] for id in column if id in wanted]
-    by = float(np.mean(meant)) if meant else 0.0
+    meant = {id: wanted[id] - middle[id] for id in column if id in wanted}
+    by = _mean(meant, sizes) if meant else 0.0
     for id in column:
         middle[id] += by
+
+
+def _mean(values: Mapping[str, float], sizes: Mapping[str, tuple[float, float]]) -> float:
+    """Return the mean of nodes' values; those of lanes count more, or wires would pass behind what is beside them."""
+    return float(np.average([*values.values()], weights=[LANE_WEIGHT if sizes[id] == LANE else 1.0 for id in values]))
 
 
 def _bounding_box(boxes: Sequence[Box]) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Edits of a patch and its undo list, without a screen."""
 
+from itertools import pairwise
+
 import pytest
 from design_samples import REGISTRY, sample
 from msgspec.structs import replace
@@ -9,6 +11,7 @@ from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import downstream
+from underfoot.widgets.design.node_geometry import FIRST_PORT
 from underfoot.widgets.design.patch_editing import (
     aligned,
     changed_nodes,
@@ -18,6 +21,7 @@ from underfoot.widgets.design.patch_editing import (
     pasted,
     refusal,
 )
+from underfoot.widgets.design.placing import layered_places
 from underfoot.widgets.design.undo import Document
 
 
@@ -124,3 +128,15 @@ def test_what_reaches_ears_and_no_tile_is_only_heard():
     assert heard == {"drawn-bank", "high-pass", "sound-output"}
     assert sum(is_only_heard(patch, NODES, node.id) for node in patch.nodes) == 3, "not the bank before the tile"
     assert not is_only_heard(Patch().add("noise", NODES), NODES, "noise")
+
+
+@pytest.mark.parametrize("between", ["b", "bc", "bcd"])
+@pytest.mark.parametrize("high", [80.0, 120.0])
+def test_a_wire_that_is_tidied_up_does_not_pass_behind_the_nodes_beside_it(between, high):
+    """It looked as if it ended there, as that of a force to a product with a curve over the same force."""
+    chain = f"a{between}z"
+    places = layered_places(dict.fromkeys(chain, (136.0, high)), [*pairwise(chain), ("a", "z")])
+    ends_px = [places[id][1] + FIRST_PORT for id in "az"]
+    for id in between:
+        top = places[id][1]
+        assert max(ends_px) < top or min(ends_px) > top + high
