@@ -36,11 +36,12 @@ class RowsEditor(ParameterEditor):
         self._columns, self._max_rows = parameter.columns, parameter.most
         self.table = QTableWidget(0, len(parameter.columns), self)
         self.table.setHorizontalHeaderLabels([heading(name) for name, _, _ in parameter.columns])
-        self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
-        narrow = f"QHeaderView::section {{ font-size: {theme.SMALL_PX}px; padding: 2px 0 2px 3px; }}"
-        self.table.horizontalHeader().setStyleSheet(narrow)
-        self.table.horizontalHeader().setFixedHeight(HEADING_PX)
-        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        head = self.table.horizontalHeader()
+        head.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
+        head.setStyleSheet(f"QHeaderView::section {{ font-size: {theme.SMALL_PX}px; padding: 2px 0 2px 3px; }}")
+        head.setFixedHeight(HEADING_PX)
+        head.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        head.setHighlightSections(False)  # bold, "frequency" has no room
         self.table.verticalHeader().hide()
         self.table.verticalHeader().setDefaultSectionSize(ROW_PX)
         self.table.setTabKeyNavigation(False)

@@ -123,7 +123,9 @@ def test_rows_are_added_changed_and_taken_away(qtbot):
     assert refused.args == ["x is '11'; allowed: 0 to 10"]
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
     assert editor.table.item(1, 0).text() == "7"
+    headings = editor.table.horizontalHeader().grab().toImage()
     editor.table.setCurrentCell(0, 0)
+    assert editor.table.horizontalHeader().grab().toImage() == headings  # bold, a longer one is cut off
     editor.remove_button.click()
     assert editor.value() == ((7.0, 2.0),)
 
