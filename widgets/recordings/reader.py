@@ -112,6 +112,8 @@ class RecordingReader(QObject):
     """`OpenedRecording`."""
     extended = Signal(object)
     """Carries a new `OpenedRecording`, because the recording has grown."""
+    unchanged = Signal(object)
+    """The `Path` of a recording that has not grown since it was last read."""
     overview_read = Signal(object)
     """`OverviewEnvelopes`: once it is opened, and after each `reread`."""
     detail_read = Signal(object)
@@ -137,6 +139,7 @@ class RecordingReader(QObject):
         self._open_files = ExitStack()
         self._base: sqlite3.Connection | None = None
         self._finest: dict[str, Envelope] = {}
+        self._span = (0, 0)
 
     # --- requests, from the window's thread ---
 
@@ -152,7 +155,7 @@ class RecordingReader(QObject):
         self._enqueue("overview", self._read_overview)
 
     def read_new(self) -> None:
-        """Read again the parts that grow during recording."""
+        """Read again the parts that grow during recording, if they have grown."""
         self._enqueue("grown", self._read_new)
 
     def request_detail(self, begin: float, end: float, frames: float, tile: int) -> None:
@@ -223,7 +226,7 @@ class RecordingReader(QObject):
         self._close_recording()
         recording = self._open_files.enter_context(Recording(path))
         floor = recording.floor
-        self._recording, self._floor = recording, floor
+        self._recording, self._floor, self._span = recording, floor, recording.span
         tiles = len(floor.tiles)
         self._finest = {source: envelopes.empty(tiles + (source == "force")) for source in envelopes.SOURCES}
         self._find_base()
@@ -243,8 +246,14 @@ class RecordingReader(QObject):
             self._open_file(now)
 
     def _read_new(self) -> None:
-        if self._recording is not None:
-            self.extended.emit(_opened(self._recording, self._floor))
+        recording = self._recording
+        if recording is None:
+            return
+        before, self._span = self._span, recording.span
+        if self._span == before:
+            self.unchanged.emit(recording.path)
+        else:
+            self.extended.emit(_opened(recording, self._floor))
             self._read_overview()
 
     def _find_base(self) -> None:

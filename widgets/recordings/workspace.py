@@ -212,9 +212,8 @@ class RecordingsWorkspace(Workspace):
         self.facts.set_full_text(facts_text(opened), "\n".join(lines_of(opened.calibrations)))
         self._enable()
         self.follower.follow(opened.path)
-        if self.follower.is_written(opened.path):
-            self._say("recording…")
-            self.steps.show_wait("after the recording")
+        if self.follower.grows:
+            self._show_growing()
         elif opened.survey is None or not opened.is_drawn:
             if opened.path == self._renaming:
                 self._survey_again = True
@@ -222,6 +221,12 @@ class RecordingsWorkspace(Workspace):
                 self._survey(opened)
         self.readout.choose_tile(0)
         self.axis.set_cursor(0.0)
+
+    def _show_growing(self) -> None:
+        """Say that a recording is being written: steps are looked for when it is whole."""
+        self.surveyor.stop()
+        self._say("recording…")
+        self.steps.show_wait("after the recording")
 
     def _show_extended(self, opened: OpenedRecording) -> None:
         """Show a recording that has grown; follow its end if that was visible."""
@@ -231,6 +236,7 @@ class RecordingsWorkspace(Workspace):
         more_s = opened.length_s - content.opened.length_s
         follows, sees_all = view.end_s >= self.axis.length_s - 0.5, view.begin_s <= 0.0
         content.opened = opened
+        self._show_growing()
         if follows:
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
@@ -400,21 +406,18 @@ class RecordingsWorkspace(Workspace):
         reader.failed.connect(self._fail)
         self.surveyor.progressed.connect(self._show_progress)
         self.surveyor.found.connect(self._show_survey)
+        for part in (self.steps, self.comparison, self.recordings, self.exporting, self.playback):
+            part.notified.connect(self.notified)
         self.surveyor.failed.connect(self.notified)
         axis.step_chosen.connect(self._choose_step)
         self.steps.chosen.connect(self._choose_step)
         self.steps.filtered.connect(self._filter)
-        self.steps.notified.connect(self.notified)
         self.steps.comparison_wanted.connect(self._compare_feet)
         self.comparison.closed.connect(self._end_comparison)
-        self.comparison.notified.connect(self.notified)
         self.recordings.chosen.connect(self._open_if_other)
         self.recordings.compared.connect(self._compare)
         self.recordings.deleted.connect(self._close_deleted)
         self.recordings.rename_requested.connect(self._rename)
-        self.recordings.notified.connect(self.notified)
-        self.exporting.notified.connect(self.notified)
-        self.playback.notified.connect(self.notified)
         self.exporting.progressed.connect(self.export_state.setText)
         self.exporting.progressed.connect(lambda text: self.stopping.setVisible(bool(text)))
         on_axis: tuple[tuple[str, str, Callable[[], object]], ...] = (
