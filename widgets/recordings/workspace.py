@@ -236,6 +236,7 @@ class RecordingsWorkspace(Workspace):
         more_s = opened.length_s - content.opened.length_s
         follows, sees_all = view.end_s >= self.axis.length_s - 0.5, view.begin_s <= 0.0
         content.opened = opened
+        self.facts.set_full_text(facts_text(opened), "\n".join(lines_of(opened.calibrations)))
         self._show_growing()
         if follows:
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)

@@ -25,7 +25,8 @@ def test_a_recording_that_another_program_writes_grows_and_has_its_steps_when_it
         writer.commit()
 
     def look_and_write():
-        shown.append((workspace.axis.length_s, workspace.progress.text(), workspace.steps.plot.drawing.note))
+        length = workspace.facts.full_text.partition("  ·  ")[0]
+        shown.append((workspace.axis.length_s, length, workspace.progress.text(), workspace.steps.plot.drawing.note))
         write()
 
     with closing(Writer(folder / "walk.underfoot", about)) as writer:
@@ -34,6 +35,7 @@ def test_a_recording_that_another_program_writes_grows_and_has_its_steps_when_it
         workspace.reader.extended.connect(look_and_write)
         workspace.open_file(folder / "walk.underfoot")
         qtbot.waitUntil(lambda: workspace.steps.count.text() == "4")
-    lengths_s, said, notes = zip(*shown, strict=True)
+    lengths_s, facts, said, notes = zip(*shown, strict=True)
     assert lengths_s == pytest.approx([1.2, 1.8, 2.4, 3.0], abs=0.002)
+    assert facts == ("1.2 s", "1.8 s", "2.4 s", "3.0 s")
     assert ({*said}, {*notes}) == ({"recording…"}, {"after the recording"})
