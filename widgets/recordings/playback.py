@@ -21,7 +21,7 @@ class Playback(QObject):
         self.player: RecordingPlayer | None = None
         self.patch = QComboBox()
         self.patch.setAccessibleName("Patch to play through")
-        self.patch.setToolTip("The patch that the recorded forces are played through")
+        self.patch.setToolTip("What recorded forces are played through; without a recorded patch, the one in Design")
         self.patch.addItems(["Recorded patch", "Patch in Design"])
         self.button: QToolButton = tool_button("play", "Play", "Play the stretch, or from the cursor on (P or Space)")
         self.button.clicked.connect(self.play_or_stop)

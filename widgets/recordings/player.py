@@ -43,7 +43,7 @@ class RecordingPlayer(QObject):
         return self._target_before is not None
 
     def play(self, opened: OpenedRecording, begin_s: float, end_s: float, *, recorded_patch: bool) -> None:
-        """Play from `begin_s` to `end_s`, through the recording's patch or the one in Design."""
+        """Play from `begin_s` to `end_s`, through the recording's patch, if it has one, or the one in Design."""
         if self._controller.target_is_locked:
             self.notified.emit("A study, a scene or a calibration has the floor: end that first.")
             return
@@ -51,17 +51,19 @@ class RecordingPlayer(QObject):
         self._stretch_s = (begin_s, min(end_s, begin_s + most_s))
         if self._stretch_s[1] < end_s:
             self.notified.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")
-        if not recorded_patch:
-            self._start_replay(opened, self._open_patch.patch, self._open_patch.folder)
-            return
         folder = Path(opened.about["folder"]) if opened.about.get("folder") else None
         try:
-            used = Patch.unchecked(opened.about["patch"], str(opened.path)).types.values()
-            files = files_needed(used, folder)
+            used = Patch.unchecked(opened.about["patch"], str(opened.path)).types if recorded_patch else {}
+            files = files_needed(used.values(), folder)
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        self._open_patch.nodes.when_files_allowed(opened.path.name, files, lambda: self._play_recorded(opened, folder))
+        if used:
+            self._open_patch.nodes.when_files_allowed(
+                opened.path.name, files, lambda: self._play_recorded(opened, folder)
+            )
+        else:
+            self._start_replay(opened, self._open_patch.patch, self._open_patch.folder)
 
     def _play_recorded(self, opened: OpenedRecording, folder: Path | None) -> None:
         try:

@@ -32,8 +32,8 @@ def window(qtbot, tmp_path, patch_folder):
     return made
 
 
-def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(window, walk, qtbot):
-    controller = window.controller
+def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(window, walk, tmp_path, qtbot):
+    controller, without_patch = window.controller, write_recording(tmp_path / "force plates.underfoot", 1.0)
     window.open_file(walk)
     workspace = window.workspaces["Recordings"]
     qtbot.waitUntil(
@@ -61,13 +61,14 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     assert controller.session.patch.title == "Hiss"
     assert window.settings.kind == "simulator"
 
-    window.open_file(walk)  # and played again, until another target is chosen: that one stays
+    window.open_file(without_patch)  # and played until another target is chosen: that one stays
     qtbot.waitUntil(
         lambda: workspace.axis.content is not None and workspace.axis.content.overview is not None, timeout=LONG_MS
     )
     workspace.playback.looping.setChecked(True)
     workspace.playback.play_or_stop()
     qtbot.waitUntil(lambda: math.isfinite(workspace.axis.playing_s), timeout=LONG_MS)
+    assert (controller.session.target.kind, controller.session.patch.title) == ("replay", "Hiss")
     window.target_selection.set_floor(2, 2)
     qtbot.waitUntil(lambda: not workspace.playback.player.is_playing, timeout=LONG_MS)
     qtbot.waitUntil(
