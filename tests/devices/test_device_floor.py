@@ -210,7 +210,7 @@ def test_frame_numbers_that_do_not_rise_are_said(until, step):
     ("number", "words"),
     [
         (lambda i, t: 2 * i + t, "tile t1: 50% of its frames are lost, by their numbers, which must rise by 1"),
-        (lambda i, t: i % 256, "tile t1 began anew 5 times; is its power steady, and do its numbers go up to 65535?"),
+        (lambda i, t: i % 256, "tile t1 began anew 5 times; is its power steady, and do its numbers go up to 65535,"),
         (lambda i, t: i % 256 << 8 | i >> 8, "tile t1 sends frame numbers that leap by 64 or more, and must rise by 1"),
         (lambda i, t: i // 5, "tile t1: 80% of its frames are left out: their numbers are not new; do others send"),
     ],
@@ -222,6 +222,17 @@ def test_frame_numbers_that_are_not_those_of_a_tile_are_said(until, number, word
         said = []
         until(lambda: said.extend(source.take_notices()) or words in str(said), "it is said", seen=lambda: said)
     assert not any("same microseconds" in line for line in said)
+
+
+def test_microseconds_that_wrap_too_early_are_said():
+    """Those of a counter of cycles, divided by 120 MHz: after 36 s. Only power and frame numbers were asked about."""
+    parser = Parser()
+    faults = FrameFaults(parser, default_floor(1, 1), 100.0, "given", "")
+    i = np.arange(15_000)
+    parser.feed(encode(np.column_stack([0 * i, i, 10_000 * i % (2**32 // 120), *[0 * i] * 4])))
+    (line,) = faults.take_notices(150.0)
+    assert line.startswith("tile t1 began anew 4 times; ")
+    assert line.endswith("its microseconds to 4294967295?")
 
 
 def test_a_fault_that_begins_late_is_said_within_a_minute_and_so_is_that_of_the_next_tile():

@@ -117,7 +117,7 @@ class FrameFaults:
             must = "address and port from which it sends must stay the same"
             yield _Fault("ports", f"{tile}: nearly all of its frames are left out: {must}")
         if restarts >= _OFTEN and not falls and ("falls", row) not in self._named:
-            steady = "is its power steady, and do its numbers go up to 65535?"
+            steady = "is its power steady, and do its numbers go up to 65535, its microseconds to 4294967295?"
             yield _Fault("restarts", f"{tile} began anew {counted(restarts, 'time')}; {steady}")
         elif missed + accepted + refused < FRAMES:
             return
