@@ -92,15 +92,18 @@ def test_without_a_profile_the_bytes_are_what_they_were():
         assert played(loop, 24_000).tobytes() == plain.tobytes()
 
 
-def test_a_change_is_faded_over_480_frames():
+def test_a_change_is_faded_over_480_frames_and_the_next_one_waits_for_it():
+    """Also back to none. The filter turns the tone by a quarter, so that what it remembers is heard."""
     patch = hum(tone={"frequency": 4_800.0, "amplitude": 2.0})
-    halved, edge = (((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),), 9_600)
+    turned, edge = butter(2, 4_800.0, fs=RATE, output="sos"), 9_600
     plain = played(loop_of(patch, walking=False, limits=OPEN), 12_000)[:, 0].astype(float)
     loop = loop_of(patch, walking=False, limits=OPEN)
-    loop.send(TileEqualiser("t1", 20.0, halved), edge)
+    loop.send(TileEqualiser("t1", 20.0, tuple(map(tuple, turned.tolist()))), edge)
+    loop.send(TileEqualiser("t1", 20.0), edge + 100)
     out = played(loop, 12_000)[:, 0].astype(float)
-    gain = np.interp(np.arange(12_000), [edge, edge + FADE], [1.0, 0.5])
-    np.testing.assert_allclose(out, plain * gain, atol=2e-3 * np.abs(plain).max())
+    share = np.interp(np.arange(12_000), [edge, edge + FADE, edge + 2 * FADE], [0.0, 1.0, 0.0])
+    filtered = np.concatenate([plain[:edge], sosfilt(turned, plain[edge:])])
+    np.testing.assert_allclose(out, plain + share * (filtered - plain), atol=2e-3 * np.abs(plain).max())
     assert out[:edge].tobytes() == plain[:edge].tobytes()
 
 
