@@ -58,26 +58,21 @@ def store_thinned(tile: np.record, slot: Floats, force_n: Floats) -> None:
     tile.summed = 0
 
 
-@inlined
-def window_ends(memory: TrackerMemory) -> tuple[int, int]:
-    """Return the indices in the rings of the values that enter and leave the windows with the present sample."""
-    stream, places = memory.stream[0], memory.ring.shape[1]
-    newest = stream.taken - stream.guard
-    return newest % places, (newest - memory.window.shape[2]) % places
-
-
 @part
-def update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
-    """Update the baselines of unladen tiles with the present sample."""
+def update_baselines(memory: TrackerMemory) -> None:
+    """Count the present sample where it is quiet, and update the baselines of tiles without a contact."""
+    stream, places, length = memory.stream[0], memory.ring.shape[1], memory.window.shape[2]
+    newest = (stream.taken - stream.guard) % places  # enters the windows; the other leaves them
+    oldest = (stream.taken - stream.guard - length) % places
     for k in range(len(memory.tiles)):
         tile = memory.tiles[k]
-        if not tile.unladen:
+        if not tile.counts:
             continue
-        tile.unladen = False
-        n = slide_window(memory, k, newest, oldest)
-        if tile.quiet < tile.need:
+        tile.counts = False
+        n = _slide_window(memory, k, newest, oldest)
+        if tile.on or tile.quiet < tile.need:
             continue
-        for sensor in range(4):
+        for sensor in range(memory.middles.shape[1]):
             tile.base_n[sensor] = running_median(
                 memory.middles[k, sensor], memory.window[k, sensor], memory.ring[k, :, sensor], newest, n
             )
@@ -86,7 +81,7 @@ def update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
 
 
 @inlined
-def slide_window(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
+def _slide_window(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
     """Count a quiet sample of tile k, and add the one that is `guard` older to the baseline; return its size."""
     tile, window = memory.tiles[k], memory.window[k]
     length = window.shape[1]
@@ -94,7 +89,7 @@ def slide_window(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int
     tile.quiet += 1
     if had < 0:
         return 0
-    for sensor in range(4):
+    for sensor in range(memory.middles.shape[1]):  # not a constant: the compiler would write it out four times
         middle, new, old = memory.middles[k, sensor], memory.ring[k, newest, sensor], memory.ring[k, oldest, sensor]
         if had < length:
             if had == 0:

@@ -29,7 +29,7 @@ TILE = np.dtype(
         ("began_untared", np.bool_),
         ("quiet", np.int64),
         ("need", np.int64),
-        ("unladen", np.bool_),
+        ("counts", np.bool_),
         ("negative_s", np.float64),
         ("on", np.bool_),
         ("off_n", np.float64),
@@ -44,8 +44,8 @@ TILE = np.dtype(
 """State of a tile. `noise_n` is computed only when it is needed: if `noise_of` is not 0, it is that of this many values
 of the ring, which end at index `noise_at`. `sum_n` is the sum of the `summed` samples since the last thinned one.
 A tile is `untared` from a first sample under a load until it has been quiet, and `began_untared` for good.
-`quiet` is the number of consecutive quiet thinned samples, and `need` the number that a baseline requires; the present
-sample of an `unladen` tile is not counted yet. Of a `silent` tile the last sample is missing. During a contact, `token`
+`quiet` is the number of consecutive quiet thinned samples, and `need` the number that a baseline requires; if it
+`counts`, the present sample is a further one. Of a `silent` tile the last sample is missing. During a contact, `token`
 is the number of the load among those of all tiles, which since `steady_s` stayed between `low_n` and `high_n`."""
 
 STREAM = np.dtype(

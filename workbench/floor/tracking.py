@@ -16,11 +16,9 @@ from underfoot.floor.baselines import (
     forget_quiet,
     noise_n,
     renew_now,
-    slide_window,
     store_thinned,
     update_baselines,
     weigh,
-    window_ends,
 )
 from underfoot.floor.tracker_memory import BEGAN, ENDED, TrackerMemory
 from underfoot.kernels import Floats, callback, intrinsic, kernel, part
@@ -88,7 +86,6 @@ def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
         now_s = memory.time_s[i]
         pause = stream.count > 0 and now_s - stream.time_s > stream.gap_s
         take = stream.count % stream.every == 0
-        newest, oldest = window_ends(memory)
         place = stream.taken % ring.shape[1]
         for k in range(len(tiles)):
             tile = tiles[k]
@@ -110,25 +107,22 @@ def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
                         renew_now(memory, k, take)
                 elif now_s - tile.onset_s >= BLIP_S:  # a foot
                     tile.quiet = 0
-                elif take and tile.quiet > 0:  # maybe noise
-                    slide_window(memory, k, newest, oldest)
             if not tile.on:  # does one begin?
                 on_n = ON_N
                 if not abs(tile.load_n) < ON_N:  # only then the noise matters
                     on_n = max(ON_N, ON_SIGMAS * noise_n(memory, k))
                 if tile.load_n >= on_n:
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
-                    if take and tile.quiet > 0:  # no gap in the quiet samples, if this is no foot
-                        slide_window(memory, k, newest, oldest)
                 elif not lost and tile.load_n <= -on_n:
                     _renew_if_negative(memory, k, now_s, take)
                 elif not lost:  # most samples: passing all memory to a function would cost more than all else
                     tile.negative_s = math.nan
-                    tile.unladen = take
-            if tile.on and not lost:
+                    tile.counts = take
+            if tile.on:
+                tile.counts = take and tile.quiet > 0  # no gap in the quiet samples, if this is noise and no foot
                 _locate(tile, plates[k], force_n[i, k])
         if take:
-            update_baselines(memory, newest, oldest)
+            update_baselines(memory)
         written = _write_rows(tiles, stream, now_s, rows, written)
         stream.taken += 1 if take else 0
         stream.count += 1
