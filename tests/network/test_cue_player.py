@@ -297,6 +297,13 @@ def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
     stage.send_message("/underfoot/panic")
     stage.until(lambda: any(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied)), "panic")
     assert stage.playing.session.memory.status.panic
+    silent = stage.frame_of(lambda command: isinstance(command, Panic))
+
+    def answered():
+        return sum(number == -1 and at >= silent for number, at, *_ in stage.client.received("/underfoot/played"))
+
+    stage.send_message("/underfoot/panic")
+    stage.until(lambda: answered() == 2, "a second one is answered, too, which the engine does not apply")
     stage.send_message("/underfoot/play", "gravel", "t1", 0.0, 91)
     frame, _, _ = stage.answer("/underfoot/played", 91)
     stage.playing.play(12_000)

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from free_ports import free_port
 from long_recording import write_recording
-from osc_ends import LOOPBACK
+from osc_ends import LOOPBACK, OscEnd
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
@@ -54,10 +54,15 @@ def served(tmp_path):
 def test_clients_of_the_page_hear_a_foot_and_get_onsets_until_it_is_told_to_end_and_has_recorded_them(served, until):
     client_of_thirty_lines_hears_a_foot_and_plays(served)
     trial_for_psychopy_gets_its_onset(served, until)
+    with contextlib.closing(OscEnd()) as end:
+        for times in (1, 2):
+            end.send_message(served.cues, "/underfoot/panic")
+            until(lambda times=times: len(end.received("/underfoot/played")) == times, "it is silent")
     served.process.send_signal(signal.SIGINT)
     _, error = served.process.communicate(timeout=300.0)
     assert served.process.returncode == 0, error
     assert re.search(r"\d+ datagrams sent, \d+ cues received, 1 refused", error)
+    assert error.count("panic, by a cue: nothing plays until serve is started again\n") == 1
     with Recording(served.recording) as recording:
         texts = [mark.text for mark in recording.marks()]
     assert texts == ["tacton-ws1 on t2", *["tacton-ws2 on t2"] * (len(texts) - 1)]

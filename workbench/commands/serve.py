@@ -127,7 +127,14 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     from underfoot.network.cue_player import CuePlayer
 
     floor, rate = session.target.floor, session.target.rate
-    finder, player = StepFinder(floor, session.force_rate_hz), CuePlayer(session, server, patch)
+    finder = StepFinder(floor, session.force_rate_hz)
+
+    def panic() -> None:
+        if session.playing:
+            tell("panic, by a cue: nothing plays until serve is started again")
+        session.panic()
+
+    player = CuePlayer(session, server, patch, panic)
     stopped: list[bool] = []
     stack.enter_context(ended_by_signals(lambda: stopped.append(True)))
     session.send(Level(options.level))

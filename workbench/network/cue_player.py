@@ -70,8 +70,15 @@ class CuePlayer:
         received = self.server.cues()
         panics = [one for one in received if isinstance(one.cue, PanicCue)]
         if panics:
+            is_silent = self.session.memory.status.panic
             self._panic()
-            self._pending.append(_Pending(panics, Panic()))
+            waiting = [one for one in self._pending if isinstance(one.command, Panic)]
+            if waiting:
+                waiting[-1].cues += panics
+            elif is_silent:  # the engine applies no other one
+                self._answer(panics, self.session.health.frame)
+            else:
+                self._pending.append(_Pending(panics, Panic()))
         others = [one for one in received if one not in panics]
         if not self.session.health.running:
             refusal, refused = "the engine has not started yet; ask again", others
