@@ -242,7 +242,7 @@ class FsrProcedure(PagedProcedure):
                 f"sensor{j + 1}-weight{k + 1}",
                 f"Sensor {j + 1}: weight {k + 1}, {'rising' if rising else 'falling'}",
                 f"Put a known weight over sensor {j + 1}, let go of it, and type how heavy it is.",
-                questions=(ask("weight_n", Number(weight, 0.0, 5000.0, unit="N", doc="The weight over the sensor.")),),
+                questions=(ask("weight_n", Number(weight, 0.0, 5000.0, unit="N", doc="In newtons, or as 5 kg.")),),
                 press=PressRequest(at, weight, _STEADY_S, j),
                 may_skip=True,
             )
@@ -455,7 +455,7 @@ class FsrProcedure(PagedProcedure):
 def _setup_questions(reference: str) -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
-    doc = "Known weights, from the lightest to the heaviest."
+    doc = "Known weights, from the lightest to the heaviest, in newtons or as 5 kg."
     compared = "What the sensors are compared with. Weights show no creep, so that footsteps read less than they are."
     return (
         ask("reference", Choice(reference, options=REFERENCES, doc=compared)),

@@ -161,7 +161,8 @@ def _require_other(sensor: int, given_n: float, change: float, before: tuple[flo
     last, last_n = before
     if given_n >= _HEAVIER * last_n and change <= _NO_MORE * last:
         reads = f"reads as under the {last_n:g} N before" if last_n else "reads as with nothing on it"
-        raise BadMeasurement(f"{given_n:g} N was typed, but sensor {sensor + 1} {reads}; is the weight on it?")
+        clips = ", or does the sensor clip" if last_n else ""
+        raise BadMeasurement(f"{given_n:g} N was typed, but sensor {sensor + 1} {reads}; is the weight on it{clips}?")
     if _LIGHTER * given_n <= last_n and change > _NO_LESS * last:
         raise BadMeasurement(
             f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under the {last_n:g} N before; "
