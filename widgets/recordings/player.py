@@ -17,6 +17,10 @@ from underfoot.widgets.recordings.reader import OpenedRecording
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.open_patch import OpenPatch
 
+LEAD_S = 0.1
+"""Playback begins this long before the stretch: who is on a tile in its first sample counts as standing there, and the
+landing of a step that is played alone would hardly be felt."""
+
 
 class RecordingPlayer(QObject):
     """Replaces the controller's target during playback, and restores it afterwards."""
@@ -31,7 +35,7 @@ class RecordingPlayer(QObject):
         self._target_before: Target | None = None
         self._was_silent = False
         """Whether nothing was played before: then nothing is played afterwards, either."""
-        self._stretch_s = (0.0, 0.0)
+        self._stretch_s, self._shown_from_s = (0.0, 0.0), 0.0
         self._target: Target | None = None
         self.loops = False
         controller.opened.connect(self._note_target)
@@ -48,6 +52,7 @@ class RecordingPlayer(QObject):
             self.notified.emit("A study, a scene or a calibration has the floor: end that first.")
             return
         most_s = longest_s(float(opened.about["force_rate"]), len(opened.floor.tiles))
+        self._shown_from_s, begin_s = begin_s, max(begin_s - LEAD_S, 0.0)
         self._stretch_s = (begin_s, min(end_s, begin_s + most_s))
         if self._stretch_s[1] < end_s:
             self.notified.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")
@@ -119,4 +124,5 @@ class RecordingPlayer(QObject):
         if not self.loops and self._controller.played_s >= length_s:
             self.stop()
         else:
-            self.moved.emit(self._stretch_s[0] + self._controller.played_s % max(length_s, 1e-3))
+            at_s = self._stretch_s[0] + self._controller.played_s % max(length_s, 1e-3)
+            self.moved.emit(max(at_s, self._shown_from_s))

@@ -46,16 +46,16 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
         played.append(at)
         if at >= 1.3:
             session = controller.session
-            seen.append(
-                (session.target.kind, session.target.floor, session.patch.title, workspace.playback.button.text())
-            )
+            target, button = session.target, workspace.playback.button
+            seen.append((target.kind, target.floor, target.stretch_s, session.patch.title, button.text()))
 
     workspace.playback.player.moved.connect(look)
     workspace.playback.play_or_stop()
     qtbot.waitUntil(lambda: bool(seen) and not workspace.playback.player.is_playing, timeout=LONG_MS)
-    assert seen[0] == ("replay", default_floor(1, 2), "Recorded", "Stop")
+    assert seen[0] == ("replay", default_floor(1, 2), (0.9, 1.8), "Recorded", "Stop")
     assert math.isnan(played[-1])
     assert max(at for at in played if math.isfinite(at)) <= 1.8
+    assert min(played) >= 1.0
     back = default_floor()
     qtbot.waitUntil(lambda: controller.session is not None and controller.session.target.floor == back, timeout=LONG_MS)
     assert controller.session.patch.title == "Hiss"
