@@ -359,8 +359,10 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
         follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
         if tile.suspect >= 0 and follows:
             tile.epoch += 1
-            tile.restarts += 1
-            total.restarts += 1
+            # After half a turn of the sequence nobody can tell: the line may have been away, or the computer asleep.
+            if tile.period_us == 0 or passed_us < 0x8000 * tile.period_us:
+                tile.restarts += 1
+                total.restarts += 1
             tile.other, tile.other_us, tile.turn = tile.newest, tile.time_us, 0
             return _begin(sample, tile, total)
         tile.suspect = sample.sequence
