@@ -65,3 +65,15 @@ def test_who_answers_always_alike_has_no_threshold_and_is_in_no_mean():
     assert [row[:2] for row in person.rows if np.isnan(row[2])] == lacking
     assert "anywhere beyond" in person.note
     assert over == before
+
+
+def test_who_answers_by_chance_is_named_since_their_threshold_counts_like_any_other():
+    """A coin gives a threshold in the middle of the levels, as a careful person's, and nothing said so."""
+    protocol = made_protocol("bayesian", {"trials": 30, "range_db": [-6.0, 6.0], "step_db": 2.0}, {"TD": TD})
+    rows, _ = simulated_rows(protocol, 0, 1, {})
+    random = np.random.default_rng(1)
+    coin = [{**row, "participant": "P9", "felt": str(random.choice(["yes", "no"]))} for row in rows]
+    (found,) = analysed([*rows, *coin], protocol, Settings())
+    assert [remark for remark in found.remarks if "guesses" in remark] == [
+        "The answers of P9 may be guesses: their threshold is where levels were tried, and counts over people."
+    ]

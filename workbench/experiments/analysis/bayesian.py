@@ -7,14 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, ReferenceLine, series
-from underfoot.errors import require
+from underfoot.errors import BadMeasurement, require
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import false_alarms, over_people
 from underfoot.experiments.methods.bayesian import Bayesian, quest_of
 from underfoot.experiments.methods.staircases import is_yes
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.table import Row, by_value, grouped
 
 _BEYOND = "Empty: the likeliest threshold is an end of those considered, and may lie anywhere beyond."
 
@@ -73,6 +74,10 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     thresholds = [(person, one) for person, one in lines if one.name.startswith("threshold")]
     found.tables.append(over_people("Thresholds", thresholds, rows))
     found.tables += false_alarms(rows)
+    has_threshold = {person for person, one in thresholds if math.isfinite(one.value)}
+    if named := [str(who) for (who,), part in people.items() if str(who) in has_threshold and _may_be_guesses(part)]:
+        their = "their threshold is where levels were tried, and counts over people"
+        found.remarks.append(f"The answers of {', '.join(named)} may be guesses: {their}.")
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]
         marks = (
@@ -81,3 +86,24 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         line = series("level", np.arange(1, len(levels) + 1), levels)
         found.drawings.append(Drawing(f"Levels of {person}", "trial", "level, dB", (line,), lines=marks))
     return found
+
+
+def _may_be_guesses(rows: Sequence[Row]) -> bool:
+    """Return whether a person's answers of one interval may not depend on the level: a curve through them may be flat.
+
+    Of two intervals 40 trials do not tell it; who guesses there has no threshold.
+
+    >>> _may_be_guesses([{"level_db": k % 4, "felt": "yes" if k % 3 else "no"} for k in range(40)])
+    True
+    >>> _may_be_guesses([{"level_db": k % 4, "felt": "yes" if k % 4 + k % 3 > 2 else "no"} for k in range(40)])
+    False
+    """
+    if any(row.get("comparison_at") for row in rows):
+        return False
+    levels = by_value([row for row in rows if not row.get("catch")], "level_db")
+    yes, of = [sum(is_yes(row, row) for row in part) for _, part in levels], [len(part) for _, part in levels]
+    try:
+        _, slope, _ = curve_estimates([level for level, _ in levels], yes, of, bootstrap=0)
+    except BadMeasurement:
+        return False
+    return slope.covers(0.0)
