@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from scipy.stats import binom, chi2, norm, ttest_rel
+from scipy.stats import chi2, norm, ttest_rel
 
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis import constant, psychometric, thesis
@@ -92,10 +92,25 @@ def test_the_analysis_says_where_answers_look_like_lapses():
             ]
             assert (found.drawings[0].series[1].y[-1] < 0.96) == (is_said and with_lapses)  # the curve as it is fitted
     assert psychometric.lapses_p([]) == 1.0  # nothing is known
-    of, yes = np.full(7, 20), np.array((2, 1, 3, 10, 17, 19, 18))
-    chances = [psychometric.fit(levels, yes, of, with_lapses=lapses).at(np.array(levels)) for lapses in (True, False)]
-    likelier = np.subtract(*(binom.logpmf(yes, of, chance).sum() for chance in chances))
-    assert psychometric.lapses_p([(levels, yes, of)]) == pytest.approx(0.5 * chi2.sf(2.0 * likelier, 1), rel=1e-6)
+
+
+def test_the_p_of_no_lapses_is_half_of_chi_squareds_for_one_curve_and_mixes_them_for_two():
+    """Self and Liang (1987): of k rates that are at least 0, as many gain as heads fall of k coins."""
+    yes, of = np.array([1, 0, 1, 12, 18, 19, 19]), np.full(7, 20)
+
+    def loss(values, most):
+        a, b, lapse = values[0], values[1], most * norm.cdf(values[2])
+        chance = lapse + (1.0 - 2.0 * lapse) * norm.cdf(a + b * (X - 90.0) / 30.0)
+        return -(yes * np.log(chance) + (of - yes) * np.log1p(-chance)).sum()
+
+    tops = [minimize(loss, [0.0, 3.0, -0.5], args=(most,), method="Nelder-Mead").fun for most in (0.0, 0.1)]
+    gain = 2.0 * (tops[0] - tops[1])
+    assert 3.0 < gain < 20.0
+    curve = (X, yes, of, 0.0)
+    assert psychometric.lapses_p([curve]) == pytest.approx(0.5 * chi2.sf(gain, 1), rel=0.01)
+    assert psychometric.lapses_p([curve] * 2) == pytest.approx(
+        0.5 * chi2.sf(2.0 * gain, 1) + 0.25 * chi2.sf(2.0 * gain, 2), rel=0.01
+    )
 
 
 def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other():
