@@ -140,12 +140,7 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
         clock.earliest = offset
     if offset < clock.earliest:
         clock.earliest, clock.earliest_us = offset, x
-    beyond = offset - _line(clock, x)
-    if beyond < -JUMP_S * rate:  # earlier samples were held up
-        clock.count = 0
-        clock.slope = 0.0
-        clock.opened, clock.opened_us = frame, x
-    clock.offset += min(beyond, 0.0)
+    clock.offset += min(offset - _line(clock, x), 0.0)
 
 
 @kernel
