@@ -46,8 +46,9 @@ def exported(tmp_path):
 def read(path):
     """A recording as BIDS readers do, and its sidecar."""
     sidecar = json.loads(path.with_name(path.name.replace(".tsv.gz", ".json")).read_text())
-    lines = gzip.decompress(path.read_bytes()).decode().splitlines()
-    rows = [[np.nan if cell == "n/a" else float(cell) for cell in line.split("\t")] for line in lines]
+    text = gzip.decompress(path.read_bytes()).decode()
+    assert "nan" not in text  # which Python reads, and BIDS does not know
+    rows = [[np.nan if cell == "n/a" else float(cell) for cell in line.split("\t")] for line in text.splitlines()]
     return np.array(rows), sidecar
 
 
@@ -64,13 +65,14 @@ def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(expor
     force, about = read(beh / "sub-p1_task-Twotrials_recording-force0001_physio.tsv.gz")
     np.testing.assert_allclose(force, FORCE, rtol=1e-4)
     assert (about["SamplingFrequency"], about["StartTime"], about["Columns"]) == (1000.0, 1.5, list(CORNERS))
-    assert about["t1.1"]["Units"] == "N"
+    assert (about["t1.1"]["Units"], about["PhysioType"]) == ("N", "generic")
     assert about["TaskName"] == "Two trials"
     assert "Calibrations" not in about
     measured, about = read(beh / "sub-p1_task-Twotrials_recording-measured0002b_stim.tsv.gz")
     np.testing.assert_allclose(measured, 0.9 * VIBRATION, atol=1e-4)
     assert (about["SamplingFrequency"], about["StartTime"], about["t1"]["Units"]) == (48_000.0, 2.25, "m/s^2")
     assert about["Calibrations"] == "t1: Forces 2026-05-01 0f3c9a1b2d4e"
+    assert "PhysioType" not in about, "a stimulus is none"
 
 
 def test_a_damaged_recording_of_one_trial_takes_no_other_from_the_data_set(tmp_path):
