@@ -74,7 +74,7 @@ class Breakpoints:
 
     def run(table, amplitude, begin, start, rate, frame, state, out, frequency):
         if begin == AT_ONCE and state.has_begun == 0.0:
-            breakpoints.begin(frame, 1.0, state)
+            breakpoints.begin(float(frame), 1.0, state)
         breakpoints.run(table, frame, rate, start, state, out, frequency)
         for i in range(out.size):
             out[i] *= amplitude[i]

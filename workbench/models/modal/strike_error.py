@@ -27,7 +27,9 @@ def timed_work(values: Mapping[str, Any], *, shows: bool = False) -> Callable[[]
     modes = np.array(sorted(values["modes"], key=lambda mode: mode[1]), np.float64).reshape(-1, 4).T
     sizes = phasors.sizes(modes.shape[1])
     known, state = contact_motion.OBJECT.zeros(**sizes), contact_motion.STATE.zeros(row=sizes["row"])
-    hammer.design(np.ascontiguousarray(modes), values["pitch"], values["decay"], RATE_HZ, hammer.FLOOR_M_S2, known)
+    hammer.design(
+        np.ascontiguousarray(modes), values["pitch"], values["decay"], float(RATE_HZ), hammer.FLOOR_M_S2, known
+    )
     thrown = hammer.HAMMER.zeros()
     for name in ("mass", "stiffness", "exponent", "damping", "error"):
         setattr(thrown, name, values[name])

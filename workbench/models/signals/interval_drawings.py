@@ -22,7 +22,7 @@ def drawn_intervals_s(mean_interval_s: float) -> NDArray[np.float64]:
     """
     seconds = min(_EVENTS * mean_interval_s, _LONGEST_S)
     events = event_list(room=2 * _EVENTS)
-    noise.impulses(stream_key(0, "laws"), mean_interval_s, RATE_HZ, 0, round(seconds * RATE_HZ), events)
+    noise.impulses(stream_key(0, "laws"), mean_interval_s, float(RATE_HZ), 0, round(seconds * RATE_HZ), events)
     return np.diff(events.time[: len(events)]) / RATE_HZ
 
 

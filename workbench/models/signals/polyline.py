@@ -15,7 +15,7 @@ def table(points: Sequence[Sequence[float]]) -> NDArray[np.float64]:
     array([[0., 1.],
            [3., 5.]])
     """
-    return np.array(sorted(points, key=lambda point: point[0]) or [(0.0, 0.0)], np.float64).T
+    return np.array(sorted(points, key=lambda point: point[0]) or [(0.0, 0.0)], np.float64).T.copy()
 
 
 @kernel
