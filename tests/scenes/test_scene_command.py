@@ -1,5 +1,6 @@
 """`underfoot scene`: the list, what it refuses, and a film of a simulated walk."""
 
+from underfoot.records.recording import Recording
 from underfoot.scenes import discover
 
 
@@ -20,6 +21,7 @@ def test_what_cannot_be_is_refused_in_a_line(refused):
     assert "ends in .gif" in refused("scene", "frozen-pond", "--film", "a.mp4", "--seconds", "1")
     assert "ends in .png" in refused("scene", "frozen-pond", "--picture", "a.jpg", "--seconds", "1")
     assert "above 0" in refused("scene", "frozen-pond", "--seconds", "0")
+    assert "-120 to 0 dB" in refused("scene", "frozen-pond", "--level", "nan")
     assert "folder" in refused("scene", "frozen-pond", "--picture", "nowhere/a.png")
     assert "walk.csv" in refused("scene", "frozen-pond", "--target", "walk.csv")
 
@@ -31,11 +33,13 @@ def test_measuring_refuses_what_it_would_not_use(refused):
 
 
 def test_a_walk_is_played_printed_and_filmed(underfoot, folder):
-    files = ("--film", "feet.gif", "--picture", "feet.png", "--width", "96")
-    said = underfoot("scene", "target-selection", "--seconds", "1.2", "--set", "pause_s=0.2", *files)
+    files = ("--film", "feet.gif", "--picture", "feet.png", "--width", "96", "--record", "feet.underfoot")
+    said = underfoot("scene", "target-selection", "--seconds", "1.2", "--set", "pause_s=0.2", "--level", "-6", *files)
     assert said.status == 0, said.error
     assert "to come" in said.out
     film, picture = (folder / "feet.gif").read_bytes(), (folder / "feet.png").read_bytes()
     assert film.startswith(b"GIF89a")
     assert film.count(b"\x21\xf9\x04") >= 3  # pictures
     assert picture.startswith(b"\x89PNG")
+    with Recording(folder / "feet.underfoot") as recording:
+        assert (0, "Level", '{"db":-6.0}') in recording.commands()

@@ -15,7 +15,16 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import OUTPUT, require_outputs_writable
 from underfoot.commands.options import takes_options
-from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND, TARGET, TARGET_FLOOR, session_target
+from underfoot.commands.session_target import (
+    LEVEL,
+    PROFILES,
+    RECORD,
+    SENSOR_RATE,
+    SOUND,
+    TARGET,
+    TARGET_FLOOR,
+    session_target,
+)
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
 
@@ -28,7 +37,19 @@ if TYPE_CHECKING:
 _TICK_S = 0.005
 FILM_HZ = 12.5
 MOST_FILM_S = 60.0
-_UNMEASURED = ("target", "floor", "profiles", "sensor_rate", "sound", "seed", "record", "film", "picture", "width")
+_UNMEASURED = (
+    "target",
+    "floor",
+    "profiles",
+    "sensor_rate",
+    "sound",
+    "level",
+    "seed",
+    "record",
+    "film",
+    "picture",
+    "width",
+)
 
 
 @dataclass(frozen=True)
@@ -41,6 +62,7 @@ class SceneOptions:
     profiles: Path | None
     sensor_rate: float | None
     sound: str | None
+    level: float
     seconds: float | None
     settings: tuple[str, ...]
     seed: int
@@ -58,6 +80,7 @@ class SceneOptions:
 @PROFILES
 @SENSOR_RATE
 @SOUND
+@LEVEL
 @click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")
 @click.option(
@@ -151,6 +174,7 @@ class _Show:
 
     def run(self, target: object) -> None:
         """Play until the time is over, or a signal comes; then write what was asked for."""
+        from underfoot.engine.commands import Level
         from underfoot.engine.session import Session
         from underfoot.engine.target import Target
         from underfoot.monitoring import recording_failure
@@ -164,6 +188,7 @@ class _Show:
             opened.enter_context(ended_by_signals(self._stop))
             if self.options.record is not None:
                 session.record(self.options.record)
+            session.send(Level(self.options.level))
             session.start()
             stage = Stage(session, self.scene)
             opened.callback(stage.close)

@@ -15,7 +15,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FORCES, FORCES_FLOOR, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import SECONDS, require_seconds, takes_options
-from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
+from underfoot.commands.session_target import LEVEL, PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -69,7 +69,7 @@ class ServeOptions:
 @PROFILES
 @SENSOR_RATE
 @SOUND
-@click.option("--level", type=float, default=-20.0, show_default=True, help="Output level in dB of full scale.")
+@LEVEL
 @click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Address for TUIO 1.1 cursors.")
 @click.option("--tuio2", default="off", show_default=True, help="Address for TUIO 2.0 pointers.")
 @click.option("--listen", default="127.0.0.1:9700", show_default=True, help="Address at which to listen for cues.")
@@ -91,8 +91,6 @@ def serve(options: ServeOptions) -> None:
     from underfoot.studies.markers import lsl_library
 
     require_seconds(options.seconds)
-    if not -120.0 <= options.level <= 0.0:
-        raise BadValue(f"--level is {options.level:g}; allowed: -120 to 0 dB")
     require_outputs_writable(options.record, inputs=(options.target, options.floor, options.patch))
     plan = NetworkPlan.of(
         tuio=options.tuio, tuio2=options.tuio2, listen=options.listen, send=options.send,

@@ -36,6 +36,23 @@ SOUND = click.option(
 """The option of every command whose session may play."""
 
 
+def _level(context: click.Context, parameter: click.Parameter, value: float) -> float:
+    if not -120.0 <= value <= 0.0:
+        raise BadValue(f"--level is {value:g}; allowed: -120 to 0 dB")
+    return value
+
+
+LEVEL = click.option(
+    "--level",
+    type=float,
+    default=-20.0,
+    show_default=True,
+    callback=_level,
+    help="Output level in dB of full scale.",
+)
+"""The option of commands that play for others: nobody moves the window's slider."""
+
+
 def session_target(
     name: str,
     floor: Path | None,
