@@ -100,6 +100,13 @@ def test_sensors_are_silent_that_give_a_hundredth_of_the_load():
         require_signal(100.0, np.full(9, 100.0), np.full(9, 1.0))
 
 
+def test_a_load_cell_in_kilograms_is_told_by_calibrated_sensors_at_once():
+    """Places said 'Press with 100 N' for two minutes."""
+    require_signal(100.0, np.full(9, 40.0), np.full(9, 100.0))
+    with pytest.raises(BadMeasurement, match=r"the load cell gives 10\.2 N, and the sensors add up to 100 N: does it"):
+        require_signal(100.0, np.full(9, 100.0 / 9.81), np.full(9, 100.0))
+
+
 def test_a_sensor_clips_whose_rest_is_elsewhere():
     readings = np.tile([65535.0, 3000.0, 3000.0, 3000.0], (20, 1))
     require_unclipped(readings, np.array([65535.0 - 200.0, 0.0, 0.0, 0.0]))

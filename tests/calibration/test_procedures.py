@@ -378,6 +378,12 @@ def test_readings_that_are_newtons_need_no_profile():
     assert (name, header.count(",") + 1, rows.shape) == ("presses", 12, (27, 11))
 
 
+@pytest.mark.parametrize(("times", "warned"), [(0.9, False), (1.3, True)])
+def test_a_load_cell_that_disagrees_with_the_calibrated_sensors_is_named(times, warned):
+    warnings = run(CentroidProcedure(TILE), Hand(lambda corners: times * corners), {"form": "quick"}).warnings
+    assert warned == any("add up to 1.3 times what the load cell gives" in line for line in warnings)
+
+
 def test_back_repeats_one_place_and_keeps_the_others():
     """The third of nine places is pressed wrongly: it alone is pressed again. The last one is left out."""
     hand, quick = newtons(), {"form": "quick"}

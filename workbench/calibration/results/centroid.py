@@ -24,6 +24,8 @@ METHOD = (
     f"is computed: {SHEAR_SHARE:g} of the vertical force, at the depth of the sensors."
 )
 _PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
+_COMPENSATED_OFF, _STATIC_OFF = 0.1, 0.2
+"""Shares by which forces of a good calibration, compensated or by weights, are not off the reference's."""
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
 
 
@@ -47,12 +49,25 @@ def result_of(
         quantities=quantities,
         verdict=verdict_of(found),
         good=found.good,
-        warnings=found.left_out,
+        warnings=(*found.left_out, *_disagreement(presses)),
         drawings=drawings_of(found),
         raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
         part=part_of(found, reference),
         tile=found.tile.id,
         method=METHOD,
+    )
+
+
+def _disagreement(presses: Presses) -> tuple[str, ...]:
+    """Return a line where calibrated sensors and the reference differ by more than the calibration of forces allows."""
+    if presses.newtons is None:
+        return ()
+    times = float(np.median(presses.newtons[:, -4:].sum(axis=1) / presses.force_n))
+    if abs(times - 1.0) <= (_COMPENSATED_OFF if presses.newtons.shape[1] == 8 else _STATIC_OFF):
+        return ()
+    return (
+        f"the sensors add up to {times:.2g} times what the load cell gives: is its scale right, and was it when forces "
+        "were calibrated? Places are as good as this says, forces are not",
     )
 
 

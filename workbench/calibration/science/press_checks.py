@@ -67,11 +67,17 @@ def require_place(measured_m: tuple[float, float], wanted_m: tuple[float, float]
 
 
 def require_signal(load_n: float, reference_n: Floats | None, measured_n: Floats) -> None:
-    """Raise `BadMeasurement` for sensors that sum up to (almost) nothing under a load that the reference measures."""
-    if reference_n is not None and float(np.median(reference_n)) > 0.8 * load_n:
-        share = float(np.median(measured_n)) / float(np.median(reference_n))
-        if share < _LEAST_SHARE:
-            raise BadMeasurement(f"no signal: the sensors add up to {np.median(measured_n):.3g} N under {load_n:.0f} N")
+    """Raise `BadMeasurement` where sensors and reference, newtons (n,), do not give the same load, nearly or at all."""
+    if reference_n is None:
+        return
+    reference, measured = float(np.median(reference_n)), float(np.median(measured_n))
+    if reference > 0.8 * load_n and measured < _LEAST_SHARE * reference:
+        raise BadMeasurement(f"no signal: the sensors add up to {measured:.3g} N under {load_n:.0f} N")
+    if measured > 0.8 * load_n and reference < PRESSED * measured:
+        raise BadMeasurement(
+            f"the load cell gives {reference:.3g} N, and the sensors add up to {measured:.3g} N: does it count "
+            "newtons, and does all of the load go through it?"
+        )
 
 
 def require_unclipped(readings: Floats, rest: Floats) -> None:
