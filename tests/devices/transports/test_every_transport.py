@@ -168,7 +168,7 @@ def test_unplugged_and_plugged_in_again_it_is_back(scheme, until):
     """Within a second where no other program keeps it waiting."""
     assert RETRY_S < 0.3
     floor = default_floor(1, 1)
-    faults = Faults(unplugged=((0.3, 0.7),))
+    faults = Faults(unplugged=((1.0, 0.7),))  # one read again later than it had run before goes on, by its numbers
     with emulated(scheme, until, floor, faults, seconds=10.0) as (emulator, listener, hardware):
         gone, returned = (line.format(hardware.reader.transport.name) for line in UNPLUGGED.get(scheme, CONNECTED))
 
