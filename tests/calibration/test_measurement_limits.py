@@ -145,6 +145,12 @@ def test_what_others_bear_of_loads_beside_their_sensors_is_taken_off_and_named(r
     assert "carried a share of the loads over sensor 1 (19 %), sensor 2 (19 %)" in " ".join(found.warnings)
 
 
+def test_weights_each_twice_the_one_before_are_known_to_have_been_taken_off():
+    """The verdict said that forces were measured while they rose alone: what fell was half of full scale, not more."""
+    values = {"reference": "known weights", "weights_n": (150.0, 300.0, 600.0)}
+    assert "rose alone" not in run(FsrProcedure(TILE), Hand(force=False), values).verdict
+
+
 def test_the_next_tare_waits_for_the_last_known_weight_to_be_taken_off():
     """It stands over another sensor, and was read as nothing on the tile."""
     tile = default_floor().tiles[0]

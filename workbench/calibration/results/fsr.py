@@ -52,6 +52,8 @@ _CREEP_PERCENT = 5.0
 """Growth of a held load's reading by creep, % a decade of time, at most (data sheet: `underfoot.models.tile.fsr`)."""
 _STEPPED_S, _STOOD_S = 0.3, 10.0
 """Time until a footstep has risen, and for which a weight has stood when it is read."""
+_FALLEN = 0.3
+"""Share of full scale above which a fall counts: two weights of which one is twice the other have a fall at half."""
 _DOTS = 250
 """Approximate number of dots of a series; at most about twice this."""
 _LOADED_N = 1.0
@@ -163,13 +165,13 @@ def _footstep_less_percent(found: Linearisation) -> float:
 
 
 def _has_fallen(sensor: SensorFit) -> bool:
-    """Return whether a sensor was measured while its force fell from half of full scale or more, or may have been."""
+    """Return whether a sensor was measured while its force fell from full scale, or may have been."""
     pairs = sensor.pairs
     if pairs is None:
         return False
     if not pairs.has_directions:
         return True
-    high = pairs.force_n > 0.5 * pairs.full_scale_n
+    high = pairs.force_n > _FALLEN * pairs.full_scale_n
     return bool(np.any(high & (pairs.direction != RISING) & (pairs.direction != HELD)))
 
 
