@@ -36,11 +36,12 @@ _OF_COMPENSATED = (
     "The error with hysteresis compensated is of loadings as those of the fit, and of the force that the load cell "
     "gives to a sensor; what the others bear of it is known to 0.7 % of the force. On 39 simulated tiles, whose true "
     "forces are known, 0.54 % of full scale was 0.77 % of further loadings, 0.92 % of forces that fall in part, and "
-    "1.0 % of footsteps; of single sensors up to 1.4 %. These are standard deviations (k = 1): expand them for a "
-    "certificate, with what the reference is off by. Creep is that of this fit, in which each increment of the load "
-    "creeps by itself (Boltzmann's superposition): a held load alone does not tell it, as it rose over seconds, and "
-    "earlier loads are still felt. Of made sensors of 2 to 10 % a decade it was 0.1 to 0.4 too large, with "
-    "hysteresis up to 1.5."
+    "1.0 % of footsteps; of single sensors up to 1.4 %. Of the sum of the four, which is the force of a foot, it was "
+    "2.0 % of footsteps of 500 to 1000 N and 1.5 % of standing, as errors of what others bear add up (30 tiles; the "
+    "worst 4.9 %). These are standard deviations (k = 1): expand them for a certificate, with what the reference is "
+    "off by. Creep is that of this fit, in which each increment of the load creeps by itself (Boltzmann's "
+    "superposition): a held load alone does not tell it, as it rose over seconds, and earlier loads are still felt. Of "
+    "made sensors of 2 to 10 % a decade it was 0.1 to 0.4 too large, with hysteresis up to 1.5."
 )
 """Measured with `FsrProcedure` and `SimulatedHand`, seeds 1 to 39, and readings of forces over each sensor."""
 _OF_WEIGHTS = (
