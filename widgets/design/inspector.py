@@ -6,11 +6,13 @@ from pathlib import Path
 
 from msgspec.structs import replace
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtGui import QAction, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.engine.reports import Costs, Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
+from underfoot.network.cue_patch import SETTABLE
+from underfoot.network.cues import SetCue
 from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group, chain, innermost
 from underfoot.patch.node import NodeType, Registry
@@ -72,6 +74,9 @@ class Inspector(QScrollArea):
 
     refused = Signal(str)
     """Why a typed value was not taken, for a line of text."""
+
+    notified = Signal(str)
+    """What was done without an edit, for a line of text."""
 
     errors_toggled = Signal()
     """The measurement of the node's run time over error was switched on or off."""
@@ -254,10 +259,13 @@ class Inspector(QScrollArea):
             editor.offer_driving()
             editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
             editor.drive_requested.connect(lambda place: self.drive_requested.emit(id, name, place, editor.actions()))
-        self._offer_publishing(editor, end)
+        self._add_menu(editor, end)
 
-    def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
-        """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around."""
+    def _add_menu(self, editor: ParameterEditor, end: str) -> None:
+        """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around.
+
+        It copies the message, too, by which other programs set the parameter.
+        """
         groups = self._patch.groups
         first = self._group.id if self._group is not None else innermost(groups).get(node_id(end), "")
         around = [one for id in chain(groups, first) for one in groups if one.id == id and one.collapsed]
@@ -268,8 +276,20 @@ class Inspector(QScrollArea):
             action.setChecked(end in group.published)
             action.triggered.connect(lambda on, id=group.id: self.publish_requested.emit(id, end, on))
             editor.addAction(action)
-        if around and not (isinstance(editor, NumberEditor) and editor.can_be_driven):
+        if editor.parameter.kind in SETTABLE:
+            copying = QAction("Copy its OSC message", editor)
+            copying.triggered.connect(lambda: self._copy_message(editor, end))
+            editor.addAction(copying)
+        if editor.actions() and not (isinstance(editor, NumberEditor) and editor.can_be_driven):
             editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)  # others: below what may drive them
+
+    def _copy_message(self, editor: ParameterEditor, end: str) -> None:
+        """Copy the message that sets a parameter to its present value, as senders of OSC take it."""
+        value = editor.value()
+        shown = f'"{value}"' if isinstance(value, str) else f"{value:.6g}"
+        message = f"{SetCue.address} {node_id(end)} {port_name(end)} {shown}"
+        QGuiApplication.clipboard().setText(message)
+        self.notified.emit(f"Copied: {message}. It sets the value while Network… takes cues.")
 
     def _declared(self, id: str, name: str) -> Parameter:
         """Return a parameter of node `id`, in the unit that its wires give it."""

@@ -299,6 +299,7 @@ class DesignWorkspace(Workspace):
         self.inspector.patch_edited.connect(self._set_patch_field)
         self.inspector.disconnect_requested.connect(self._disconnect)
         self.inspector.refused.connect(self.canvas.show_message)
+        self.inspector.notified.connect(self.notified)
         self.inspector.drive_requested.connect(self.canvas.driver_menus.open_menu)
         self.inspector.publish_requested.connect(self._publish)
         self.preview.struck.connect(self.struck)

@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.engine.reports import Preview
+from underfoot.network.cue_patch import require_settable
 from underfoot.nodes import REGISTRY
 from underfoot.patch.grouping import published
 from underfoot.patch.patch import Patch
@@ -294,7 +295,8 @@ def test_a_modulator_dropped_on_a_node_drives_the_row_that_is_pointed_at_or_the_
 def test_a_parameter_of_a_node_in_a_group_can_be_driven_and_shown_on_the_sub_patch(qtbot, workspace):
     workspace.canvas.group()
     workspace.canvas.patch_scene.select(["low-pass"])
-    assert not workspace.inspector.editors["cutoff"].actions()  # a frame shows no parameters
+    (copying,) = workspace.inspector.editors["cutoff"].actions()  # a frame shows no parameters
+    assert copying.text() == "Copy its OSC message"
     workspace.canvas.collapse()
     workspace.canvas.open_group("group")
     workspace.canvas.patch_scene.select(["low-pass"])
@@ -323,6 +325,27 @@ def test_a_chain_is_built_with_keys_and_an_open_menu_keeps_its_letters(qtbot, wo
         QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("tile-force.force", "footfall.force"), ("footfall.onset", "impact.strike"))
     assert scene.selected() == ["impact"]
+
+
+@pytest.mark.parametrize(
+    ("node", "name", "copied"),
+    [
+        ("low-pass", "cutoff", "/underfoot/set low-pass cutoff 300"),
+        ("lfo", "low", "/underfoot/set lfo low 270"),
+    ],
+)
+def test_the_message_that_sets_a_parameter_is_copied_from_its_menu(qtbot, workspace, node, name, copied):
+    """What a controller has to send: neither the node's id nor the parameter's name is that on its label."""
+    patch = workspace.patch()
+    workspace.set_patch(with_driver(patch, REGISTRY, "low-pass", "cutoff", "lfo") if node == "lfo" else patch)
+    workspace.canvas.patch_scene.select([node])
+    label = workspace.inspector.editors[name].label
+    with qtbot.waitSignal(workspace.notified) as said:
+        click(qtbot, ask(label, label.rect().center()), "Copy its OSC message")
+    assert QApplication.clipboard().text() == copied
+    assert copied in said.args[0]
+    _, id, parameter, value = copied.split()
+    require_settable(workspace.patch(), id, parameter, float(value), REGISTRY)
 
 
 @pytest.fixture

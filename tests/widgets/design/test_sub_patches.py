@@ -331,14 +331,14 @@ def test_a_parameter_within_two_sub_patches_is_shown_on_the_outer_one(row):
     row.canvas.patch_scene.select(["group"])
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
     row.canvas.patch_scene.select(["hum"])
-    inner, outer = row.inspector.editors["frequency"].actions()
+    inner, outer, _ = row.inspector.editors["frequency"].actions()
     assert [inner.text(), outer.text()] == ["Show on the sub-patch", "Show on the sub-patch around it"]
     outer.trigger()
-    inner, outer = row.inspector.editors["frequency"].actions()
+    inner, outer, _ = row.inspector.editors["frequency"].actions()
     assert (inner.isChecked(), outer.isChecked()) == (False, True)
     for _ in range(2):
         QTest.keyClick(row.canvas, Qt.Key.Key_U)
-    (hide,) = row.inspector.editors["hum.frequency"].actions()
+    hide, _ = row.inspector.editors["hum.frequency"].actions()
     hide.trigger()
     assert not row.inspector.editors
 
