@@ -1,5 +1,6 @@
 """One foot or two: feet over seams and corners, turned tiles, gaps, noise, and two feet on one tile."""
 
+import gc
 import math
 
 import msgspec
@@ -12,6 +13,7 @@ from underfoot.floor import simulated_loads
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.foot_orientation import orientation
 from underfoot.floor.layout import Floor, Tile, default_floor
+from underfoot.floor.loads import Load
 from underfoot.floor.simulated_people import drawn_people
 from underfoot.models import gait
 
@@ -232,3 +234,20 @@ def test_feet_that_turn_on_a_seam_are_told_from_those_still_there(feet):
         # Less than this another foot may press beside a gap on a tile that this one has left.
         told_s, true_s = contact.time_s[contact.force_n >= 60.0], time_s[step.force_n(time_s) >= 60.0]
         assert told_s[[0, -1]] == pytest.approx(true_s[[0, -1]], abs=0.015)
+
+
+def test_where_somebody_always_stands_no_load_of_before_is_kept():
+    """One foot after the other on a tile that is never empty: each load kept the one before, for ever."""
+    floor = default_floor(1, 1)
+    time_s = np.arange(20_000) / 1000.0
+    side = np.sign(np.sin(2.0 * math.pi * time_s / 1.6))
+    x_m = np.array(floor.tiles[0].sensors_m)[:, 0]
+    force_n = 175.0 * (1.0 + 0.08 * side[:, None] * x_m / x_m**2)
+    force_n[:500] = 0.0
+
+    def kept():
+        return sum(type(one) is Load for one in gc.get_objects())
+
+    before, tracker = kept(), ContactTracker(floor, 1000.0)
+    assert len(tracker.feed(time_s, force_n[:, None, :]).finished) > 15
+    assert kept() - before < 10

@@ -27,6 +27,10 @@ CHECK_INTERVAL = 8
 """Thinned samples, about 250 a second, between two checks."""
 
 
+_LONG_AGO = Load(0, 0, 0, 0.0)
+"""What a load was divided from that is compared with no more: else each kept all before it, while somebody stands."""
+
+
 class FootFinder:
     """Assigns loads to feet. `feed` takes what `tracking.follow` wrote; `take` returns what is decided."""
 
@@ -182,6 +186,9 @@ class FootFinder:
         if gone:
             self._evidence.loads = [load for load in self._evidence.loads if load not in gone]
             self._dropped += gone
+        for load in gone:
+            if load.divided_from is not None:
+                load.divided_from = _LONG_AGO
 
     def _check(self) -> None:
         """Divide the loads that went over to another foot, then decide what can be decided."""
