@@ -73,9 +73,12 @@ def test_a_floor_of_another_size_is_asked_for(window, qtbot):
     type_into(qtbot, dialog.rows, "3", Qt.Key.Key_Tab)
     assert dialog.extent.text() == "96 tiles, 30.5 cm square: 9.915 m along x, 0.925 m along y"
     type_into(qtbot, dialog.rows, "50")
+    qtbot.mouseClick(dialog.use, Qt.MouseButton.LeftButton)
     assert dialog.isVisible()
+    assert dialog.rows.field.text() == "50", "what is refused stays, to be corrected"
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
-        type_into(qtbot, dialog.columns, "4")
+        type_into(qtbot, dialog.columns, "4", Qt.Key.Key_End)
+        qtbot.mouseClick(dialog.use, Qt.MouseButton.LeftButton)
     assert window.controller.target.floor == default_floor(3, 4)
     assert (window.settings.rows, window.settings.columns) == (3, 4)
     choose(window.main_bar.target, "Simulated floor of another size…")

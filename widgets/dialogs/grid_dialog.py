@@ -1,6 +1,6 @@
 """Asks for the rows and columns of a simulated floor."""
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.floor.layout import default_floor
@@ -8,6 +8,7 @@ from underfoot.parameters import Count, ask
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.fields import Field
 from underfoot.widgets.controls.parameter_editor import editor_for
 
 MOST_TILES = 144
@@ -34,12 +35,21 @@ class GridDialog(Dialog):
         layout.setSpacing(2 * theme.GRID)
         for widget in (self.rows, self.columns, self.extent, buttons):
             layout.addWidget(widget)
+        self.use.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the field as it is, for `accept` to read
         self.use.setDefault(True)  # once it is in the dialog, or that takes a hidden button of an editor
         self.setMinimumWidth(40 * theme.GRID)
         for editor in (self.rows, self.columns):
             editor.value_changed.connect(lambda _: self._show_extent())
         self.accepted.connect(lambda: self.chosen.emit(self.rows.value(), self.columns.value()))
         self._show_extent()
+
+    def accept(self) -> None:
+        """Take what is typed, and close unless it is refused."""
+        fields = self.findChildren(Field)
+        for field in fields:
+            field.commit()
+        if self.use.isEnabled() and not any(field.property("reason") for field in fields):
+            super().accept()
 
     def _show_extent(self) -> None:
         floor = default_floor(self.rows.value(), self.columns.value())
