@@ -402,6 +402,9 @@ def test_a_value_that_is_not_finite_names_its_node_and_is_silenced(blocks):
     assert np.abs(out[0, 1200:2000]).min() > 0.0, "it plays on afterwards"
     run(program, force=force, blocks=blocks)
     assert program.fault() is None, "a node is named once: in an installation it filled the log"
+    program.set("pass", "cutoff", 500.0, 0)
+    run(program, force=force, blocks=blocks)
+    assert program.fault() == ("bad", "left", 700), "and again after an edit, which takes its mark away"
 
 
 def test_a_value_that_goes_nowhere_does_no_harm():

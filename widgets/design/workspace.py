@@ -26,6 +26,7 @@ from underfoot.widgets.design.inspector import PATCH_FIELDS, Inspector
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.mark_actions import MarkActions
 from underfoot.widgets.design.node_palette import NodePalette
+from underfoot.widgets.design.patch_editing import changed_nodes
 from underfoot.widgets.design.preset_browsing import PresetBrowsing
 from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
@@ -328,6 +329,8 @@ class DesignWorkspace(Workspace):
     def _changed(self, patch: Patch) -> None:
         self.withdrawn.emit(self._said)
         before, self._last_patch = self._last_patch, patch
+        if self._loading or changed_nodes(before, patch):
+            self.canvas.patch_scene.show_fault(None)  # one that is still there is reported again
         self.previews.update_patch(before, patch)
         self._inspect(self.canvas.selected_ids())
         if not self._loading:

@@ -120,6 +120,7 @@ class Program:
             raise BadValue(f"{id} has no number {name!r}; allowed: numbers of a {part.type.type}")
         value = parameter.check(value)
         part.values[name] = value
+        self._faulty.clear()
         p = self.tables
         if (k, name) in self._controls:
             q = self._controls[k, name]
@@ -199,7 +200,9 @@ class Program:
         return {id: int(rows[k].sum()) for id, k in self.index.items()}
 
     def fault(self) -> tuple[str, str, int] | None:
-        """Return node, tile and session frame of the first value that was not finite, once for each node."""
+        """Return node, tile and session frame of the first value that was not finite, once for each node until a
+        number is set.
+        """
         k, row, frame = (int(v) for v in self.tables.fault)
         self.tables.fault[0] = -1
         if k < 0 or k in self._faulty:

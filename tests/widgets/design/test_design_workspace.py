@@ -339,6 +339,11 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
         scene.select(chosen)
         pictures.append(workspace.canvas.viewport().grab().toImage())
     assert pictures[0] != pictures[1], "that it is selected is seen, too"
+    document = workspace.document
+    document.edit(document.patch.move({"hum": (0.0, 400.0)}), "Move")
+    assert scene.nodes["hum"].state == "fault"
+    document.edit(document.patch.set("hum", "frequency", 81.0, REGISTRY), "Set frequency")
+    assert scene.nodes["hum"].state == "", "what may have mended it takes the mark away"
 
 
 def test_why_a_node_costs_nothing_fits_the_inspector(workspace, qtbot):
