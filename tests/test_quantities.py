@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from underfoot.errors import BadValue
-from underfoot.number_parsing import parse_quantity
+from underfoot.number_parsing import parse_numbers, parse_quantity
 from underfoot.quantities import quantity
 
 
@@ -69,3 +69,11 @@ def test_a_unit_may_be_typed_in_the_other_case_or_without_greek(text, unit, valu
 def test_what_would_be_another_unit_or_factor_in_the_other_case_is_refused(text, unit):
     with pytest.raises(BadValue, match="the unit is"):
         parse_quantity(text, unit)
+
+
+@pytest.mark.parametrize("text", ["2 5 10 kg", "2 kg, 5, 10 kg", "1/2 5/2 1 kN"])
+def test_a_list_has_a_unit_after_each_number_or_after_none(text):
+    """5, 10, 20 kg were weights of 5 N, 10 N, and 196 N."""
+    with pytest.raises(BadValue, match=r"has a number without a unit; allowed: one after each, or after none$"):
+        parse_numbers(text, "N")
+    assert parse_numbers("5 10 1k", "N") == parse_numbers("5, 10, 1000 N", "N") == [5.0, 10.0, 1000.0]

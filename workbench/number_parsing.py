@@ -8,6 +8,8 @@ from underfoot.quantities import INVERTED, PREFIXES, prefixes_of, pretty_unit
 
 _PART = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)(.*)")
 """A number and its unit."""
+_UNIT = re.compile(r"[^\d.,]*$")
+"""The unit at the end of a number or a calculation."""
 _OPERATOR = re.compile(r"(?<=[^-+*/^])(?<![\d.,][eE])([-+*/])(?=[\d.,])")
 """What stands between two numbers: not the sign of an exponent, nor what belongs to a unit, as in N*s/m."""
 _IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
@@ -103,14 +105,19 @@ def _without_spaces(text: str) -> str:
 def parse_numbers(text: str, unit: str = "") -> list[float]:
     """Parse typed numbers separated by spaces, semicolons or commas.
 
-    A comma between two digits is a decimal comma, unless there are several in a row.
+    A comma between two digits is a decimal comma, unless there are several in a row. A list of which the last number
+    alone has a unit, not the SI one, as "2 5 kg", could mean two things, and is refused.
 
     >>> parse_numbers("0,3; 0,4"), parse_numbers("1, 2 3.5"), parse_numbers("1,2,3"), parse_numbers("8 ms 15 ms", "s")
     ([0.3, 0.4], [1.0, 2.0, 3.5], [1.0, 2.0, 3.0], [0.008, 0.015])
     """
-    found = []
-    for part in _BETWEEN_NUMBERS.split(text.strip()):
-        found += [parse_quantity(one, unit) for one in (part.split(",") if part.count(",") > 1 else [part]) if one]
+    split = [part.split(",") if part.count(",") > 1 else [part] for part in _BETWEEN_NUMBERS.split(text.strip())]
+    given = [one for part in split for one in part if one]
+    found = [parse_quantity(one, unit) for one in given]
+    *before, last = ["", *(_UNIT.search(_without_spaces(one))[0] for one in given)]  # type: ignore[index] # never None
+    # One letter is the SI unit itself, or a prefix alone, which belongs to its number.
+    if "" in before[1:] and len(last) > 1 and _in_si(1.0, last, unit) != 1.0:
+        raise BadValue(f"{cut_short(repr(text))} has a number without a unit; allowed: one after each, or after none")
     return found
 
 

@@ -119,10 +119,7 @@ class NumbersEditor(TextEditor):
         return ", ".join(f"{item:.{EXACT_DIGITS}g}" for item in self._value)  # an edit of one keeps the others
 
     def _from_text(self, text: str) -> list[float]:
-        try:
-            return parse_numbers(text, self._unit)
-        except BadValue:
-            raise self.parameter.refuse(text) from None
+        return parse_numbers(text, self._unit)
 
 
 class FileEditor(TextEditor):
