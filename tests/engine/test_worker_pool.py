@@ -25,6 +25,8 @@ def worked(job):
         threading.Event().wait()
     if isinstance(job, Path):
         with job.open("w"), cleaned_up(job):
+            while job.name == "computed":
+                pass
             threading.Event().wait()
     return job, os.getpid()
 
@@ -84,6 +86,34 @@ def test_a_job_ends_with_the_process_that_waits_for_it(tmp_path, until):
         finally:
             waiting.kill()
     until(lambda: not half_written.exists())
+
+
+WITHOUT_SIGNALS = """
+import signal
+for name in {*dir(signal)} - {"SIGABRT", "SIGFPE", "SIGILL", "SIGINT", "SIGSEGV", "SIGTERM", "SIG_DFL", "SIG_IGN"}:
+    if name.isupper() or name.startswith(("pthread", "sig")) and name != "signal":
+        delattr(signal, name)
+"""
+"""What Windows lacks is taken away in every process, as it starts."""
+
+
+def test_jobs_are_done_and_cleaned_up_where_no_signal_can_be_held_back_or_sent_to_a_thread(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(WITHOUT_SIGNALS)
+    does = (
+        "from test_worker_pool import *\n"
+        "assert not hasattr(signal, 'pthread_kill')\n"
+        f"path = Path({str(tmp_path / 'computed')!r})\n"
+        "with closing(in_parallel(worked, [path, 'fail', 'a'], 2)) as answers:\n"
+        "    print(next(answers), next(answers)[1][0])\n"
+        "    while not path.exists():\n"
+        "        pass\n"
+        "print(path.exists())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", does], cwd=Path(__file__).parent, env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert (done.stdout, done.stderr) == ("(1, BadValue('it fails')) a\nFalse\n", "")
 
 
 def test_there_is_a_core():

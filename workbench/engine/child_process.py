@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from _thread import interrupt_main
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -40,7 +41,7 @@ class ChildProcess:
         self._process = context.Process(
             target=_run, args=(module, theirs, self._nodes, *given), name=f"underfoot {name}", daemon=daemon
         )
-        with _held_back("SIGINT"):  # Ctrl-C goes to all processes, and this one may only be importing yet
+        with held_back(signal.SIGINT):  # Ctrl-C goes to all processes, and this one may only be importing yet
             self._process.start()
         theirs.close()
 
@@ -112,21 +113,30 @@ def run_tracker() -> None:
     another, which knows nothing of the memory.
     """
     if hasattr(signal, "SIGHUP"):
-        with _held_back("SIGHUP"):
+        with held_back(signal.SIGHUP):
             resource_tracker.ensure_running()
 
 
 @contextmanager
-def _held_back(name: str) -> Iterator[None]:
-    """Block a signal, where the system can: in this thread in this block, and in what it starts for good."""
-    if not hasattr(signal, "pthread_sigmask"):
+def held_back(*numbers: int) -> Iterator[None]:
+    """Block signals, where the system can: in this thread in this block, and in what it starts until `let_through`."""
+    if not hasattr(signal, "pthread_sigmask"):  # as on Windows
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {getattr(signal, name)})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def let_through(*numbers: int) -> bool:
+    """Let signals through again; return false, and hold them back still, if one of them has come."""
+    if hasattr(signal, "pthread_sigmask"):
+        if signal.sigpending() & {*numbers}:
+            return False
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)
+    return True
 
 
 def leave_to_session(*names: str) -> None:
@@ -140,7 +150,7 @@ def leave_to_session(*names: str) -> None:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
-def raise_at_end(connection: Connection, number: int) -> None:
+def raise_at_end(connection: Connection, number: signal.Signals) -> None:
     """In a child process, raise a signal in the main thread once nobody waits for what it does."""
     assert isinstance(connection, _Listening)
     connection.raise_at_end(number)
@@ -203,13 +213,16 @@ class _Listening:
             _run_nodes(message.files)
         raise EOFError
 
-    def raise_at_end(self, number: int) -> None:
+    def raise_at_end(self, number: signal.Signals) -> None:
         """Raise a signal in the main thread once the connection has ended."""
 
         def wait() -> None:
             with self._came:
                 self._came.wait_for(lambda: bool(self._messages) and isinstance(self._messages[-1], _End))
-            signal.pthread_kill(threading.main_thread().ident or 0, number)
+            if hasattr(signal, "pthread_kill"):
+                signal.pthread_kill(threading.main_thread().ident or 0, number)
+            else:  # there, nothing that waits can be interrupted, only what computes
+                interrupt_main(number)
 
         threading.Thread(target=wait, name="end", daemon=True).start()
 

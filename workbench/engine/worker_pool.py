@@ -10,7 +10,14 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
-from underfoot.engine.child_process import ChildProcess, raise_at_end, run_tracker, wait_for_any
+from underfoot.engine.child_process import (
+    ChildProcess,
+    held_back,
+    let_through,
+    raise_at_end,
+    run_tracker,
+    wait_for_any,
+)
 from underfoot.errors import UnderfootError
 
 Job = TypeVar("Job")
@@ -82,11 +89,10 @@ def in_parallel(
 def run(connection: Connection, work: Callable[[Job], object]) -> None:
     """Run jobs until the connection ends, which ends a job, too, or Ctrl-C, which goes to all processes; the process's
     main function."""
-    if signal.sigpending() & {*_STOP_SIGNALS}:
-        return  # it was stopped while it began; where both have come, each would raise
     with suppress(EOFError, OSError, KeyboardInterrupt):
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOP_SIGNALS)
+        if not let_through(*_STOP_SIGNALS):
+            return  # it was stopped while it began; where both have come, each would raise
         raise_at_end(connection, signal.SIGTERM)
         try:
             while True:
@@ -109,18 +115,17 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Job]], busy: dict[Child
 def _started(work: Callable[[Job], object]) -> ChildProcess:
     """Start a process that receives what ends it only once it can clean up; this one receives it after that, too."""
     run_tracker()  # which would let Ctrl-C through the first time
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOP_SIGNALS)
     stops: list[int] = []  # a signal may also reach another thread of this process, and is then noticed here
     is_main = threading.current_thread() is threading.main_thread()
-    handlers = {
-        number: signal.signal(number, lambda stop, _: stops.append(stop)) for number in _STOP_SIGNALS if is_main
-    }
-    try:
-        child = ChildProcess("worker", __name__, work)
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with held_back(*_STOP_SIGNALS):
+        handlers = {
+            number: signal.signal(number, lambda stop, _: stops.append(stop)) for number in _STOP_SIGNALS if is_main
+        }
+        try:
+            child = ChildProcess("worker", __name__, work)
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
     try:
         for stop in stops:
             signal.raise_signal(stop)
