@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from underfoot.floor.foot_evidence import DECIDED_S, DELIVERY_DELAY_S, FootEvidence
 from underfoot.floor.layout import Floor
-from underfoot.floor.loads import SWING_S, Load, columns
+from underfoot.floor.loads import KEPT_S, SWING_S, Load, columns
 from underfoot.floor.shared_loads import BOTH_FEET_S, TIME, shared
 from underfoot.floor.tracker_memory import BEGAN, ENDED, EVENT, ROW
 
@@ -39,6 +39,7 @@ class FootFinder:
         self._every = every
         self._shared_samples = math.ceil(BOTH_FEET_S * rate_hz)
         self._delay_samples = math.ceil(DELIVERY_DELAY_S * rate_hz)
+        self._kept_samples = math.ceil(KEPT_S * rate_hz)
         self._present: dict[int, Load] = {}  # by tile
         self._dropped: list[Load] = []  # not compared any more, with rows or events that `take` has not returned
         self._latest: list[deque[Load]] = [deque(maxlen=MOST_LOADS) for _ in floor.tiles]
@@ -174,6 +175,7 @@ class FootFinder:
         """Drop loads that no later load can be compared with, and more of them on a tile than feet make."""
         until = self._decided_until()
         oldest = min([until, *(load.sample for load in self._evidence.loads if load.end is None or load.foot == 0)])
+        oldest = max(oldest, self._count - self._kept_samples)  # what stands for good would keep all that end beside it
         live = {load.foot for load in self._evidence.loads if load.foot and (load.end is None or load.end >= oldest)}
         gone = [
             load
