@@ -203,10 +203,9 @@ def test_sound_that_comes_with_a_later_patch_is_said_to_have_no_channel_and_the_
     with listening(null_sink) as heard:
         with live(patch, until, sound="", latency_s=BUFFER_S, walker=False) as playing:
             settled(playing)
-            for times in (1, 2):  # as with each cue that plays a preset
-                patch = patch.add("sound-output", REGISTRY)
-                patch = patch.connect("tone.out", f"{patch.nodes[-1].id}.sound", REGISTRY)
-                playing.session.edit(patch)
+            lacking = patch.add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)
+            for times, edited in enumerate((lacking, patch, lacking), 1):  # as by cues that play a preset, and stop it
+                playing.session.edit(edited)
                 playing.done(Swap, times)
             playing.until(lambda: playing.of(Notice), "it is told")
             (told,) = playing.of(Notice)

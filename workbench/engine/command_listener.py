@@ -44,6 +44,7 @@ class CommandListener:
         self._connection, self._runner, self._pacer = connection, runner, pacer
         self._loop, self._status = runner.loop, runner.memory.status
         self._costs: dict[str, float] = {}
+        self._told_no_sound = False
         self._outbox: SimpleQueue[object] = SimpleQueue()
 
     def start(self) -> None:
@@ -60,7 +61,8 @@ class CommandListener:
             self._outbox.put(PatchRefused.because(error))
             return
         if isinstance(action, ProgramSwap):
-            if action.program.lacks_sound and not self._loop.program.lacks_sound:  # else it has been said
+            if action.program.lacks_sound and not self._told_no_sound:
+                self._told_no_sound = True
                 self.notices.append(
                     Notice("this patch's Sound has no channel; choose the sound card again to open one")
                 )
