@@ -280,11 +280,13 @@ class DesignWorkspace(Workspace):
         self.canvas.setFocus()
 
     def _say(self, text: str) -> None:
-        """Say what was undone or redone until the next change, select what it brought back, and ensure that the patch
-        is visible.
+        """Say what was undone or redone until the next change, select and show what it brought back, and ensure that
+        the patch is visible.
         """
+        self.canvas.show_message("")  # it was about what is undone
         if self.canvas.brought:
             self.canvas.patch_scene.select(self.canvas.brought)
+            self.canvas.ensure_visible(self.canvas.brought)
         self.canvas.fit_if_lost()
         self._said = text
         self.notified.emit(text)

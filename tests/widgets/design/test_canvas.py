@@ -315,6 +315,14 @@ def test_what_undo_or_redo_brings_back_is_selected(workspace):
     assert act(Qt.Key.Key_Z) == ["push"]  # which only moved
     assert act(Qt.Key.Key_Z) == ["push"]
     assert act(Qt.Key.Key_Y) == ["beat"]
+    workspace.document.edit(workspace.patch().move({"beat": (0.0, 2000.0)}), "Move")
+    canvas.patch_scene.select(["beat"])
+    act(Qt.Key.Key_Delete, NONE)
+    canvas.ensure_visible(["push"])
+    canvas.show_message("It is gone")
+    assert act(Qt.Key.Key_Z) == ["beat"]
+    assert canvas.visible_ids() == ["beat"], "what comes back is in view, wherever one was"
+    assert canvas.message == ""
     workspace.document.edit(Patch(title="other").add("through", REGISTRY), "Open a preset")
     assert act(Qt.Key.Key_Z) == []
 
