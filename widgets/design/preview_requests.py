@@ -70,7 +70,8 @@ class PreviewRequests(QObject):
         if self.slots is not None:
             self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}
-        self.small_plots.retain(ids)
+        is_another = patch.title != before.title  # in which a node with this id is another one
+        self.small_plots.retain(ids - changed if is_another else ids)
         self.small_plots.mark_stale(changed)
         if self._previewed not in ids:
             self.choose(self._canvas.selected_ids())

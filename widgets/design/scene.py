@@ -460,6 +460,11 @@ class PatchScene(QGraphicsScene):
         if id in self.nodes and self.nodes[id].description.outputs:
             self.nodes[id].set_curve(values)
 
+    def retain_curves(self, ids: Iterable[str]) -> None:
+        """Discard the small plots of all other nodes."""
+        for id in self._curves.keys() - ids:
+            self.show_curve(id, None)
+
 
 def box_of(rect: QRectF) -> Box:
     """Return a rectangle as what finds free places takes it."""

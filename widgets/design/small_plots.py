@@ -48,6 +48,7 @@ class SmallPlots(QObject):
         """Discard the plots and the signals' ranges of all other nodes: a new node may get the id of a removed one."""
         kept = set(nodes)
         self._stale &= kept
+        self._canvas.patch_scene.retain_curves(kept)
         ranges = {name: ends for name, ends in self._signal_ranges.items() if name.rpartition(".")[0] in kept}
         if ranges != self._signal_ranges:
             self._signal_ranges = ranges

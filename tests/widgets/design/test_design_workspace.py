@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, sample, send
+from msgspec.structs import replace
 from on_screen import show
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
@@ -256,6 +257,22 @@ def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_ag
         workspace.previews.show_outlines(outlines)
     assert reached[-1]["push.force"] == (-2.0, 3.0)
     assert wanted.args[0] == ["step"]
+
+
+def test_a_node_of_another_patch_does_not_show_the_plot_of_the_one_that_had_its_id(workspace):
+    canvas, node = workspace.canvas, workspace.canvas.patch_scene.nodes["hum"]
+
+    def picture(title, frequency):
+        patch = workspace.patch().set("hum", "frequency", frequency, REGISTRY)
+        workspace.document.edit(replace(patch, title=title), "Edit")
+        return canvas.viewport().grab(canvas.mapFromScene(node.sceneBoundingRect()).boundingRect()).toImage()
+
+    bare = picture("One", 60.0)
+    workspace.previews.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.ones(4800)}), "hum")
+    drawn = picture("One", 61.0)
+    assert drawn != bare, "until the new one comes"
+    assert picture("A new title", 61.0) == drawn
+    assert picture("Another", 62.0) == bare
 
 
 @pytest.mark.parametrize("strengths", [(1.0, 0.2), (0.2, -1.0), (-1.0, -0.1)])
