@@ -112,8 +112,8 @@ class RecordingReader(QObject):
     """`OpenedRecording`."""
     extended = Signal(object)
     """Carries a new `OpenedRecording`, because the recording has grown."""
-    unchanged = Signal(object)
-    """The `Path` of a recording that has not grown since it was last read."""
+    unchanged = Signal()
+    """The recording has not grown since it was last read."""
     overview_read = Signal(object)
     """`OverviewEnvelopes`: once it is opened, and after each `reread`."""
     detail_read = Signal(object)
@@ -251,7 +251,7 @@ class RecordingReader(QObject):
             return
         before, self._span = self._span, recording.span
         if self._span == before:
-            self.unchanged.emit(recording.path)
+            self.unchanged.emit()
         else:
             self.extended.emit(_opened(recording, self._floor))
             self._read_overview()

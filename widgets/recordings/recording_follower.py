@@ -4,18 +4,20 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from underfoot.widgets.recordings.reader import OpenedRecording, RecordingReader
+from underfoot.widgets.recordings.reader import RecordingReader
 from underfoot.widgets.session.controller import SessionController
 
 POLL_MS = 1000
-"""A recorder writes twenty times meanwhile: what has not grown is whole."""
+"""A recorder writes twenty times meanwhile: what has not grown has ended, or its writer waits for a disk."""
 
 
 class RecordingFollower(QObject):
-    """Requests reads from the reader for as long as the open file grows."""
+    """Requests reads of the open file from the reader, and tells when it grows no more."""
 
+    ended = Signal()
+    """The open recording has grown, and does no more; it may go on later."""
     to_show = Signal(object)
-    """The `Path` of a recording: the open one, which is whole now, or on request the one that was begun last."""
+    """The `Path` of the recording that was begun last, on request."""
 
     def __init__(self, reader: RecordingReader, parent: QObject) -> None:
         super().__init__(parent)
@@ -27,7 +29,7 @@ class RecordingFollower(QObject):
         self._timer = QTimer(self, interval=POLL_MS, singleShot=True)
         self._timer.timeout.connect(reader.read_new)
         reader.extended.connect(self._go_on)
-        reader.unchanged.connect(self._end)
+        reader.unchanged.connect(self._note_unchanged)
 
     def attach(self, controller: SessionController) -> None:
         """Follow the recordings of this controller."""
@@ -48,17 +50,15 @@ class RecordingFollower(QObject):
         if self._begun is not None:
             self.to_show.emit(self._begun)
 
-    def _go_on(self, opened: OpenedRecording) -> None:
-        if opened.path == self._path:
-            self.grows = True
-            self._timer.start()
+    def _go_on(self) -> None:
+        self.grows = True
+        self._timer.start()
 
-    def _end(self, path: Path) -> None:
-        """Have a recording that has grown shown as a whole, unless the session still writes it."""
-        if path == self._path and self.is_written(path):
-            self._timer.start()
-        elif path == self._path and self.grows:
-            self.to_show.emit(path)
+    def _note_unchanged(self) -> None:
+        self._timer.start()
+        if self.grows and self._path is not None and not self.is_written(self._path):
+            self.grows = False
+            self.ended.emit()
 
     def _note(self, path: Path) -> None:
         if self.is_written(path):

@@ -241,6 +241,12 @@ class RecordingsWorkspace(Workspace):
         if follows:
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
+    def _show_ended(self) -> None:
+        """Look for the steps of a recording that grows no more, where it is seen as it was."""
+        if self.axis.content is not None:
+            self._say("")
+            self._survey(self.axis.content.opened)
+
     def _show_overview(self, overview: OverviewEnvelopes) -> None:
         if self.axis.content is None:
             return
@@ -399,6 +405,7 @@ class RecordingsWorkspace(Workspace):
         reader, axis = self.reader, self.axis
         reader.opened.connect(self._show_opened)
         reader.extended.connect(self._show_extended)
+        self.follower.ended.connect(self._show_ended)
         self.follower.to_show.connect(self.open)
         reader.overview_read.connect(self._show_overview)
         reader.marked.connect(self._show_marks)
