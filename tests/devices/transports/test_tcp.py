@@ -122,8 +122,13 @@ def test_a_connection_that_the_hub_ends_has_gone_away(sender, connect):
     assert read(transport, 4) == b"next"
 
 
-def test_the_system_asks_now_and_then_whether_the_hub_is_alive(sender, monkeypatch):
-    """A hub that loses its power says nothing: without it, its end would never be noticed."""
+@pytest.mark.parametrize("idle", ["TCP_KEEPIDLE", "TCP_KEEPALIVE"])
+def test_the_system_asks_now_and_then_whether_the_hub_is_alive(sender, monkeypatch, idle):
+    """A hub that loses its power says nothing: without it, its end would never be noticed. macOS has another name."""
+    number = getattr(socket, "TCP_KEEPIDLE", None) or getattr(socket, "TCP_KEEPALIVE", None)
+    for name in ("TCP_KEEPIDLE", "TCP_KEEPALIVE"):
+        monkeypatch.delattr(socket, name, raising=False)
+    monkeypatch.setattr(socket, idle, number, raising=False)
     opened = []
     create = socket.create_connection
     monkeypatch.setattr(socket, "create_connection", lambda *given: opened.append(create(*given)) or opened[-1])
@@ -132,10 +137,9 @@ def test_the_system_asks_now_and_then_whether_the_hub_is_alive(sender, monkeypat
     try:
         (connection,) = opened
         assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
-        if hasattr(socket, "TCP_KEEPIDLE"):
-            asked = [getattr(socket, f"TCP_KEEP{name}") for name in ("IDLE", "INTVL", "CNT")]
-            idle_s, every_s, probes = (connection.getsockopt(socket.IPPROTO_TCP, name) for name in asked)
-            assert idle_s + every_s * probes <= 5
+        asked = (number, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
+        idle_s, every_s, probes = (connection.getsockopt(socket.IPPROTO_TCP, name) for name in asked)
+        assert idle_s + every_s * probes <= 5
     finally:
         transport.close()
 

@@ -14,7 +14,8 @@ CONNECT_TIMEOUT_S = 1.0
 SEND_TIMEOUT_S = 0.5
 """Seconds after which the emulator drops a reader that takes nothing."""
 _READ_BYTES = 1 << 18
-_KEEPALIVE = (("TCP_KEEPIDLE", 2), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 3))  # seconds, seconds, probes
+_KEEPALIVE = (("TCP_KEEPIDLE", 2), ("TCP_KEEPALIVE", 2), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 3))
+"""Seconds without data, by its name here and on macOS; seconds between probes; probes."""
 
 
 class TcpSender(Sender):
