@@ -24,6 +24,8 @@ LASTING_NAMES = Path("/dev/serial/by-id")
 """Folder of links to the ports by the boards behind them, where the system makes such (udev)."""
 _PATIENCE_S = 0.05
 _TAKEN = "another program has it, or Underfoot itself, as for a plate or a trigger"
+_UNPLUGGED = re.compile("returned no data|(ClearCommError|GetOverlappedResult|ReadFile|WriteFile) failed")
+"""What pyserial says of a port that is always ready but returns nothing, and on Windows of one that is gone."""
 
 
 class PtySender(Sender):
@@ -202,20 +204,25 @@ def opening(refusal: str) -> Iterator[None]:
 
 
 def port_reason(error: Exception) -> str:
-    """Return in words why a serial port cannot be opened, read or written to."""
+    """Return in words why a serial port cannot be opened, read or written to.
+
+    >>> port_reason(OSError("could not open port 'COM9': FileNotFoundError(2, 'No such file', None, 2)"))
+    'there is no such port'
+    >>> port_reason(OSError("ClearCommError failed (PermissionError(13, 'No such command', None, 22))"))
+    'it was unplugged'
+    """
     text = in_one_line(error)
     known = {
         errno.ENOENT: "there is no such port",
         errno.EIO: "it was unplugged",
-        errno.EACCES: "it may not be opened"
-        + ("; is the user in the group dialout?" if sys.platform == "linux" else ""),
+        errno.EACCES: "it may not be opened; is the user in the group dialout?" if sys.platform == "linux" else _TAKEN,
         errno.EBUSY: _TAKEN,
         errno.EAGAIN: _TAKEN,  # it is locked
         errno.EISDIR: "it is a folder",
         errno.ENOTTY: "it is no serial port",
     }
-    if "returned no data" in text:  # pyserial's message for a port that is always ready but returns nothing
+    if _UNPLUGGED.search(text):
         return known[errno.EIO]
     # Where pyserial passes a system's error on, in words only.
-    told = re.search(r"\[Errno (\d+)\]|configure port: \((\d+),", text)
-    return known.get(getattr(error, "errno", None) or (int(told[1] or told[2]) if told else 0), text)
+    told = re.search(r"\[Errno (\d+)\]|configure port: \((\d+),|open port .*Error\((\d+),", text)
+    return known.get(getattr(error, "errno", None) or (int(told[told.lastindex or 0]) if told else 0), text)
