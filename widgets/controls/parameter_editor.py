@@ -12,6 +12,7 @@ from underfoot.errors import BadValue
 from underfoot.files import no_file
 from underfoot.number_parsing import parse_numbers
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
+from underfoot.patch.file_paths import named_from
 from underfoot.widgets import theme
 from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
@@ -182,9 +183,7 @@ class FileEditor(TextEditor):
 
     def choose(self, path: Path) -> None:
         """Use this file, as a change by the user."""
-        if self._folder is not None and path.is_relative_to(self._folder):
-            path = path.relative_to(self._folder)
-        self._typed(str(path))
+        self._typed(named_from(self._folder, path))
 
 
 editor_for.register(Number, NumberEditor)

@@ -81,7 +81,7 @@ def _way_to(folder: Path | None, beside: Path) -> dict[str, str]:
         common = os.path.commonpath([there, here])
     except ValueError:  # another drive
         return {}
-    return {} if os.path.dirname(common) == common else {"folder": os.path.relpath(there, here)}
+    return {} if os.path.dirname(common) == common else {"folder": Path(os.path.relpath(there, here)).as_posix()}
 
 
 class SessionFile:

@@ -1,7 +1,7 @@
 """Files that a patch refers to, and their paths when the patch moves to another folder."""
 
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from underfoot.arguments import is_text
 from underfoot.parameters import FilePath
@@ -17,6 +17,16 @@ def files_of(patch: Patch, registry: Registry) -> Iterator[tuple[str, str, str]]
                 yield node.id, name, node.parameters[name]
 
 
+def named_from(folder: PurePath | None, file: PurePath) -> str:
+    """Return a file's path as a patch in a folder stores it: relative if it lies below, with "/" on every system.
+
+    >>> from pathlib import PureWindowsPath
+    >>> named_from(PureWindowsPath("C:/study"), PureWindowsPath("C:/study/sounds/step.wav"))
+    'sounds/step.wav'
+    """
+    return (file.relative_to(folder) if folder is not None and file.is_relative_to(folder) else file).as_posix()
+
+
 def with_files_kept(patch: Patch, registry: Registry, before: Path | None, after: Path | None) -> Patch:
     """Return the patch moved from folder `before` to folder `after`, with paths to the same files.
 
@@ -27,10 +37,9 @@ def with_files_kept(patch: Patch, registry: Registry, before: Path | None, after
     for id, name, named in files_of(patch, registry):
         if before is None and not Path(named).is_absolute():
             continue
-        file = Path(named) if before is None else before / named
-        moved = file.relative_to(after) if after is not None and file.is_relative_to(after) else file
-        if after is not None or is_text(str(moved)):
-            patch = patch.set(id, name, str(moved), registry)
+        moved = named_from(after, Path(named) if before is None else before / named)
+        if after is not None or is_text(moved):
+            patch = patch.set(id, name, moved, registry)
     return patch
 
 
