@@ -29,14 +29,14 @@ _LEAST = 1e-17
 class Bench:
     """Results of one run of the bench; a run of times alone has no comparisons and no stability.
 
-    `load` is the load average of a minute at the start, on a machine with `cores`.
+    `load` is the load average of a minute at the start, on a machine with `cores`; None where the system has none.
     """
 
     requirements: Sequence[Requirement]
     costs: Sequence[BlockCost]
     comparisons: Sequence[Comparison] = ()
     stability: Stability | None = None
-    load: float = 0.0
+    load: float | None = None
     cores: int = 1
 
     def times(self) -> list[Time]:
@@ -60,7 +60,8 @@ class Bench:
 
 def text(bench: Bench) -> str:
     """Return all of it as tables for a terminal."""
-    lines = [f"load {bench.load:.1f} on {bench.cores} cores", *_requirement_lines(bench.requirements), ""]
+    load = "" if bench.load is None else f"load {bench.load:.1f} on "
+    lines = [f"{load}{bench.cores} cores", *_requirement_lines(bench.requirements), ""]
     lines += _block_lines(bench.costs)
     for comparison in bench.comparisons:
         lines.append("")

@@ -36,7 +36,7 @@ def run(
     and an hour of sound, which takes several hours. The requirements that are not times run on a `cluster`, if given
     (`requirements.run`).
     """
-    load = os.getloadavg()[0]
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     floor_costs, times = _times(
         blocks.TILES, blocks.BLOCKS, list(preset_files.patches()), 0.6 if quick else 6.0, progress
     )
@@ -57,7 +57,7 @@ def run(
 
 def run_times(progress: Progress = lambda line: None) -> Bench:
     """Measure times only: about twenty seconds."""
-    load = os.getloadavg()[0]
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     floor_costs, times = _times((36,), (64, 1024), [], 0.3, progress)
     return Bench(times, floor_costs, load=load, cores=cores())
 
