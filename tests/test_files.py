@@ -1,6 +1,7 @@
 """Whole files: what is written replaces the old file at once, or leaves it as it was."""
 
 import os
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,25 @@ def test_the_old_file_stays_until_the_new_one_is_whole(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
     if os.name == "posix":
         assert path.stat().st_mode & 0o777 == 0o644
+
+
+@pytest.mark.parametrize("times", [2, 99])
+def test_a_file_that_another_program_has_open_is_replaced_once_it_is_closed(tmp_path, monkeypatch, times):
+    """On Windows, where a scan for viruses or a program that keeps folders alike reads what was just written."""
+    path, replace, refusals = tmp_path / "a.txt", os.replace, []
+    write_file(path, b"old")
+
+    def refused(part, target):
+        refusals.append(target)
+        if len(refusals) <= times:
+            raise PermissionError(13, "Access is denied")
+        replace(part, target)
+
+    monkeypatch.setattr(os, "replace", refused)
+    with nullcontext() if times < 9 else pytest.raises(BadFile, match=r"a\.txt cannot be written: access is denied"):
+        write_file(path, b"new")
+    assert path.read_bytes() == (b"new" if times < 9 else b"old")
+    assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, FileNotFoundError])

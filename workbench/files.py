@@ -5,6 +5,7 @@ import os
 import re
 import secrets
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -15,6 +16,7 @@ from underfoot.errors import BadFile, require, shown
 from underfoot.version import __version__
 
 _LEFT_S = 3600.0
+_PAUSES_S = (0.01, 0.02, 0.04, 0.08, 0.16)
 LARGEST = 64 << 20
 """Bytes of the largest document."""
 _DEVICE = "it is a device, and no file"
@@ -174,9 +176,19 @@ def replaced(path: str | Path) -> Iterator[Path]:
                 os.fsync(file.fileno())
             if target.exists():
                 part.chmod(stat.S_IMODE(target.stat().st_mode))
-            part.replace(target)
+            _put_in_place(part, target)
     finally:
         part.unlink(missing_ok=True)
+
+
+def _put_in_place(part: Path, target: Path) -> None:
+    """Let a file replace another one; Windows refuses for the moments in which a program reads that, as a backup."""
+    for pause_s in _PAUSES_S:
+        with suppress(PermissionError):
+            part.replace(target)
+            return
+        time.sleep(pause_s)
+    part.replace(target)
 
 
 def _remove_left(target: Path, now_s: float) -> None:
