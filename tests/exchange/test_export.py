@@ -1,6 +1,7 @@
 """Patches written in formats of other programs: against the formats' own rules, and against what the patch plays."""
 
 import json
+import os
 import re
 import zipfile
 from pathlib import Path
@@ -200,6 +201,26 @@ def test_a_shared_folder_opens_elsewhere_with_its_sound_floor_and_profiles(tmp_p
     Program(moved, REGISTRY, ("t1",), rate=RATE, block=64, folder=tmp_path / "moved")
     assert default_floor().loads((tmp_path / "moved" / "floor.json").read_bytes()) == default_floor()
     assert "patch.json" in (tmp_path / "moved" / "README.txt").read_text()
+
+
+def test_where_nothing_moves_in_place_of_a_folder_and_case_makes_no_difference_a_patch_is_shared(tmp_path, monkeypatch):
+    """As on Windows, whose dialogs make an empty folder and give it; two sounds would be one file."""
+    move = os.replace
+
+    def moved(path, target):
+        if os.path.isdir(target):
+            raise PermissionError(13, "Access is denied")
+        move(path, target)
+
+    patch = Patch()
+    for name, level in (("a.wav", 0.5), ("A.wav", 0.25)):
+        (tmp_path / name[:1]).mkdir()
+        soundfile.write(tmp_path / name[:1] / name, np.ones(100) * level, RATE)
+        patch = patch.add("wav-player", REGISTRY, file=f"{name[:1]}/{name}")
+    (tmp_path / "shared").mkdir()
+    monkeypatch.setattr(os, "replace", moved)
+    FORMATS["share"].write(Export(patch, tmp_path), tmp_path / "shared")
+    assert sorted(path.name.lower() for path in (tmp_path / "shared" / "files").iterdir()) == ["a-1.wav", "a.wav"]
 
 
 def test_a_shared_zip_has_the_same_bytes_each_time_and_a_folder_is_never_written_over(tmp_path):

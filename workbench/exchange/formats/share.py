@@ -48,6 +48,8 @@ def _write_folder(parts: dict[str, bytes], path: Path) -> None:
                 make_folder((whole / name).parent)
                 write_file(whole / name, data)
             whole.chmod(0o755)
+            if path.is_dir():  # an empty one, in place of which Windows moves no folder
+                path.rmdir()
             whole.replace(path)
 
 
@@ -80,10 +82,11 @@ def _parts(export: Export) -> Iterator[tuple[str, bytes]]:
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """Return a path in the folder of files that is not taken."""
+    """Return a path in the folder of files that is not taken, nor by another case: many systems make no difference."""
     stem, suffix = Path(name).stem, Path(name).suffix
     candidates = (f"{FILES}/{stem}{f'-{k}' if k else ''}{suffix}" for k in range(10_000))
-    return next(path for path in candidates if path not in taken)
+    lower = {path.lower() for path in taken}
+    return next(path for path in candidates if path.lower() not in lower)
 
 
 FORMAT = Format(
