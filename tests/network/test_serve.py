@@ -27,9 +27,9 @@ class Served:
     """A served session in a process of its own, with somebody who walks on it."""
 
     def __init__(self, folder):
-        self.cues, self.messages, self.recording = free_port(), free_port(), folder / "served.underfoot"
+        self.cues, self.messages, self.folder = free_port(), free_port(), folder
         command = [
-            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--record", self.recording,
+            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--record", folder,
             "--listen", f"{LOOPBACK}:{self.cues}", "--send", f"{LOOPBACK}:{self.messages}", "--seconds", "3600",
         ]  # fmt: skip
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ.copy())
@@ -63,7 +63,9 @@ def test_clients_of_the_page_hear_a_foot_and_get_onsets_until_it_is_told_to_end_
     assert served.process.returncode == 0, error
     assert re.search(r"\d+ datagrams sent, \d+ cues received, 1 refused", error)
     assert error.count("panic, by a cue: nothing plays until serve is started again\n") == 1
-    with Recording(served.recording) as recording:
+    (path,) = served.folder.iterdir()
+    assert re.fullmatch(r"20\d\d-\d\d-\d\d \d\d\.\d\d\.\d\d\.underfoot", path.name)
+    with Recording(path) as recording:
         texts = [mark.text for mark in recording.marks()]
     assert texts == ["tacton-ws1 on t2", *["tacton-ws2 on t2"] * (len(texts) - 1)]
     assert len(texts) > 1

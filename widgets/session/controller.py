@@ -1,7 +1,6 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
 from collections.abc import Callable
-from datetime import datetime
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -21,6 +20,7 @@ from underfoot.floor.profile import Profile
 from underfoot.patch.effective import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.records.recording_format import name_now
 from underfoot.widgets.session.bridge import Bridge
 from underfoot.widgets.session.previews import Previews
 from underfoot.widgets.session.profile_folder import profile_folder
@@ -469,7 +469,7 @@ def _reserved_recording() -> Path:
     """
     folder = recordings_folder()
     folder.mkdir(parents=True, exist_ok=True)
-    name = f"{datetime.now():%Y-%m-%d %H.%M.%S}"
+    name = name_now()
     paths = (folder / f"{name}{'' if k == 1 else f' {k}'}.underfoot" for k in count(1))
     return next(path for path in paths if _reserves(path))
 

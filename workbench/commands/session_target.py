@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from underfoot.commands.files import FILE, FLOOR, OUTPUT
 from underfoot.errors import BadValue
+from underfoot.records.recording_format import SUFFIXES, name_now
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
@@ -24,7 +25,17 @@ TARGET_FLOOR = click.option("--floor", type=FLOOR, help="Floor JSON of the targe
 PROFILES = click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 """The option of every command that opens a session."""
 
-RECORD = click.option("--record", type=OUTPUT, help="Record the session to this file.")
+
+def _recording(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    return value / f"{name_now()}{SUFFIXES[0]}" if value is not None and value.is_dir() else value
+
+
+RECORD = click.option(
+    "--record",
+    type=OUTPUT,
+    callback=_recording,
+    help="Record the session to this file; in a folder that is there, to one named by the time.",
+)
 """The option of every command whose session can be recorded."""
 
 SENSOR_RATE = click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")

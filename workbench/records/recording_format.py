@@ -6,6 +6,7 @@ block. `gaps` lists missing frames between blocks. Further tables have the block
 the user's marks.
 """
 
+from datetime import datetime
 from typing import Any
 
 from numpy.typing import NDArray
@@ -24,3 +25,8 @@ Rows = NDArray[Any]
 """Rows of a table: float64 of forces, else float32."""
 MARKS = "create table if not exists mark (id integer primary key, frame integer not null, text text not null);"
 """How the table of marks is made, also in a file of an earlier version."""
+
+
+def name_now() -> str:
+    """Return the name of a recording that begins now, without a suffix: day and time of this computer, to a second."""
+    return f"{datetime.now():%Y-%m-%d %H.%M.%S}"
