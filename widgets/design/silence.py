@@ -44,6 +44,8 @@ def _why_alone(node: PlacedNode, registry: Registry, wired: Mapping[str, str], t
     name, type = node.name_in(registry), registry[node.type]
     if node.muted:
         return f"{name} is muted"
+    if node.bypassed:
+        return ""  # its own factors and inputs do not count
     values = type.values(node.parameters)
     for one in type.parameters.values():
         value = values[one.name]

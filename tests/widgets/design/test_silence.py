@@ -53,6 +53,7 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
         (STEPPED.set("modal-bank", "level", 0.0, REGISTRY), "tile-output", "level of Modal bank is −∞ dB"),
         (SHAPED.set("noise", "amplitude", 0.0, REGISTRY), "tile-output", ""),
         (SHAPED.set("tile-output", "tiles", "t2+t3", REGISTRY), "tile-output", "Tile output is not for t1"),
+        (PRODUCT.mark(["multiply"], "bypassed", on=True), "tile-output", ""),
         (SHAPED.add("strike", REGISTRY).mark(["strike"], "soloed", on=True), "tile-output", "Strike is soloed"),
         (SHAPED.mark(["noise"], "soloed", on=True), "tile-output", ""),
     ],
