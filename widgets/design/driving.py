@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
+from underfoot.models.signals.envelopes import FULL_FORCE_N
 from underfoot.parameters import Number
 from underfoot.patch.grouping import put_into
 from underfoot.patch.node import Registry
@@ -22,8 +23,6 @@ DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "map", "value"
 """Node types offered as drivers of a parameter."""
 DRIVER_SHARE = 0.1
 """Half the range of a new driver, as a share of the parameter's value; of the control's travel if the value is 0."""
-FULL_FORCE_N = 750.0
-"""Force that a new Map maps to the upper end: the thesis's full force, as of a Force envelope."""
 _WIDTH, _HEIGHT, _GAP = 176.0, 160.0, 48.0
 
 

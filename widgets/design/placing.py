@@ -3,6 +3,7 @@
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from statistics import fmean
 
 import numpy as np
 
@@ -328,7 +329,7 @@ def _stack(
 
 def _mean(values: Mapping[str, float], sizes: Mapping[str, tuple[float, float]]) -> float:
     """Return the mean of nodes' values; those of lanes count more, or wires would pass behind what is beside them."""
-    return float(np.average([*values.values()], weights=[LANE_WEIGHT if sizes[id] == LANE else 1.0 for id in values]))
+    return fmean(values.values(), [LANE_WEIGHT if sizes[id] == LANE else 1.0 for id in values])
 
 
 def _bounding_box(boxes: Sequence[Box]) -> np.ndarray:
