@@ -28,7 +28,6 @@ HELD_S = 1.0
 _BINARY, _CSV = FORMS.index("binary"), FORMS.index("csv")
 _PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
 _JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
-_TURNS = 32  # frames in a row of a tile, after which another with its number sends no more
 _HALF_TURN = 1 << 31
 _SEQUENCE, _MICROSECONDS = 1, 2  # columns of a line
 
@@ -90,9 +89,7 @@ _TILE = np.dtype(
         ("missed", np.int64),
         ("age", np.int64),
         ("suspect", np.int64),
-        ("other", np.int64),
-        ("other_us", np.int64),
-        ("turn", np.int64),
+        ("patience", np.int64),
         ("epoch", np.int64),
         ("received", np.uint64),
         ("sender", np.int64),
@@ -105,10 +102,9 @@ _TILE = np.dtype(
 """State of a tile: its counts, the sequence number of its `newest` frame, and that frame's unwrapped time; the number
 of newest frames since which that time is the same, and of lost ones in gaps shorter than `WINDOW`. Bit i of
 `received` is set if the frame i before the newest arrived; `age` is how many frames before it can be missing.
-`suspect` is the sequence number of a frame that did not fit, or -1; `other` and `other_us` are number and time of the
-newest frame of before the tile began anew, or of another board that goes on there, and `turn` is how many frames came
-in a row since: of this epoch, or of the other, if negative; up to `_TURNS`. The tile belongs to `sender`, last heard at
-`heard_s`; `stranger` is the last other sender of its frames, last heard at `stranger_s`.
+`suspect` is the sequence number of the latest frame, if that did not fit, or -1; after `patience` more that follow it,
+the tile has begun anew. The tile belongs to `sender`, last heard at `heard_s`; `stranger` is the last other sender of
+its frames, last heard at `stranger_s`.
 """
 _ONE_SENDER = np.array([[np.iinfo(np.int64).max, 0]], np.int64)
 _TILES = 0x10000
@@ -345,33 +341,34 @@ def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
 def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
     """Complete a valid frame, count it by its sequence number, and return whether it is handed over."""
     if not tile.is_known:
-        tile.is_known, tile.turn = True, _TURNS
+        tile.is_known, tile.patience = True, 1
         return _begin(sample, tile, total)
     ahead = ((sample.sequence - tile.newest + 0x8000) & 0xFFFF) - 0x8000
     passed_us = ((sample.microseconds - tile.time_us + _HALF_TURN) & 0xFFFF_FFFF) - _HALF_TURN
     expected_us = ahead * tile.period_us
     jumped = tile.period_us > 0 and abs(passed_us - expected_us) > max(_JUMP_US, abs(expected_us) // 2)
     jumped |= ahead > 0 and passed_us <= -max(tile.period_us, 1)  # a later sample with an earlier time
-    fits = not jumped and ahead > -WINDOW
-    is_others = not (fits and (tile.period_us > 0 or ahead < WINDOW)) and _is_of_other(sample, tile)
-    if not (fits or is_others):
+    jumped |= ahead >= WINDOW and tile.period_us == 0 and tile.epoch > 0  # of before it began anew
+    if jumped or ahead <= -WINDOW:
         # A restarted tile continues from there; a frame that was held up stays alone.
         follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
         if tile.suspect >= 0 and follows:
+            tile.patience -= 1
+        if tile.patience == 0:
             tile.epoch += 1
             # After half a turn of the sequence nobody can tell: the line may have been away, or the computer asleep.
             if tile.period_us == 0 or passed_us < 0x8000 * tile.period_us:
                 tile.restarts += 1
                 total.restarts += 1
-            tile.other, tile.other_us, tile.turn = tile.newest, tile.time_us, 0
+            tile.patience = WINDOW
             return _begin(sample, tile, total)
         tile.suspect = sample.sequence
-    if is_others or not fits:
         tile.stale += 1
         total.stale += 1
         return False
+    # Of two boards that send as one tile, one has it until it sends no more: else the force would be now of the other.
+    tile.patience = max(tile.patience - 1, 1) if tile.suspect < 0 else WINDOW
     tile.suspect = -1
-    tile.turn = min(max(tile.turn, 0) + 1, _TURNS)
     sample.microseconds = tile.time_us + passed_us
     sample.epoch = tile.epoch
     if ahead > 0:
@@ -380,20 +377,6 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
         return False
     tile.accepted += 1
     total.accepted += 1
-    return True
-
-
-@part
-def _is_of_other(sample: np.record, tile: np.record) -> bool:
-    """Return whether a frame goes on where the tile was before it began anew: two boards send as one tile.
-
-    The later one has it, until it sends no more; otherwise the force would be now of the one, now of the other.
-    """
-    ahead, passed_us = (sample.sequence - tile.other) & 0xFFFF, (sample.microseconds - tile.other_us) & 0xFFFF_FFFF
-    if abs(tile.turn) >= _TURNS or not (0 < ahead < WINDOW and 0 < passed_us < ahead * _JUMP_US):
-        return False
-    tile.other, tile.other_us = sample.sequence, sample.microseconds
-    tile.turn = min(tile.turn, 0) - 1
     return True
 
 
