@@ -302,10 +302,12 @@ def test_a_long_datagram_is_refused_unread(serve, end, until):
     assert str(MOST_BYTES) in server.counts.reason
 
 
-def test_a_port_that_is_taken_is_said(serve, end):
+def test_a_port_that_is_taken_is_said_and_an_address_of_another_computer(serve, end):
     taken = f"127.0.0.1:{end.port}: another program listens there, perhaps a second Underfoot; choose another port"
     with pytest.raises(DeviceError, match=taken):
         serve(listen=end.text)
+    with pytest.raises(DeviceError, match=r"192\.0\.2\.1:9700: .*; choose an address of this computer"):
+        serve(listen="192.0.2.1:9700")
 
 
 def marked(server, until, count):

@@ -5,6 +5,7 @@ The owner of the session passes news on (`show`, `send_...`), takes received cue
 second (the system drops others), and `MOST_CUES_S` cues. Anything that is not a cue is counted and dropped.
 """
 
+import errno
 import math
 import select
 import socket
@@ -436,5 +437,6 @@ def _bound(address: Address) -> socket.socket:
         made.bind((address.host, address.port))
     except OSError as error:
         made.close()
-        raise DeviceError(f"cues cannot be taken at {address}: {reason(error)}; choose another port") from None
+        choose = "an address of this computer" if error.errno == errno.EADDRNOTAVAIL else "another port"
+        raise DeviceError(f"cues cannot be taken at {address}: {reason(error)}; choose {choose}") from None
     return made
