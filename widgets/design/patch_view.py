@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QPainter, QResizeEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsView, QWidget
 
@@ -143,10 +143,12 @@ class PatchView(QGraphicsView):
 
     def fit_new_patch(self) -> None:
         """Show the whole patch, or its leftmost node and what is beside it if the whole would be too small to read.
-        This fit is repeated on resize until the view is moved.
+        This fit is repeated on resize until the view is moved. The map goes to the lower corner where it covers less.
         """
         self._fit(self.patch_scene.extent(), MIN_FIT_ZOOM)
         self._keeps_fitting = True
+        left, right = (QPoint(x, self.map.y()) for x in (8, self.width() - self.map.width() - 8))
+        self.map.move(min(right, left, key=lambda corner: len(self.items(QRect(corner, self.map.size())))))
 
     def _fit(self, extent: QRectF, min_zoom: float) -> None:
         self.resetTransform()

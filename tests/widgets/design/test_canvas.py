@@ -464,6 +464,18 @@ def test_the_map_shows_itself_when_not_all_is_seen_and_leads_there(workspace):
     assert canvas.mapToScene(canvas.viewport().rect().center()).x() > 3000
 
 
+@pytest.mark.parametrize("x", [32.0, 880.0])
+def test_the_map_of_a_patch_that_is_opened_covers_none_of_its_nodes(workspace, x):
+    canvas, patch = workspace.canvas, Patch()
+    for place in ((0.0, 0.0), (3000.0, 0.0), (x, 400.0)):
+        patch = patch.add("hum", REGISTRY, place)
+    workspace.set_patch(patch)
+    assert canvas.map.isVisible()
+    seen = [canvas.mapFromScene(item.sceneBoundingRect()).boundingRect() for item in canvas.patch_scene.nodes.values()]
+    assert canvas.rect().contains(seen[2])
+    assert not any(canvas.map.geometry().intersects(rect) for rect in seen)
+
+
 # --- size ---
 
 
