@@ -274,6 +274,13 @@ def test_who_says_yes_to_nothing_has_the_threshold_and_the_interval_of_their_cur
         np.testing.assert_allclose(curve.covariance, expected, rtol=0.01)
 
 
+def test_answers_to_nothing_are_drawn_anew_with_the_others():
+    """Where levels begin at the threshold, these tell where the curve begins; kept, they halve the interval."""
+    levels, yes, of = np.arange(0.0, 13.0, 3.0), [179, 272, 349, 387, 398], np.full(5, 400)
+    by_covariance, drawn = (psychometric.estimates(levels, yes, of, draws, guessed=(10, 50))[0] for draws in (0, 199))
+    assert drawn.high - drawn.low == pytest.approx(by_covariance.high - by_covariance.low, rel=0.1)
+
+
 @pytest.mark.parametrize("factors", [{}, {"place": "toe"}])
 def test_trials_of_nothing_say_where_a_curve_of_detection_begins(factors):
     """They were in no curve, or at 0 m/s^2 of one that begins at 0, whose threshold was 3 dB too low."""

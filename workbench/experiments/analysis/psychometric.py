@@ -1,18 +1,17 @@
 """Psychometric curves: a cumulative normal by probit regression, its point of subjective equality, and intervals.
 
-The regression is a generalised linear model with the probit link. With a lapse rate, SciPy maximises the likelihood
-instead. Intervals come from a parametric bootstrap: data are drawn from the fitted curve and fitted
-again. The faster alternative is the regression's covariance: Wald's interval for slope and intercept, and Fieller's
-(Some problems in interval estimation, 1954) for the PSE, which is a ratio. If the slope can be 0, the PSE has no
-bounds. Percentiles of ratios would then end at the draw whose slope is nearest to 0, and cover the true value too
-rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987). The plain ratio, minus intercept over
-slope, is biased upwards by the few curves with a slope near 0. The unbiased PSE uses that the sign of the slope is
-known (Andrews and Armstrong, Quantitative Economics 8, 2017).
+The regression is a generalised linear model with the probit link. Lapses and guesses are estimated with the curve, by
+the same scoring with damped steps. Intervals come from a parametric bootstrap: data are drawn from the fitted curve and
+fitted again, all at once. The faster alternative is the regression's covariance: Wald's interval for slope and
+intercept, and Fieller's (Some problems in interval estimation, 1954) for the PSE, which is a ratio. If the slope can be
+0, the PSE has no bounds. Percentiles of ratios would then end at the draw whose slope is nearest to 0, and cover the
+true value too rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987). The plain ratio, minus
+intercept over slope, is biased upwards by the few curves with a slope near 0. The unbiased PSE uses that the sign of
+the slope is known (Andrews and Armstrong, Quantitative Economics 8, 2017).
 
 Where right answers are guessed, as beside silence (2AFC detection), the curve begins at their share (Wichmann and Hill,
-Percept. Psychophys. 63, 2001). SciPy maximises its likelihood; the covariance is the inverse of Fisher's information.
-Where some say yes to nothing, it begins at a share that is estimated with the rest: the answers to nothing are part of
-the likelihood.
+Percept. Psychophys. 63, 2001). Where some say yes to nothing, it begins at a share that is estimated with the rest: the
+answers to nothing are part of the likelihood.
 
 Where at most one level has both answers, and all beyond it are alike, the likelihood rises with the slope without end
 (Silvapulle, J. R. Stat. Soc. B 43, 1981): there is a PSE, but no slope.
@@ -29,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import numbers
 from underfoot.errors import BadMeasurement, require
 from underfoot.experiments.analysis.estimate import Z_95, Estimate
+from underfoot.experiments.analysis.likelihood import Climb, bell, loss
 from underfoot.kernels import Floats
 
 MOST_LAPSES = 0.1
@@ -46,8 +46,6 @@ _MOST_GUESSED = 0.5
 """Upper bound of an estimated share of guesses: who says yes to nothing more often than not feels nothing."""
 _LEAST_DRAWS = 20
 """Least number of bootstrap draws for an interval."""
-_LEAST_CHANCE = 1e-12
-"""Least chance of either answer in a likelihood: 0 would rule a curve out by one answer."""
 _CERTAIN = 6
 """Answers that are alike by chance in fewer than 2.5 % of cases, if one answer is no likelier than the other."""
 
@@ -119,10 +117,9 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = Fals
     require(bool(((counts >= 0.0) & (counts <= totals)).all()), "yes", counts.tolist(), f"0 to of, {totals.tolist()}")
     if len(np.unique(levels[totals > 0])) < 2 or not 0.0 < counts.sum() < totals.sum():
         raise BadMeasurement("the answers are all alike, or of one level only; there is no curve to fit")
-    if guessed:
-        return _guessing(levels, counts, totals, guessed, MOST_LAPSES if with_lapses else 0.0)
-    (curve,) = _probits(levels, counts[None], totals)
-    return _climbed(curve, levels, counts, totals, MOST_LAPSES) if with_lapses else curve
+    counts, totals = _with_nothing(counts, totals, guessed)
+    (curve,) = _fits(levels, counts[None], totals, with_lapses=with_lapses, guessed=guessed)
+    return curve
 
 
 def estimates(
@@ -155,20 +152,13 @@ def estimates(
         return replace(plain, value=pse), slope, intercept, *rate
     levels, totals = np.asarray(x, np.float64), np.asarray(of, np.int64)
     random = np.random.default_rng(seed)
-    chance = curve.at(levels).round(12)  # of 0.5 and of its last bit more, NumPy draws other answers
-    drawn = random.binomial(totals, chance, (bootstrap, len(totals)))
-    drawn = drawn[(drawn.sum(axis=1) > 0) & (drawn.sum(axis=1) < totals.sum())]
-    if with_lapses or guessed:
-        shares = [guessed] * len(drawn)
-        if isinstance(guessed, tuple):
-            to_nothing = random.binomial(guessed[1], curve.guessed or 0.0, len(drawn)).tolist()
-            shares = [(count, guessed[1]) for count in to_nothing]
-        fits = [
-            fit(levels, one, totals, with_lapses=with_lapses, guessed=share)
-            for one, share in zip(drawn, shares, strict=True)
-        ]
-    else:
-        fits = _probits(levels, drawn.astype(np.float64), totals.astype(np.float64))
+    of_each = _with_nothing(yes, totals, guessed)[1].astype(np.int64)
+    chance = _chances(curve, levels, guessed).round(12)  # of 0.5 and of its last bit more, NumPy draws other answers
+    drawn = random.binomial(of_each, chance, (bootstrap, len(of_each)))
+    said_yes = drawn[:, : len(levels)].sum(axis=1)
+    drawn = drawn[(said_yes > 0) & (said_yes < totals.sum())]
+    fits = _fits(levels, drawn.astype(np.float64), of_each.astype(np.float64), with_lapses=with_lapses, guessed=guessed)
+    drawn = drawn[:, : len(levels)]
     again = [_figures(found, _turn(found, levels, one, totals)) for found, one in zip(fits, drawn, strict=True)]
     width = float(levels.std())
     units = (width, 1.0 / width, 1.0)
@@ -195,25 +185,25 @@ def lapses_p(curves: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike, Guessed]]) 
         with suppress(BadMeasurement):
             plain, lapsing = (fit(x, yes, of, with_lapses=lapses, guessed=guessed) for lapses in (False, True))
             if _turn(plain, x, yes, of) is None:
-                before, after = (
-                    _loss(curve.at(x), yes, of) + _loss_of_nothing(curve.guessed, guessed) for curve in (plain, lapsing)
-                )
-                gain += 2.0 * max(before - after, 0.0)
+                answers = _with_nothing(yes, of, guessed)
+                before, after = (loss(_chances(curve, x, guessed), *answers) for curve in (plain, lapsing))
+                gain += 2.0 * max(float(before - after), 0.0)
                 count += 1
     weights = [float(bdtr(k, count, 0.5) - (bdtr(k - 1, count, 0.5) if k else 0.0)) for k in range(count + 1)]
     return sum(weight * float(chdtrc(k, gain) if k else gain <= 0.0) for k, weight in enumerate(weights))
 
 
-def _loss(chance: Floats, yes: ArrayLike, of: ArrayLike) -> float:
-    """Return the negative logarithm of the likelihood of answers of which each is "yes" by this chance."""
+def _with_nothing(yes: ArrayLike, of: ArrayLike, guessed: Guessed) -> tuple[Floats, Floats]:
+    """Return the answers and trials of each level and, where the share of guesses is estimated, of nothing."""
     counts, totals = np.asarray(yes, np.float64), np.asarray(of, np.float64)
-    chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
-    return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
+    if isinstance(guessed, tuple):
+        return np.append(counts, guessed[0]), np.append(totals, guessed[1])
+    return counts, totals
 
 
-def _loss_of_nothing(share: float | None, guessed: Guessed) -> float:
-    """Return the same of the answers to nothing, where the share of "yes" is estimated from them; else 0."""
-    return _loss(np.array([share or 0.0]), guessed[:1], guessed[1:]) if isinstance(guessed, tuple) else 0.0
+def _chances(curve: Curve, x: ArrayLike, guessed: Guessed) -> Floats:
+    """Return the chance of "yes" at each of them."""
+    return np.append(curve.at(x), curve.guessed or 0.0) if isinstance(guessed, tuple) else curve.at(x)
 
 
 def _turn(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
@@ -224,7 +214,7 @@ def _turn(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate
     >>> _turn(Curve(0.0, 0.0), [60, 70, 80, 90, 100, 110], [0, 0, 0, 4, 10, 10], [10] * 6)
     Estimate(name='pse', value=90.0, low=80.0, high=100.0, unit='')
     """
-    if curve.guessed:
+    if (curve.guessed or 0.0) > _FLAT:
         return _turn_of_guesses(curve, x, yes, of)
     levels, counts, totals = (np.asarray(values, np.float64)[np.argsort(x)] for values in (x, yes, of))
     levels, counts, totals = levels[totals > 0], counts[totals > 0], totals[totals > 0]
@@ -322,7 +312,7 @@ def _probits(levels: Floats, counts: Floats, totals: Floats) -> list[Curve]:
             misfit = xlogy(shares, shares / chance) + xlogy(1.0 - shares, (1.0 - shares) / (1.0 - chance))
             before, deviance = deviance, 2.0 * (misfit * of).sum(axis=1)
             climbing &= np.abs(deviance - before) > _SETTLED
-            rise = _bell(ndtri(chance))
+            rise = bell(ndtri(chance))
             weights = of * rise**2 / (chance * (1.0 - chance))
             aims = heights + (shares - chance) / rise
             weight = weights.sum(axis=1)
@@ -347,90 +337,41 @@ def _probits(levels: Floats, counts: Floats, totals: Floats) -> list[Curve]:
     ]
 
 
-def _bell(z: Floats) -> Floats:
-    """Return the density of the standard normal distribution."""
-    return np.asarray(np.exp(-0.5 * z**2) / math.sqrt(2.0 * math.pi))
-
-
-_STARTS = ((1.0, 0.01), (4.0, 0.05))
+_STARTS = ((1.0, 0.01), (4.0, 0.05), (16.0, 0.02))
 """Where the likelihood is climbed from: factor on the steepness of the curve without lapses, and lapse rate. From the
 first alone, one of fifteen curves is left on a lower top.
 """
 
 
-def _climbed(
-    start: Curve, levels: Floats, counts: Floats, totals: Floats, most_lapses: float, guessed: Guessed = 0.0
-) -> Curve:
-    """Return the curve of the highest likelihood, with up to so many lapses, from the share that is guessed in `start`:
-    with that, or with a share that is estimated.
+def _fits(levels: Floats, counts: Floats, totals: Floats, *, with_lapses: bool, guessed: Guessed) -> list[Curve]:
+    """Return the curve of the highest likelihood for each row of `counts` [row, level], whose last column is of nothing
+    where the share of guesses is estimated. All rows take hardly longer than one.
     """
-    from scipy.optimize import minimize
-    from scipy.special import ndtr
-
-    def loss(values: Floats) -> tuple[float, Floats]:
-        """Return the loss of a curve, and its gradient, without which each step takes three curves more."""
-        a, b, lapse, *free = values
-        normal, share = ndtr(a + b * scaled), free[0] if free else start.guessed
-        low = lapse if share is None else share
-        chance = np.clip(low + (1.0 - lapse - low) * normal, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
-        missed = (totals - counts) / (1.0 - chance) - counts / chance
-        rise = missed * (1.0 - lapse - low) * _bell(a + b * scaled)
-        by_lapse = missed * (1.0 - 2.0 * normal if share is None else -normal)
-        gradient = [rise.sum(), (rise * scaled).sum(), by_lapse.sum()]
-        if isinstance(guessed, tuple):
-            yes, of = guessed
-            at = min(max(low, _LEAST_CHANCE), 1.0 - _LEAST_CHANCE)
-            gradient.append((missed * (1.0 - normal)).sum() + (of - yes) / (1.0 - at) - yes / at)
-        return _loss(chance, counts, totals) + _loss_of_nothing(low, guessed), np.array(gradient)
-
-    middle, width = float(levels.mean()), float(levels.std()) or 1.0
-    scaled = (levels - middle) / width
-    height, steepness = start.intercept + start.slope * middle, start.slope * width
-    shares = [start.guessed or 0.0] if isinstance(guessed, tuple) else []
-    bounds = [(-20, 20), (-50, 50), (0.0, most_lapses), *((0.0, _MOST_GUESSED) for _ in shares)]
-    tops = [
-        minimize(
-            loss,
-            [k * height, k * steepness, min(lapse, most_lapses), *shares],
-            method="L-BFGS-B",
-            bounds=bounds,
-            jac=True,
-        )
-        for k, lapse in _STARTS
+    if not (with_lapses or guessed):
+        return _probits(levels, counts, totals)
+    is_estimated = isinstance(guessed, tuple)
+    used = totals[: len(levels)] > 0
+    counts, totals = (one[..., np.append(used, is_estimated)[: len(totals)]] for one in (counts, totals))
+    n, middle, width = int(used.sum()), float(levels[used].mean()), float(levels[used].std())
+    x = (levels[used] - middle) / width
+    share = (counts[:, n] + 0.5) / (totals[n] + 1.0) if is_estimated else np.full(len(counts), guessed)
+    share = np.minimum(share, _MOST_GUESSED)[:, None]
+    felt = np.clip((counts[:, :n] / totals[:n] - share) / (1.0 - share), 0.05, 0.95)
+    lines = np.array([(one.intercept, one.slope) for one in _probits(x, felt * totals[:n], totals[:n])])
+    most = MOST_LAPSES if with_lapses else 0.0
+    starts = [np.column_stack([k * lines, np.full(len(lines), min(lapse, most)), share]) for k, lapse in _STARTS]
+    shares = (0.0, _MOST_GUESSED) if isinstance(guessed, tuple) else (guessed, guessed)
+    bounds = [(-20.0, 20.0), (-50.0, 50.0), (0.0, most), shares]
+    climb = Climb(x, np.tile(counts, (len(starts), 1)), totals, bounds, is_symmetric=not guessed)
+    tops, losses = climb.tops(np.concatenate(starts))
+    best = losses.reshape(len(starts), -1).argmin(axis=0) * len(counts) + np.arange(len(counts))
+    covariances = np.full((len(best), 2, 2), math.nan) if with_lapses else climb.covariances(tops[best])
+    shift = np.array([[1.0, -middle / width], [0.0, 1.0 / width]])
+    both = zip(tops[best].tolist(), (shift @ covariances @ shift.T).tolist(), strict=True)
+    return [
+        Curve(a - b * middle / width, b / width, lapse, ((vii, vis), (vis, vss)), guessed=low if guessed else None)
+        for (a, b, lapse, low), ((vii, vis), (_, vss)) in both
     ]
-    a, b, lapse, *share = (float(value) for value in min(tops, key=lambda top: float(top.fun)).x)
-    return Curve(a - b * middle / width, b / width, lapse, guessed=share[0] if share else start.guessed)
-
-
-def _guessing(levels: Floats, counts: Floats, totals: Floats, guessed: Guessed, most_lapses: float) -> Curve:
-    """Return the curve of the highest likelihood that begins at the share that is guessed."""
-    used = totals > 0
-    levels, counts, totals = levels[used], counts[used], totals[used]
-    share = guessed if isinstance(guessed, float) else min((guessed[0] + 0.5) / (guessed[1] + 1.0), _MOST_GUESSED)
-    felt = np.clip((counts / totals - share) / (1.0 - share), 0.05, 0.95)
-    (plain,) = _probits(levels, (felt * totals)[None], totals)
-    curve = _climbed(replace(plain, guessed=share), levels, counts, totals, most_lapses, guessed)
-    if most_lapses:
-        return curve
-    share = curve.guessed or 0.0
-    middle = float(levels.mean())
-    heights = curve.intercept + curve.slope * levels
-    chance = np.clip(curve.at(levels), _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
-    rise = (1.0 - share) * _bell(heights)
-    by = [rise, rise * (levels - middle)]
-    if isinstance(guessed, tuple):
-        by.append((1.0 - chance) / (1.0 - share))
-    design = np.column_stack(by)
-    information = design.T @ ((totals / (chance * (1.0 - chance)))[:, None] * design)
-    if isinstance(guessed, tuple):
-        information[2, 2] += guessed[1] / max(share * (1.0 - share), _LEAST_CHANCE)
-    try:
-        around_middle = np.linalg.inv(information)[:2, :2]
-    except np.linalg.LinAlgError:
-        return curve
-    shift = np.array([[1.0, -middle], [0.0, 1.0]])
-    (vii, vis), (_, vss) = (shift @ around_middle @ shift.T).tolist()
-    return replace(curve, covariance=((vii, vis), (vis, vss)))
 
 
 def _turn_of_guesses(curve: Curve, x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
