@@ -298,7 +298,10 @@ def test_trials_of_nothing_say_where_a_curve_of_detection_begins(factors):
     assert (threshold.value, slope.value) == pytest.approx((-2.0, 0.2), abs=0.1)
     assert threshold.name == " ".join(("threshold", *(["heel"] if factors else [])))
     assert "in no curve" not in " ".join(found.remarks)
-    assert "Curves begin at the share of yes to nothing" in found.tables[0].note
+    assert "JND: from there to where three quarters of the rest are" in found.tables[0].note
+    (alarms,) = (table.rows for table in found.tables if table.title == "False alarms")
+    assert alarms == (("P1", 16, 80) if factors else ("P1", 8, 40),)
+    assert found.drawings[0].lines == ()  # half of all is not where half of the rest is
     in_si = [{name: value for name, value in row.items() if name != "db"} for row in rows]
     assert {float(row[LEVEL]) for row in constant.prepared(in_si)[0]} == {10.0 ** (level / 20.0) for level in levels}
 

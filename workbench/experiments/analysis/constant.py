@@ -18,6 +18,7 @@ from underfoot.experiments.analysis.preferences import preferences, share_estima
 from underfoot.experiments.analysis.psychometric import NAMES, Guessed, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.analysis.staircase import false_alarms
 from underfoot.experiments.methods.staircases import GUESSED
 from underfoot.experiments.questions import YES
 from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
@@ -233,14 +234,14 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     lines = [(str(person), one) for person, several in people.items() for one in several]
     shown = [(person, one) for person, each in lines for one in (each, *([] if guessed else _jnd(each)))]
     along = f"Along {axis_label(axis)}{f'; each number is of {axis_label(condition)}' if condition else ''}."
-    how = f"{along} {_how(lines, half, guessed, settings)}{_FROM_NOTHING if nothing else ''}"
+    how = f"{along} {_how(lines, half, guessed, settings, with_nothing=bool(nothing))}"
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     found.remarks += _unbounded(lines, half)
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     is_thesis = _is_of_thesis(rows, axis, condition)
     found.tables.append(_medians(by_name, beside_thesis=is_thesis))
-    found.tables.append(_shares(rows, axis, condition))
+    found.tables += [_shares(rows, axis, condition), *false_alarms([{**row, "catch": True} for row in nothing])]
     found.drawings.append(_curves_drawn(rows, nothing, axis, condition, guessed, settings))
     for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
@@ -284,7 +285,9 @@ def _lapsing(rows: Sequence[Row], nothing: Sequence[Row], axis: str, condition: 
 _UNLIKELY = 0.01
 
 
-def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, settings: Settings) -> str:
+def _how(
+    lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, settings: Settings, *, with_nothing: bool
+) -> str:
     """Return what is to be known of the curves of each person."""
     called = _CALLED.get(half, half)
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
@@ -298,12 +301,14 @@ def _how(lines: Sequence[tuple[str, Estimate]], half: str, guessed: float, setti
         how += " A bound of inf, and of 0 for the JND: these trials do not bound the slope."
     if guessed:
         return how + " Half of what is not felt is guessed rightly: the threshold is where three quarters are right."
+    if with_nothing:
+        return how + _FROM_NOTHING
     return how + f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
 
 
 _FROM_NOTHING = (
     " Curves begin at the share of yes to nothing, which is estimated with them: the threshold is where half of the "
-    "rest is yes."
+    "rest is yes. JND: from there to where three quarters of the rest are, 0.6745 / slope."
 )
 
 
@@ -446,5 +451,6 @@ def _curves_drawn(
         if _is_of_thesis(rows, axis, condition):
             label = f"thesis, {value}"
             drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
-    half = (ReferenceLine("y", 0.5 * (1.0 + beside), dashed=True),)
-    return Drawing("Judged more", axis_label(axis), "share", tuple(drawn), y_range=(0.0, 1.0), lines=half)
+    half = ReferenceLine("y", 0.5 * (1.0 + beside), dashed=True)
+    lines = () if nothing else (half,)  # of each curve, half is at another share there
+    return Drawing("Judged more", axis_label(axis), "share", tuple(drawn), y_range=(0.0, 1.0), lines=lines)
