@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QAction, QKeyEvent, QShortcut
+from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
@@ -111,14 +111,6 @@ class RecordingsWorkspace(Workspace):
     def menu_actions(self) -> Sequence[QAction]:
         return [self._export_action]
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Play or stop the open recording with Space: the window would do so with its floor, which is not seen here."""
-        if event.key() == Qt.Key.Key_Space and self._opened_page.isVisible() and self.axis.content is not None:
-            if not event.isAutoRepeat():
-                self.playback.play_or_stop()
-        else:
-            super().keyPressEvent(event)
-
     def set_active(self, active: bool) -> None:
         if active:
             self.recordings.refresh()
@@ -181,8 +173,7 @@ class RecordingsWorkspace(Workspace):
         if page is self._opened_page:
             self.comparison.clear()
         self._pages.setCurrentWidget(page)
-        for shortcut in self._on_axis:  # what they change is not seen during a comparison
-            shortcut.setEnabled(page is self._opened_page)
+        self._enable()
 
     def _close_recording(self, note: str) -> None:
         """Show no recording, but a note."""
@@ -218,7 +209,7 @@ class RecordingsWorkspace(Workspace):
             if opened.path == self._renaming:
                 self._survey_again = True
             else:
-                self._survey(opened)
+                self._survey()
         self.readout.choose_tile(0)
         self.axis.set_cursor(0.0)
 
@@ -241,12 +232,6 @@ class RecordingsWorkspace(Workspace):
         if follows:
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
-    def _show_ended(self) -> None:
-        """Look for the steps of a recording that grows no more, where it is seen as it was."""
-        if self.axis.content is not None:
-            self._say("")
-            self._survey(self.axis.content.opened)
-
     def _show_overview(self, overview: OverviewEnvelopes) -> None:
         if self.axis.content is None:
             return
@@ -256,9 +241,12 @@ class RecordingsWorkspace(Workspace):
         self.axis.content.overview = overview
         self.axis.redraw()
 
-    def _survey(self, opened: OpenedRecording) -> None:
-        self.surveyor.begin(opened.path)
-        self.steps.show_wait("looking for steps…" if opened.survey is None else "")
+    def _survey(self) -> None:
+        if self.axis.content is not None:
+            opened = self.axis.content.opened
+            self._say("")
+            self.surveyor.begin(opened.path)
+            self.steps.show_wait("looking for steps…" if opened.survey is None else "")
 
     def _show_survey(self, survey: Survey) -> None:
         if self.axis.content is not None:
@@ -370,8 +358,8 @@ class RecordingsWorkspace(Workspace):
 
     def _go_on_with_survey(self) -> None:
         """Go on with the survey of the open recording, if the request for another name stopped it."""
-        if self._survey_again and self.axis.content is not None:
-            self._survey(self.axis.content.opened)
+        if self._survey_again:
+            self._survey()
         self._survey_again = False
 
     def _is_open(self, path: Path) -> bool:
@@ -395,9 +383,12 @@ class RecordingsWorkspace(Workspace):
         menu.open_once(place)
 
     def _enable(self) -> None:
-        self._export_action.setEnabled(self.axis.content is not None)
+        is_open = self.axis.content is not None
+        self._export_action.setEnabled(is_open)
         for widget in self._needs_one:
-            widget.setEnabled(self.axis.content is not None)
+            widget.setEnabled(is_open)
+        for shortcut in self._on_axis:  # what they change is not seen during a comparison
+            shortcut.setEnabled(is_open and self._pages.currentWidget() is self._opened_page)
 
     # --- layout ---
 
@@ -405,7 +396,7 @@ class RecordingsWorkspace(Workspace):
         reader, axis = self.reader, self.axis
         reader.opened.connect(self._show_opened)
         reader.extended.connect(self._show_extended)
-        self.follower.ended.connect(self._show_ended)
+        self.follower.ended.connect(self._survey)
         self.follower.to_show.connect(self.open)
         reader.overview_read.connect(self._show_overview)
         reader.marked.connect(self._show_marks)
@@ -437,9 +428,11 @@ class RecordingsWorkspace(Workspace):
         )
         axis.menu_requested.connect(partial(self._show_menu, on_axis))
         self._on_axis = [QShortcut(keys, self, do) for keys, _, do in on_axis]
+        self._on_axis.append(QShortcut("Space", self, self.playback.play_or_stop))
         renaming = QShortcut("F2", self, self.recordings.edit_name)
         deleting = QShortcut("Delete", self.recordings, self.recordings.ask_to_delete)
         for shortcut in (*self._on_axis, renaming, deleting):
+            shortcut.setAutoRepeat(False)
             shortcut.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.axis.forward_keys_of(self.steps)
         self.focused_first = self.axis

@@ -83,12 +83,15 @@ def test_space_plays_and_stops_the_open_recording_and_what_was_silent_is_silent_
     workspace = window.workspaces["Recordings"]
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
     player = workspace.playback.player
+    workspace.recordings.search.setFocus()
+    qtbot.keyClick(workspace.recordings.search, Qt.Key.Key_Space)
+    assert (workspace.recordings.search.text(), player.is_playing) == (" ", False)
     for was_playing in (True, False):
         (controller.play if was_playing else controller.stop)()
-        for widget in (workspace.axis, workspace.steps.table):
+        for widget in (workspace.playback.patch, workspace.steps.table):
             widget.setFocus()
             qtbot.keyClick(widget, Qt.Key.Key_Space)
-            plays = widget is workspace.axis
+            plays = widget is workspace.playback.patch
             assert (player.is_playing, controller.target.kind) == (plays, "replay" if plays else "simulator")
             assert controller.is_playing == (plays or was_playing)
     workspace.steps.comparison_wanted.emit()
