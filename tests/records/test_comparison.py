@@ -6,7 +6,7 @@ import statistics
 
 import numpy as np
 import pytest
-from made_steps import STEP
+from made_steps import SPIKE, STEP
 from msgspec.structs import replace
 
 from underfoot.records.comparison import band, compared, comparison_csv, comparison_drawing, stance_csv
@@ -37,6 +37,9 @@ def test_figures_are_those_of_the_steps_in_which_a_measure_is_known():
     assert first.figures["stance_asymmetry_percent"].mean == pytest.approx(100.0 * 30.0 / 615.0)
     assert not first.figures["stride_variation_percent"].count
     assert np.isnan(second.figures["double_support_ms"].difference_percent)
+    (heels,) = compared({"heels": [Stance(STEP, ()), Stance(SPIKE, ())]})
+    loading = heels.figures["loading_kn_s"]
+    assert (heels.steps, heels.figures["peak1_n"].count, loading.count, loading.mean) == (2, 2, 1, 8.61)
 
 
 def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_left_out():

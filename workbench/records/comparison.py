@@ -245,6 +245,7 @@ def _group(name: str, stances: Sequence[Stance], *, with_gait: bool) -> Group:
     steps = [one.step for one in stances]
     gaits = gait_of(steps) if with_gait else []  # which is of steps that follow one another
     figures = {measure: _figures([getattr(step, measure) for step in steps]) for measure in STEP_MEASURES}
+    figures["loading_kn_s"] = _figures([step.loading_kn_s for step in steps if not step.spike])  # else an impact has it
     figures |= {measure: _figures([getattr(gait, measure) for gait in gaits]) for measure in GAIT_MEASURES}
     persons = len({step.person for step in steps if step.person})
     return Group(name, len(steps), persons, figures, stance_curve([one.force_n for one in stances]))
