@@ -43,8 +43,10 @@ def test_monitor_prints_and_writes_the_footsteps_of_a_file(underfoot, folder, wa
     header, *rows = (folder / "steps.csv").read_text().splitlines()
     assert header.startswith("step,tile,side,start_s,contact_ms,peak1_n")
     assert [row.split(",")[1] for row in rows] == ["t1", "t2"]
+    contacts = {row.split(",")[-1] for row in rows}
     header, *rows = (folder / "contacts.csv").read_text().splitlines()
     assert header == "time_s,contact,x_m,y_m,force_n,tiles"
+    assert {row.split(",")[1] for row in rows} == contacts
     assert max(float(row.split(",")[4]) for row in rows) == pytest.approx(800.0, abs=1.0)
 
 

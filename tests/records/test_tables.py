@@ -33,6 +33,7 @@ def test_steps_are_written_under_the_columns_of_the_design(tmp_path):
     assert known == "step,tile,side,start_s,contact_ms,peak1_n,valley_n,peak2_n,impulse_ns,loading_kn_s,path_mm,net_mm"
     assert added == (
         "cadence_per_min,step_length_mm,step_width_mm,swing_ms,double_support_ms,heading_deg,heading_error_deg"
+        ",spike,contact"
     )
     cells = dict(zip(header.split(","), first.split(","), strict=True))
     assert (cells["step"], cells["tile"], cells["side"]) == ("1", "t1", "left")
@@ -42,6 +43,7 @@ def test_steps_are_written_under_the_columns_of_the_design(tmp_path):
         500,
         7.25,
     ]
+    assert (cells["spike"], second.split(",")[-2:]) == ("1", ["0", "0"])
     assert second.split(",")[9] == ""
 
 

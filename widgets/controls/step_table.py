@@ -73,7 +73,8 @@ COLUMNS = (
     Column("heading_deg", "Heading", "°", 0, "Where the foot points, counter-clockwise from the floor's x axis"),
     Column("heading_error_deg", "Heading ±", "°", 0, "Standard error of the heading"),
 )
-"""The columns of the step table in files (docs/contracts.md#files)."""
+"""The columns of the step table in files (docs/contracts.md#files), but for `spike`, a mark at the loading rate, and
+`contact`."""
 
 TEXT_COLUMNS = ("tile", "side")
 ALIGNMENTS = tuple(

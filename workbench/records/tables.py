@@ -45,6 +45,8 @@ _STEP_COLUMNS = {
     "double_support_ms": ".3f",
     "heading_deg": ".2f",
     "heading_error_deg": ".2f",
+    "spike": "d",
+    "contact": "d",
 }
 
 
@@ -138,7 +140,7 @@ def step_table(path: str | Path, *, live: bool = False) -> Iterator[Callable[[It
     >>> print(header.partition(",person")[0])
     step,tile,side,start_s,contact_ms,peak1_n,valley_n,peak2_n,impulse_ns,loading_kn_s,path_mm,net_mm
     >>> line
-    '1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000,0,,,,,,,'
+    '1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000,0,,,,,,,,0,0'
     >>> folder.cleanup()
     """
     with (_live_table if live else _table)(path, ",".join(_STEP_COLUMNS)) as lines:
