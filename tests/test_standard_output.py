@@ -40,6 +40,26 @@ def test_a_pipe_that_ends_is_no_error_to_be_told(arguments, unbuffered):
     assert [line for line in lines_of(error) if "kernels compiled" not in line] == []
 
 
+WINDOWS_PIPE = """
+import io, os, stat, sys
+class Pipe(io.FileIO):
+    def write(self, data):
+        if stat.S_ISFIFO(os.fstat(1).st_mode):
+            raise OSError(22, "Invalid argument")
+        return super().write(data)
+sys.stdout = io.TextIOWrapper(io.BufferedWriter(Pipe(1, "w", closefd=False)), "utf-8")
+sys.argv = ["underfoot", "convert", "--formats"]
+from underfoot.__main__ import main
+main()
+"""
+"""Writing to a pipe whose reader has ended fails with another error there."""
+
+
+def test_nor_is_a_pipe_that_ends_on_windows():
+    done = subprocess.run([sys.executable, "-c", WINDOWS_PIPE], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 @MODES
 def test_a_full_disk_is_one_line(arguments, unbuffered):

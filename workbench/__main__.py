@@ -4,6 +4,7 @@ import builtins
 import errno
 import gc
 import os
+import stat
 import sys
 from contextlib import ExitStack, suppress
 from importlib import import_module
@@ -77,10 +78,10 @@ def main() -> None:
         _fail(str(error))
     except MemoryError:
         _fail("there is not enough memory for this; ask for fewer seconds or fewer tiles")
-    except BrokenPipeError:
-        _discard_output()
-        sys.exit(1)
     except OSError as error:
+        if _is_unread(error):
+            _discard_output()
+            sys.exit(1)
         if error.errno in (errno.EMFILE, errno.ENFILE):
             _fail("the system allows no more open files; raise its limit (ulimit -n) and start again")
         if error.filename is None and error.errno in _REFUSED:
@@ -103,6 +104,15 @@ def _require_threads() -> None:
 
 _REFUSED = (errno.ENOSPC, errno.EIO, errno.EFBIG)
 """What a full or broken disk says, to which the standard output goes."""
+
+
+def _is_unread(error: OSError) -> bool:
+    """Return whether this says that nobody reads the standard output any more; of a pipe, Windows does so by EINVAL."""
+    if error.errno != errno.EINVAL or error.filename is not None:
+        return isinstance(error, BrokenPipeError)
+    with suppress(OSError):  # it is closed
+        return stat.S_ISFIFO(os.fstat(1).st_mode)
+    return False
 
 
 def _discard_output() -> None:
