@@ -397,9 +397,9 @@ class Readout(QFrame):
     def show_count(self, count: int) -> None:
         """Show a count of errors, red for a while after it has grown; none is no alarm, as in a new session."""
         if count > self._count:
-            self._red_until = time.monotonic() + ALARM_S
+            self._red_until = time.perf_counter() + ALARM_S
         self._count = count
-        self.show_value(str(count), alarm=count > 0 and time.monotonic() < self._red_until)
+        self.show_value(str(count), alarm=count > 0 and time.perf_counter() < self._red_until)
 
     @property
     def is_alarm(self) -> bool:

@@ -102,7 +102,7 @@ def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_a
 def test_missing_cards_are_looked_for_ever_more_rarely(null_sink, monkeypatch):
     """Each look takes the processor from what plays."""
     now_s, watch, found, waited_s = [0.0], CardWatch(), [], []
-    monkeypatch.setattr(card_search, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    monkeypatch.setattr(card_search, "time", SimpleNamespace(perf_counter=lambda: now_s[0]))
     while len(waited_s) < 2:
         began_s = now_s[0]
         while watch.pid is None:

@@ -256,7 +256,7 @@ def test_a_tile_that_is_silent_while_others_send_is_said_until_it_sends(until):
 def test_the_silence_of_a_tile_that_sends_only_what_changes_is_said_five_times_an_hour(monkeypatch):
     """Each step on such a floor was two lines in an installation's log."""
     now, said = [1000.0], []
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     source = DeviceFloor(Given(), default_floor(1, 2), RATE)
     for k in range(260):  # of a quarter of a second, and an hour before the last fifty
         source.reader.parser.feed(encode([[t, k, 0, *[k % 9] * 4] for t in (0, 1) if t == 0 or k % 20 < 10]))
@@ -310,7 +310,7 @@ def test_what_cannot_be_read_is_said_after_a_silence_too(until, monkeypatch):
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     """Six seconds of a clock whose second lasts 120 ppm longer, of which each sample takes 2 ms to arrive."""
     now = [1000.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     source = DeviceFloor(Given(), default_floor(1, 1), RATE)
     source.take_notices()
     said = []
@@ -328,7 +328,7 @@ def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
 def test_samples_keep_to_the_clock_of_a_card_that_is_slower_than_the_computers(monkeypatch):
     """Otherwise they were late by more and more: an hour of 100 ppm is a third of a second."""
     now = [1000.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     source, stamps = DeviceFloor(Given(), default_floor(1, 1), RATE), []
     for block in range(900):
         sent = samples_of([[0, i, 1000 * i, 1000, 1000, 1000, 1000] for i in range(10 * block, 10 * block + 10)])
@@ -342,7 +342,7 @@ def test_samples_keep_to_the_clock_of_a_card_that_is_slower_than_the_computers(m
 def test_latency_is_measured_from_when_a_sample_could_arrive_to_the_frame_that_it_changes(monkeypatch, block):
     """Even links and blocks: what a sample waits for is the next block, at most, and so long are all held."""
     now = [1000.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     source = DeviceFloor(Given(), default_floor(1, 1), RATE)
     sent, late = 0, []
     for end in range(block, 11 * 48_000, block):
@@ -364,7 +364,7 @@ def test_latency_is_measured_from_when_a_sample_could_arrive_to_the_frame_that_i
 def test_a_tile_whose_clock_steps_goes_on_within_two_samples(monkeypatch, steps):
     """Also in the middle of what a block takes, and again 66 samples later."""
     now = [1000.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     source, parser = DeviceFloor(Given(), default_floor(1, 2), RATE), Parser()
     time_us, stamps = 0, []
     for i in range(600):
@@ -388,7 +388,7 @@ def test_the_time_under_a_foot_goes_on_where_samples_were_held_up_and_that_of_an
     vibration does not lag under a foot, either.
     """
     now = [1000.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     source, stamps, sent = DeviceFloor(Given(), default_floor(1, 1), RATE), [], 0
     for block in range(400):
         now[0] = 1000.0 + 0.005 * block

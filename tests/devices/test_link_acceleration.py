@@ -62,7 +62,7 @@ def sine(hz, seconds):
 def clock(monkeypatch):
     """The host's time, which a test sets: a list of seconds."""
     now = [100.0]
-    monkeypatch.setattr(device_floor, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(device_floor, "time", SimpleNamespace(perf_counter=lambda: now[0]))
     return now
 
 

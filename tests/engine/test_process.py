@@ -89,7 +89,7 @@ def clock_of(engine, monkeypatch, end_s):
         if now_s[0] > end_s:
             engine.pacer.leave.set()
 
-    monkeypatch.setattr(pacing.time, "monotonic", lambda: now_s[0])
+    monkeypatch.setattr(pacing.time, "perf_counter", lambda: now_s[0])
     monkeypatch.setattr(pacing.time, "sleep", pass_time)
     return now_s, pass_time
 

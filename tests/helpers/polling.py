@@ -18,12 +18,12 @@ class Poll:
 
     def __call__(self, holds, what="", seconds=None, every=EVERY_S, seen=str):
         """Return what `holds()` returns once it is true; a failure tells `what`, and what `seen()` returns."""
-        end = time.monotonic() + (seconds or self.seconds)
+        end = time.perf_counter() + (seconds or self.seconds)
         while True:
             value = holds()
             if value:
                 return value
-            if time.monotonic() > end:
+            if time.perf_counter() > end:
                 raise AssertionError(f"in vain: {what or holds}{seen() and f'; {seen()}'}")
             self._pause.wait(every)
 

@@ -78,7 +78,7 @@ class Measurement(QObject):
         self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
         self._is_acknowledged = threading.Event()
         self._is_acknowledged.set()
-        self._began_s = time.monotonic()
+        self._began_s = time.perf_counter()
         self._thread = threading.Thread(target=self._run, name="calibrate")
 
     def start(self) -> None:
@@ -139,7 +139,7 @@ class Measurement(QObject):
     def busy_s(self) -> float:
         """Seconds for which one operation has been running; 0 for none."""
         since = self._began_s if self._worker is None else self._worker.busy_since
-        return time.monotonic() - since if since else 0.0
+        return time.perf_counter() - since if since else 0.0
 
     def _run(self) -> None:
         try:
@@ -182,7 +182,7 @@ class _Worker:
         self._inconclusive: Result | None = None
         self._values: Mapping[str, Any] = {}
         self._snapshot: Snapshot | None = None
-        self._sent_s = self._drawn_s = self._page_began_s = self._pause_until_s = self.busy_since = time.monotonic()
+        self._sent_s = self._drawn_s = self._page_began_s = self._pause_until_s = self.busy_since = time.perf_counter()
 
     def run(self) -> None:
         """Run until an order to stop."""
@@ -233,7 +233,7 @@ class _Worker:
         """Return the next order, if one arrives within `pause_s`."""
         self.busy_since = 0.0
         order = self._orders.get(timeout=pause_s) if pause_s != 0.0 else self._orders.get_nowait()
-        self.busy_since = time.monotonic()
+        self.busy_since = time.perf_counter()
         return order
 
     def _pause_s(self) -> float | None:
@@ -243,7 +243,7 @@ class _Worker:
         begins_s = (
             self._pause_until_s if self._is_requested else self._page_began_s + self._pace.page_s * self._is_automatic
         )
-        return max(begins_s - time.monotonic(), 0.0)
+        return max(begins_s - time.perf_counter(), 0.0)
 
     def _has_work(self) -> bool:
         """Return whether there is work without an order."""
@@ -253,7 +253,7 @@ class _Worker:
 
     def _advance(self) -> None:
         """Perform the page's request once."""
-        self.busy_since = time.monotonic()
+        self.busy_since = time.perf_counter()
         if not self._has_work():
             self._discard()
             return
@@ -264,7 +264,7 @@ class _Worker:
         self._run_checked(self._step)
         if self._is_automatic and self._pace.speed > 0.0:
             passed_s = max(self.rig.newest_s - before_s, 0.0)
-            self._pause_until_s = time.monotonic() + min(passed_s / self._pace.speed, _MAX_PAUSE_S)
+            self._pause_until_s = time.perf_counter() + min(passed_s / self._pace.speed, _MAX_PAUSE_S)
 
     def _discard(self) -> None:
         """Discard readings between pages; what was measured outlives a line that is gone, until it is back."""
@@ -286,7 +286,7 @@ class _Worker:
 
     def _step(self) -> None:
         if not step(self.procedure, self.rig, self._values):
-            self._pause_until_s = time.monotonic() + _NO_READINGS_S
+            self._pause_until_s = time.perf_counter() + _NO_READINGS_S
         elif self._silence:
             self._end_silence()
 
@@ -304,7 +304,7 @@ class _Worker:
         page = self.procedure.page
         is_new = (page.key, page.questions) != (before.key, before.questions)
         if page.key != before.key:
-            self._is_requested, self._page_began_s = False, time.monotonic()
+            self._is_requested, self._page_began_s = False, time.perf_counter()
             self._is_automatic = self._is_automatic and not page.last
         if is_new:
             self._values = {}
@@ -320,7 +320,7 @@ class _Worker:
 
     def _send(self, *, whole: bool) -> None:
         """Send a new snapshot if one is due; at once if the `whole` has changed."""
-        now_s, old, procedure = time.monotonic(), self._snapshot, self.procedure
+        now_s, old, procedure = time.perf_counter(), self._snapshot, self.procedure
         if not whole and now_s - self._sent_s < _SNAPSHOT_S:
             return
         if whole or old is None or now_s - self._drawn_s >= _DRAW_S:

@@ -155,7 +155,7 @@ class BlindTest(QWidget):
         """Store the answer that X is this slot, and continue; do nothing before X has been played."""
         if self.comparison is None or self.comparison.is_over or not self.answers[slot].isEnabled():
             return
-        self.comparison.answer(slot, time.monotonic() - self._began_s, self._plays)
+        self.comparison.answer(slot, time.perf_counter() - self._began_s, self._plays)
         if not self._save_comparison():
             return
         if self.comparison.is_over:
@@ -183,7 +183,7 @@ class BlindTest(QWidget):
 
     def _show_trial(self) -> None:
         assert self.comparison is not None
-        self._began_s, self._plays = time.monotonic(), 0
+        self._began_s, self._plays = time.perf_counter(), 0
         self.progress.setText(f"Trial {self.comparison.number} of {self.comparison.trials}")
         self.now.setText("Play X, and A and B")
         for button in self.answers.values():

@@ -26,7 +26,7 @@ class PresetPictures(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._leaving = threading.Event()
-        self._begins = time.monotonic() + SETTLED_S
+        self._begins = time.perf_counter() + SETTLED_S
         self._thread: threading.Thread | None = None
         self._asked: set[Path] = set()
         self._lock = threading.Lock()
@@ -67,7 +67,7 @@ class PresetPictures(QObject):
 
     def _compute(self, paths: Sequence[Path]) -> None:
         missing = [path for path in paths if not self._take_kept(path)]
-        if not missing or self._leaving.wait(max(self._begins - time.monotonic(), 0.0)):
+        if not missing or self._leaving.wait(max(self._begins - time.perf_counter(), 0.0)):
             return
         pictures = in_parallel(picture_in_background, missing, 1, is_stopped=self._leaving.is_set)
         for number, picture in pictures:

@@ -111,7 +111,7 @@ class ExperimenterView(QWidget):
         self.map.set_floor(floor)
         self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
         self.map.can_press = presses
-        self._began_s = self._shown_at = time.monotonic()
+        self._began_s = self._shown_at = time.perf_counter()
         self._began_share, self._form_key, self._ticks = -1.0, "", 0
 
     def show_runner(self, runner: Runner) -> None:
@@ -157,7 +157,7 @@ class ExperimenterView(QWidget):
         share, whole_s = runner.page.share, runner.study.usual_s
         if share >= 1.0:
             return ""
-        now = time.monotonic()
+        now = time.perf_counter()
         if runner.phase is Phase.STOPPED:
             self._began_s += now - self._shown_at  # breaks are not part of the pace
         self._shown_at = now

@@ -128,7 +128,7 @@ class SceneProjection(TrueScaleWindow):
         self._scene = scene
         low, high = scene.floor.bounds_m()
         self._middle_m = (0.5 * (low + high)).tolist()
-        self._hint_until = time.monotonic() + HINT_S
+        self._hint_until = time.perf_counter() + HINT_S
         self.adjusted.connect(self._show_hint)
 
     def show_scene(self, scene: Scene) -> None:
@@ -145,13 +145,13 @@ class SceneProjection(TrueScaleWindow):
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor("black"))
         _paint_scene(self._scene, painter, self.to_pixels(), self.failed)
-        if time.monotonic() < self._hint_until:
+        if time.perf_counter() < self._hint_until:
             self.paint_hint(painter, "this line goes by itself")
         painter.end()
         self.times.add_picture(began)
 
     def _show_hint(self) -> None:
-        self._hint_until = time.monotonic() + HINT_S
+        self._hint_until = time.perf_counter() + HINT_S
 
 
 def _paint_scene(scene: Scene, painter: QPainter, to_pixels: QTransform, failed: SignalInstance) -> None:

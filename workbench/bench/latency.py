@@ -170,7 +170,7 @@ def datagram_delays(seconds: float) -> NDArray[np.float64]:
         ours.recv()
         for i in range(len(found)):
             due = float(np.frombuffer(receiver.recv(8))[0])
-            found[i] = time.monotonic() - due
+            found[i] = time.perf_counter() - due
     process.join()
     return found
 
@@ -195,10 +195,10 @@ class _OutputRecorder:
         """Start the session, and wait until it plays."""
         self._session.send(Level(0.0))
         self._session.start()
-        began = time.monotonic()
+        began = time.perf_counter()
         while not self._ring.written:
             reports = self._session.poll()
-            if time.monotonic() - began > _START_S:
+            if time.perf_counter() - began > _START_S:
                 raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
             time.sleep(_POLL_S)
 
@@ -212,10 +212,10 @@ class _OutputRecorder:
 
     def record(self, seconds: float) -> None:
         """Record the output, and when it is delivered."""
-        ring, now = self._ring, time.monotonic()
+        ring, now = self._ring, time.perf_counter()
         end, polled, last = now + seconds, now, 0
         while now < end:
-            written, now = ring.written, time.monotonic()
+            written, now = ring.written, time.perf_counter()
             if written > last:
                 self._seen.append((now, written))
                 last = written
@@ -310,7 +310,7 @@ class _JitteredSender(Sender):
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
         """Note the time, and send it now or later."""
-        now = time.monotonic()
+        now = time.perf_counter()
         self.sent_s += [now] * (len(ends) // _TILES)
         if self._jitter_s == 0.0:
             return self._sender.send(data, ends)
@@ -325,7 +325,7 @@ class _JitteredSender(Sender):
     def _send_delayed(self) -> None:
         while True:
             due, data, ends = self._waiting.get()
-            time.sleep(max(due - time.monotonic(), 0.0))
+            time.sleep(max(due - time.perf_counter(), 0.0))
             self._sender.send(data, ends)
 
 
@@ -342,9 +342,9 @@ def _send_datagrams(connection: Connection, port: int, count: int) -> None:
     """Send a datagram each millisecond, with its due time."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         connection.send(None)
-        began = time.monotonic()
+        began = time.perf_counter()
         for due in began + np.arange(count) / SENSOR_HZ:
-            time.sleep(max(due - time.monotonic(), 0.0))
+            time.sleep(max(due - time.perf_counter(), 0.0))
             sender.sendto(due.tobytes(), ("127.0.0.1", port))
 
 

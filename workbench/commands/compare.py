@@ -86,12 +86,12 @@ def _stances_in(path: Path) -> "Sequence[Stance]":
 
 
 def _progress(path: Path, length_s: float) -> "Callable[[Survey], bool]":
-    told_s = time.monotonic()
+    told_s = time.perf_counter()
 
     def told(so_far: "Survey") -> bool:
         nonlocal told_s
-        if time.monotonic() - told_s >= 1.0:
-            told_s = time.monotonic()
+        if time.perf_counter() - told_s >= 1.0:
+            told_s = time.perf_counter()
             tell(f"looking for footsteps in {path.name}: {min(100.0 * so_far.until_s / length_s, 100.0):.0f} %")
         return True
 

@@ -59,7 +59,7 @@ class _CompileReporter:
     def start(self) -> None:
         """Note that a kernel is being compiled."""
         if self.count == self.begun:
-            self._began_s += time.monotonic() - self._ended_s  # both are 0 at first; later the pause does not count
+            self._began_s += time.perf_counter() - self._ended_s  # both are 0 at first; later the pause does not count
         self.begun += 1
         if self._thread is not None:
             return
@@ -73,7 +73,7 @@ class _CompileReporter:
 
     def end(self) -> None:
         """Note that a kernel was compiled."""
-        self._ended_s = time.monotonic()
+        self._ended_s = time.perf_counter()
         self.count += 1
 
     def stop(self) -> None:
@@ -100,6 +100,6 @@ class _CompileReporter:
 
     def _line(self, begin: str, end: str) -> None:
         kernels = counted(self.count, "kernel")
-        until_s = time.monotonic() if self.count < self.begun else self._ended_s
+        until_s = time.perf_counter() if self.count < self.begun else self._ended_s
         text = f"underfoot: {kernels} compiled in {until_s - self._began_s:.0f} s"
         print(f"{begin}{text}", end=end, file=sys.stderr, flush=True)

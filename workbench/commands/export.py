@@ -43,11 +43,11 @@ def export(recording: Path, output: Path, vibration: str, from_s: float | None, 
     if recording.is_file() and not is_recording(recording):
         makes = "`underfoot monitor FILE --record RECORDING` makes one of a force CSV or a C3D file"
         raise BadFile(f"{recording} is not a recording; allowed: one ({makes})")
-    told = [time.monotonic()]
+    told = [time.perf_counter()]
 
     def progress(text: str, share: float) -> bool:
-        if time.monotonic() - told[0] >= 1.0:
-            told[0] = time.monotonic()
+        if time.perf_counter() - told[0] >= 1.0:
+            told[0] = time.perf_counter()
             tell(f"{text}: {100.0 * share:.0f} %")
         return True
 

@@ -213,7 +213,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             if str(job) not in said:  # what many combinations share is said once
                 said.add(str(job))
                 _tell_failure(_shown(path), path, job)
-    order, began = list(items), time.monotonic()
+    order, began = list(items), time.perf_counter()
     try:
         for number, answer in rendered(list(items.values()), options.cluster):
             at = order[number]
@@ -235,7 +235,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
 
 def _time_left(found: Sized, told: Sequence[str], began: float) -> str:
     """Return the estimated time left in words; "" if it is short."""
-    left_s = (time.monotonic() - began) / len(found) * (len(told) - len(found))
+    left_s = (time.perf_counter() - began) / len(found) * (len(told) - len(found))
     return f" ({left_s:.0f} s left)" if left_s >= 2.0 else ""
 
 

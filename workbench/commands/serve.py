@@ -157,8 +157,8 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
             server.send_force(last_s, ago_s, (forces - finder.baseline_n).sum(axis=2))
             for step in found.steps:
                 server.send_step(step, health.frame / rate - step.start_s)
-        if health.running and time.monotonic() - told_s > _HEALTH_S:
-            told_s = time.monotonic()
+        if health.running and time.perf_counter() - told_s > _HEALTH_S:
+            told_s = time.perf_counter()
             server.send_health(health)
         time.sleep(_WAIT_S)
     for line in finder.warnings():

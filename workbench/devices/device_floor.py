@@ -61,7 +61,7 @@ class DeviceFloor:
         self._rows_parts, self._buffers_parts = tuple(rows), tuple(buffers)
         self._rate = float(rate)
         self._begin = self._end = frame
-        self._since_s = time.monotonic()
+        self._since_s = time.perf_counter()
         self._queued = 0  # written by the reading thread, read by `pull`
         self._conversion = Conversion(floor, profiles or {})
         self._health = SensorHealth(floor, rate_hz)
@@ -115,7 +115,7 @@ class DeviceFloor:
 
     def take_notices(self) -> list[str]:
         """Return the notices since the last call, one line each. Not for the callback."""
-        now_s, heard = time.monotonic(), self.reader.parser.heard(len(self.floor.tiles))
+        now_s, heard = time.perf_counter(), self.reader.parser.heard(len(self.floor.tiles))
         notices = self.reader.take_notices() + self._health.take_notices() + self._silence.take_notices(heard, now_s)
         notices += self._faults.take_notices(now_s)
         for key, line in self._findings():
@@ -126,13 +126,13 @@ class DeviceFloor:
 
     def pull(self, end: int) -> int:
         """Write the samples before session frame `end` to the buffers. Allocates nothing."""
-        now = (time.monotonic() - self._since_s) * self._rate
+        now = (time.perf_counter() - self._since_s) * self._rate
         if end > self._end:
             self._begin, self._end = self._end, end
         return self._hand_over(self._rows_parts, self._buffers_parts, self._queued, self._begin, end, now)
 
     def receive(self, samples: NDArray[np.void], now_s: float) -> None:
-        """Queue samples of tiles, records of `wire_format.SAMPLE` that arrived at `now_s` by `time.monotonic`.
+        """Queue samples of tiles, records of `wire_format.SAMPLE` that arrived at `now_s` by `time.perf_counter`.
 
         Called in the reading thread: converts readings to newtons, and queues them for `pull`.
         """

@@ -105,7 +105,7 @@ class PlateServo:
     when somebody steps on, and then repeated.
     """
 
-    def __init__(self, port: str, move_s: float = MOVE_S, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, port: str, move_s: float = MOVE_S, clock: Callable[[], float] = time.perf_counter) -> None:
         self._move_s, self._clock = move_s, clock
         self._line = _opened(port, clock)
         self._port, self._text = port, b""
@@ -165,7 +165,7 @@ class Plate(PlateServo):
         port: str,
         calibration: PlateCalibration,
         move_s: float = MOVE_S,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         super().__init__(port, move_s, clock)
         self.calibration = calibration

@@ -52,7 +52,7 @@ class TransportReader:
     """Reads `transport` in a thread of its own from `start` to `close`, and reopens it after failures.
 
     `on_samples` is called in that thread with the samples, as from `Parser.feed`, valid until it returns, and their
-    arrival time by `time.monotonic`. `notices` are lines for the user; `trouble` is the one that holds now, "" while
+    arrival time by `time.perf_counter`. `notices` are lines for the user; `trouble` is the one that holds now, "" while
     frames come; `parser` tells of the frames so far.
     """
 
@@ -100,11 +100,11 @@ class TransportReader:
             is_taken = False
             try:
                 asked(self.transport, self.transport.open)
-                opened_s = time.monotonic()
+                opened_s = time.perf_counter()
                 self.parser.resync()
                 self._read()
             except DeviceError as error:
-                lasted_s = 0.0 if self._is_missed else time.monotonic() - opened_s
+                lasted_s = 0.0 if self._is_missed else time.perf_counter() - opened_s
                 lives_s.append(lasted_s)
                 is_ended = isinstance(error, TakenAway) and _are_alike(lives_s)
                 is_taken = isinstance(error, TakenAway) and not is_ended
@@ -125,7 +125,7 @@ class TransportReader:
 
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""
-        heard_s, unread, first, is_told = time.monotonic(), 0, b"", False
+        heard_s, unread, first, is_told = time.perf_counter(), 0, b"", False
         valid = self.parser.counts.valid
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)
@@ -134,7 +134,7 @@ class TransportReader:
                     self.notices.append(f"{self.transport.name} is back")
                 self._is_missed, self.trouble = False, ""
             self.is_open = True
-            now_s = time.monotonic()
+            now_s = time.perf_counter()
             samples = self.parser.feed(data, self.transport.senders, now_s)
             before, valid = valid, self.parser.counts.valid
             if valid > before:
@@ -154,7 +154,7 @@ class TransportReader:
     def _tell_loss(self, line: str) -> None:
         """Tell that the transport is gone, not each time: two programs that take a hub from each other never end."""
         self.trouble = line
-        self._is_loss_told = self._losses.says(time.monotonic())
+        self._is_loss_told = self._losses.says(time.perf_counter())
         if self._is_loss_told:
             self.notices.append(line + (f"; {LAST}" if self._losses.is_last else ""))
 

@@ -42,7 +42,7 @@ class CardProcess:
     def call(self, name: str, *arguments: object, within_s: float = 0.0) -> Any:  # noqa: ANN401 - of the method
         """Return what a method returns, or raise its error. It may take `within_s` seconds, and `ANSWER_S`."""
         process = self._process or self._begin()
-        self._until_s = time.monotonic() + within_s + ANSWER_S
+        self._until_s = time.perf_counter() + within_s + ANSWER_S
         self._send(process, _Call(name, arguments))
         return self._answer(process)
 
@@ -50,7 +50,7 @@ class CardProcess:
         """Have a method called at once, also during a call, from any thread. A call then ends within `ANSWER_S`."""
         process = self._process
         if process is not None:
-            self._until_s = min(self._until_s, time.monotonic() + ANSWER_S)
+            self._until_s = min(self._until_s, time.perf_counter() + ANSWER_S)
             self._send(process, _Call(name))
 
     @property
@@ -72,7 +72,7 @@ class CardProcess:
         self._process = process = ChildProcess("sound card", __name__, *self._made_of)
         try:
             for within_s in (_BEGIN_S, ANSWER_S):
-                self._until_s = time.monotonic() + within_s
+                self._until_s = time.perf_counter() + within_s
                 self._answer(process)
         except BaseException:
             self._end(0.0)
@@ -88,7 +88,7 @@ class CardProcess:
         while not self._answers:
             is_over = not process.is_alive
             self._answers.extend(process.receive())
-            if not self._answers and (is_over or time.monotonic() > self._until_s):
+            if not self._answers and (is_over or time.perf_counter() > self._until_s):
                 self._end(0.0)
                 raise DeviceError("the process of the sound card ended; try again" if is_over else SILENT_CARD)
             if not self._answers:

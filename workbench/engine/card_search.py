@@ -58,7 +58,7 @@ class CardWatch:
         """Look for these cards, none if nothing is missing; return the full names of those that are there, by name,
         after each look. Does not wait.
         """
-        now_s = time.monotonic()
+        now_s = time.perf_counter()
         if not names:
             self.close()
             self._retry_s = 0.0
@@ -80,7 +80,7 @@ class CardWatch:
             self._look = None
 
     def _put_off(self, seconds: float) -> None:
-        self._due_s, self._retry_s = time.monotonic() + seconds, seconds
+        self._due_s, self._retry_s = time.perf_counter() + seconds, seconds
 
 
 class _Look:
@@ -88,7 +88,7 @@ class _Look:
 
     def __init__(self, look: Callable[..., object], *given: object) -> None:
         self._process = ChildProcess("card search", __name__, look, *given)
-        self._end_s = time.monotonic() + _MOST_S
+        self._end_s = time.perf_counter() + _MOST_S
         self.found: Any = None
         """What it found; None until then, and where it found out nothing."""
 
@@ -98,7 +98,7 @@ class _Look:
 
     def poll(self) -> bool:
         """Return whether it is over."""
-        is_over = not self._process.is_alive or time.monotonic() > self._end_s  # first: what it sent is there then
+        is_over = not self._process.is_alive or time.perf_counter() > self._end_s  # first: what it sent is there then
         if found := self._process.receive():
             self.found = found[0]
         return is_over or bool(found)

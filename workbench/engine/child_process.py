@@ -284,6 +284,6 @@ class RestartLimit:
 
     def allows_after_death(self) -> bool:
         """Count a death now; return whether the process may be restarted."""
-        now = time.monotonic()
+        now = time.perf_counter()
         self._deaths = [when for when in self._deaths if now - when < self._within_s] + [now]
         return len(self._deaths) <= self._most

@@ -92,7 +92,7 @@ class CommandListener:
                     else:
                         self.take(command)
                 self.report()
-                now = time.monotonic()
+                now = time.perf_counter()
                 if now - costs_told > _COSTS_S:
                     costs_told = now
                     self._report_costs()

@@ -36,7 +36,7 @@ class EngineSupervisor:
         self._has_started = False
         self._engine: ChildProcess | None = None
         self._standby = standby
-        self._played = self._moved = (time.monotonic(), 0)  # time and frame last played; of the last change
+        self._played = self._moved = (time.perf_counter(), 0)  # time and frame last played; of the last change
         self._looked_s = -math.inf
         self._stalled = False  # whether the engine was killed because it stood still
 
@@ -89,12 +89,12 @@ class EngineSupervisor:
 
         Waits up to `within_s` until that is the frame which plays now.
         """
-        status, until = self._memory.status, time.monotonic() + within_s
+        status, until = self._memory.status, time.perf_counter() + within_s
         present = status.get(Field.FRAME)
         while True:
             frame = status.get(Field.REPORTED)  # what was reported before is in the connection
             take()
-            if frame >= present or self._engine is None or self.has_died or time.monotonic() >= until:
+            if frame >= present or self._engine is None or self.has_died or time.perf_counter() >= until:
                 return int(frame)
             time.sleep(_LOOK_S)
 
@@ -104,7 +104,7 @@ class EngineSupervisor:
         After a time in which nobody looked, all may have stood still: at Ctrl-Z, and while the machine slept.
         """
         status = self._memory.status
-        now, frame = time.monotonic(), int(status.get(Field.FRAME))
+        now, frame = time.perf_counter(), int(status.get(Field.FRAME))
         running = bool(status.get(Field.RUNNING))
         if running and frame != self._played[1]:
             self._played = (now, frame)

@@ -30,12 +30,12 @@ def run(connection: Connection, request: ExportRequest) -> None:
     Any message to it stops the export, and removes the incomplete file.
     """
     leave_to_session("SIGINT")
-    due = time.monotonic() + TELL_S
+    due = time.perf_counter() + TELL_S
 
     def progress(text: str, share: float) -> bool:
         nonlocal due
-        if time.monotonic() >= due:
-            due = time.monotonic() + TELL_S
+        if time.perf_counter() >= due:
+            due = time.perf_counter() + TELL_S
             connection.send(Progress(text, share))
         return not connection.poll()
 

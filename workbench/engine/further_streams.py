@@ -85,7 +85,7 @@ class FurtherStream:
 
         Time in which this was not called does not count: the whole process may have stood still.
         """
-        now_s, before = time.monotonic(), self.stands_still
+        now_s, before = time.perf_counter(), self.stands_still
         self._still_s += min(now_s - self._looked_s, _LOOK_S)
         self._looked_s = now_s
         if self.stream is None or self.frames.asked != self._asked:

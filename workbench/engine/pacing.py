@@ -133,7 +133,7 @@ class Pacer:
         if self.leave.is_set() or self._runner.silenced:
             return 0
         self._runner.has_input = True
-        now_s = time.monotonic()
+        now_s = time.perf_counter()
         if now_s - self._filled_s > _STOOD_S:
             self._ramped, self._stood_s = 0, now_s - self._filled_s
         self._filled_s = now_s
@@ -231,7 +231,7 @@ class Pacer:
             self._end_streams()
             self._listing = threading.Thread(target=list_anew, name="cards", daemon=True)  # it may wait for a server
             self._listing.start()
-            self._listing_s = time.monotonic()
+            self._listing_s = time.perf_counter()
 
     def _await_list(self) -> None:
         """Open the cards once PortAudio has listed them; tell if it does not: nothing plays meanwhile."""
@@ -243,7 +243,7 @@ class Pacer:
             self._return()
             if self._is_pause_told:
                 self._tell_output("the sound card and its server answer again")
-        elif time.monotonic() - self._listing_s > _LISTING_S:
+        elif time.perf_counter() - self._listing_s > _LISTING_S:
             self._listing_s = math.inf
             self._tell_pause(NO_ANSWER)
 
@@ -303,27 +303,27 @@ class Pacer:
 
         What opening cards takes is caught up: the session's clock would lose it, every time.
         """
-        due, late_s, self._filled_s = time.monotonic(), _LATE_S, math.inf
+        due, late_s, self._filled_s = time.perf_counter(), _LATE_S, math.inf
         self._runner.has_input = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
                 self._resume(self._stream)
                 return
-            began_s = time.monotonic()
+            began_s = time.perf_counter()
             if self._stream is None:
                 self._use_found()
                 self._await_list()
                 if self._stream is not None:
                     return
-                late_s += time.monotonic() - began_s
+                late_s += time.perf_counter() - began_s
             self._keep()
             self._run_block()
             due += self._runner.block_s
-            wait = due - time.monotonic()
+            wait = due - time.perf_counter()
             if wait > 0.0:
                 late_s = _LATE_S
                 time.sleep(wait)
             elif wait < -late_s:
                 self._late += 1
                 self._stood_s = -wait if wait < -_STOOD_S else 0.0
-                due, late_s = time.monotonic(), _LATE_S
+                due, late_s = time.perf_counter(), _LATE_S

@@ -86,7 +86,7 @@ class Engine:
         except UnderfootError as error:
             connection.send(PatchRefused.because(error))
             patch = Patch()
-        passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
+        passed_s = 0.0 if setup.since is None else time.perf_counter() - setup.since
         frame = next_span(setup.frame + round(passed_s * target.rate))
         self.memory = SessionMemory.open(setup.memory)  # after what is refused: then nothing would release it
         self.memory.skip(frame)

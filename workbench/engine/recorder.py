@@ -191,11 +191,11 @@ class Recorder:
         """Return whether the file is closed, after `end`. Wait up to `within_s`; a process that is not ready then gets
         as long again to close the file, and is killed.
         """
-        until, is_alive = time.monotonic() + within_s, True
+        until, is_alive = time.perf_counter() + within_s, True
         while is_alive:
             is_alive = self._process.is_alive  # before its last messages are taken
             self.last_notices += self.receive()
-            if time.monotonic() >= until:
+            if time.perf_counter() >= until:
                 break
             wait_for_any([self._process], _LOOK_S)
         if within_s == 0.0 and is_alive:
@@ -281,9 +281,9 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
     messages, next_command, messages_sent = begin.first_message, begin.first_command, -1
     kept_commands, end, goes_on, has_lost = writer.commands(), None, True, begin.has_lost
     while goes_on:
-        due = time.monotonic() + COMMIT_S
+        due = time.perf_counter() + COMMIT_S
         try:
-            while goes_on and connection.poll(max(due - time.monotonic(), 0.0)):
+            while goes_on and connection.poll(max(due - time.perf_counter(), 0.0)):
                 message = connection.recv()
                 messages += not isinstance(message, EndRecording)
                 match message:

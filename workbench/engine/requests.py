@@ -12,7 +12,7 @@ class Setup(Struct, frozen=True):
     """The engine process's configuration: target, patch, names of the shared memory, and the state to resume from.
 
     `folder` has the patch's files. `frame` is the session frame to begin with; in a restart it belongs to `since`, by
-    `time.monotonic`.
+    `time.perf_counter`.
     """
 
     target: Target

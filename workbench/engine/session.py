@@ -152,7 +152,7 @@ class Session:
         self._restart_engine()
         if self.playing:
             self.repeats.poll(int(self.memory.status.get(Field.FRAME)))
-        if time.monotonic() > self._standby_due:
+        if time.perf_counter() > self._standby_due:
             self._standby_due = math.inf
             self._engine.stand_by(self._setup)
             if self._is_edited:
@@ -461,7 +461,7 @@ class Session:
                     if self._setup is not None:
                         self._catch_up(self._setup, started)
                     took_over = self._setup is not None and self._setup.since is not None
-                    self._standby_due = time.monotonic() + (0.0 if took_over else STANDBY_AFTER_S)
+                    self._standby_due = time.perf_counter() + (0.0 if took_over else STANDBY_AFTER_S)
                     if self._compiler.awaits_preview:
                         self._compiler.start()
             self._reports.append(message)

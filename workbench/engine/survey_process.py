@@ -35,15 +35,15 @@ def run(connection: Connection, path: str) -> None:
 
 
 def _survey(connection: Connection, recording: Recording) -> None:
-    due = time.monotonic() + TELL_S
+    due = time.perf_counter() + TELL_S
     first, end = recording.span
     length_s = max((end - first) / recording.rate_hz, 1e-9)
 
     def is_due() -> bool:
         nonlocal due
-        if time.monotonic() < due:
+        if time.perf_counter() < due:
             return False
-        due = time.monotonic() + TELL_S
+        due = time.perf_counter() + TELL_S
         return True
 
     sent = [0, 0]

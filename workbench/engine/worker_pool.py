@@ -79,11 +79,11 @@ def in_parallel(
                     if waiting:
                         _give(_started(work), waiting, busy)
     finally:
-        until = time.monotonic() + _LEAVE_S
+        until = time.perf_counter() + _LEAVE_S
         for child in busy:
             child.hang_up()
         for child in busy:
-            child.end(max(until - time.monotonic(), 0.0))
+            child.end(max(until - time.perf_counter(), 0.0))
 
 
 def run(connection: Connection, work: Callable[[Job], object]) -> None:

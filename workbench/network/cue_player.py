@@ -101,7 +101,7 @@ class CuePlayer:
                         edits = []
                         self._strike(one)
                     case MarkCue(text):
-                        ago_s = 0.0 if one.at_s is None else time.monotonic() - one.at_s
+                        ago_s = 0.0 if one.at_s is None else time.perf_counter() - one.at_s
                         self._send(Mark(text, ago_s), one)
                     case cue:
                         cued = self._with_cue(cued, cue)

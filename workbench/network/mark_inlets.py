@@ -1,7 +1,7 @@
 """Inlets of marks besides OSC: marker streams of the Lab Streaming Layer, and a serial line.
 
-An inlet has its own thread, and passes on each mark's text with its time by `time.monotonic`. `problem` is its present
-problem, or "".
+An inlet has its own thread, and passes on each mark's text with its time by `time.perf_counter`. `problem` is its
+present problem, or "".
 """
 
 import math
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import serial
 
 Take = Callable[[str, float], None]
-"""Receives the text of a mark, and its time by `time.monotonic`."""
+"""Receives the text of a mark, and its time by `time.perf_counter`."""
 
 KIND = "Markers"
 """Type of LSL streams whose samples are marks."""
@@ -64,7 +64,7 @@ class LslMarks:
         resolver = self._lsl.ContinuousResolver("type", KIND)
         searched_s = -_SEARCH_S
         while not self._end.wait(_LOOK_S):
-            now_s = time.monotonic()
+            now_s = time.perf_counter()
             if now_s - searched_s >= _SEARCH_S:
                 searched_s = now_s
                 self._open(resolver.results())
@@ -86,7 +86,7 @@ class LslMarks:
             if may_wait:
                 return
             correction_s = math.nan
-        now_s = time.monotonic()
+        now_s = time.perf_counter()
         ahead_s = now_s - self._lsl.local_clock() + correction_s
         for text, lsl_s in _samples(inlet):
             ago_s = 0.0 if math.isnan(ahead_s) or lsl_s is None else now_s - (lsl_s + ahead_s)
@@ -116,7 +116,7 @@ class LslMarks:
                 inlet = self._lsl.StreamInlet(info)
                 with suppress(RuntimeError):  # it has ended since
                     inlet.open_stream(timeout=_AGAIN_S)
-                    self.streams[source] = inlet, time.monotonic()
+                    self.streams[source] = inlet, time.perf_counter()
 
 
 def _samples(inlet: Any) -> Iterator[tuple[str, float | None]]:  # noqa: ANN401 - pylsl has no types
@@ -175,7 +175,7 @@ class SerialMarks:
                 self._find_again()
                 continue
             if came:  # a mark without an end of line is known later
-                at_s = time.monotonic()
+                at_s = time.perf_counter()
             is_alone, was_silent = was_silent and came in (b"\r", b"\n"), not came
             marks, text = ([], came) if is_alone else split_marks(text + came, is_over=not came)
             for mark in marks:

@@ -69,7 +69,7 @@ class Counts:
 @dataclass(frozen=True)
 class Received:
     """A cue, and its sender: None for a mark of an inlet, which gets no answer, and has its time `at_s` by
-    `time.monotonic`."""
+    `time.perf_counter`."""
 
     cue: Cue
     sender: Sender | None
@@ -82,7 +82,7 @@ class Received:
 
 
 class _Shown(NamedTuple):
-    """The contacts of the sample at the session's `time_s`, since `since_s` by `time.monotonic`; `stamp_s` is LSL's."""
+    """The contacts of the sample at the session's `time_s`, which came at `since_s`; `stamp_s` is LSL's."""
 
     since_s: float
     time_s: float
@@ -149,7 +149,7 @@ class NetworkServer:
     def show(self, time_s: float, ago_s: float, contacts: Sequence[OngoingContact]) -> None:
         """Set the contacts of the sample at the session's `time_s`, `ago_s` ago; they hold for `SILENT_S`."""
         stamp_s = None if self._lsl is None else self._lsl.clock.at(time_s, ago_s)
-        self._shown = _Shown(time.monotonic(), time_s, stamp_s, contacts)
+        self._shown = _Shown(time.perf_counter(), time_s, stamp_s, contacts)
 
     def send_force(self, time_s: float, ago_s: float, load_n: NDArray[np.float64]) -> None:
         """Send loads (n, tiles) by LSL; the last one is of the session's `time_s`, `ago_s` ago."""
@@ -234,9 +234,9 @@ class NetworkServer:
                 self._lsl.close()
 
     def _serve_sockets(self) -> None:
-        due_s = time.monotonic()
+        due_s = time.perf_counter()
         while not self._ended:
-            now_s = time.monotonic()
+            now_s = time.perf_counter()
             if now_s >= due_s:
                 self._attempt(partial(self._send_frame, now_s))
                 due_s = max(due_s + 1.0 / FRAME_HZ, now_s)
@@ -300,7 +300,7 @@ class NetworkServer:
     def _note(self, what: str, why: str) -> None:
         """Note what cannot be sent, or, without a reason, that it can."""
         if why:
-            now_s = time.monotonic()
+            now_s = time.perf_counter()
             since_s, *_ = self._failing.get(what, (now_s,))
             self._failing[what] = (since_s, now_s, why)
         else:
@@ -403,12 +403,12 @@ class _Allowance:
     """A rate limit, with bursts of up to a quarter of a second."""
 
     def __init__(self, rate_s: float) -> None:
-        self._rate_s, self._left, self._at_s = rate_s, rate_s * _BURST_S, time.monotonic()
+        self._rate_s, self._left, self._at_s = rate_s, rate_s * _BURST_S, time.perf_counter()
 
     @property
     def left(self) -> float:
         """The amount available now."""
-        now_s = time.monotonic()
+        now_s = time.perf_counter()
         self._left = min(self._left + (now_s - self._at_s) * self._rate_s, self._rate_s * _BURST_S)
         self._at_s = now_s
         return self._left

@@ -77,9 +77,9 @@ def use_of(path: Path, how: str) -> str:
 
     If one does for `PATIENCE_S`, return that the recording cannot be renamed or deleted, as `how` says.
     """
-    given_up_s = time.monotonic() + PATIENCE_S
+    given_up_s = time.perf_counter() + PATIENCE_S
     while _is_in_use(path):
-        if time.monotonic() > given_up_s:
+        if time.perf_counter() > given_up_s:
             return f"{path} cannot be {how}: it is being recorded or read; wait until that is done"
         time.sleep(_ASK_S)  # SQLite does not wait for the log's other users by itself
     return ""

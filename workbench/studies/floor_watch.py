@@ -42,14 +42,14 @@ class FloorWatch:
         """All visits to the floor so far, the current one last."""
         self.now_s = 0.0
         """The time of the latest sample, in seconds of the session."""
-        self._read_at = time.monotonic()
+        self._read_at = time.perf_counter()
 
     def read(self) -> NDArray[np.float64]:
         """Read the samples since the last call; return the force of each tile in N, less the tare, [sample, tile]."""
         frames, forces = self._forces.read()
         if not len(frames):
             return np.zeros((0, len(self.floor.tiles)))
-        self._read_at = time.monotonic()
+        self._read_at = time.perf_counter()
         times = frames / self._rate_hz
         if self._kept and times[0] < self.now_s:  # the engine was restarted
             self._begin()
@@ -67,7 +67,7 @@ class FloorWatch:
     @property
     def is_silent(self) -> bool:
         """Whether no sample has come for a second: the floor is unplugged, or the engine has stopped."""
-        return time.monotonic() > self._read_at + SILENT_S
+        return time.perf_counter() > self._read_at + SILENT_S
 
     @property
     def is_on(self) -> bool:

@@ -24,7 +24,7 @@ class TrialRecord:
     first_s: float = math.nan
     """Session seconds at which the present one began: a key was pressed, or the first force of a step came."""
     ended: float = math.nan
-    """Time at which the last presentation ended, in seconds of `time.monotonic`."""
+    """Time at which the last presentation ended, in seconds of `time.perf_counter`."""
     onset_s: float = math.nan
     """Session seconds at which the last one's vibration began; NaN where there was none."""
     facts: dict[str, Any] = field(default_factory=dict)

@@ -127,9 +127,9 @@ class Runner:
     def seconds_left(self) -> float:
         """The remaining seconds of a pause or wait; 0 without a countdown."""
         if self.phase is Phase.WAITING and self._trial is not None:
-            return max(self._trial.due - time.monotonic(), 0.0)
+            return max(self._trial.due - time.perf_counter(), 0.0)
         counted = self.phase is Phase.PAUSE or self.page.kind == "learn"
-        return max(self._page_due - time.monotonic(), 0.0) if counted else 0.0
+        return max(self._page_due - time.perf_counter(), 0.0) if counted else 0.0
 
     @property
     def is_prepared(self) -> bool:
@@ -155,7 +155,7 @@ class Runner:
     def selected(self) -> FloorTarget | None:
         """The button that was just pressed in time, and is highlighted; None if there is none."""
         target, until = self._selected
-        return target if self.phase is Phase.WAITING and time.monotonic() < until else None
+        return target if self.phase is Phase.WAITING and time.perf_counter() < until else None
 
     # --- actions ---
 
@@ -338,7 +338,7 @@ class Runner:
         self._why_stopped, self._trial, self._hint, self._kept_felt = "", None, "", (0, False)
         self._record = TrialRecord(started_at=time_of_day())
         self._stimulus.begin(IDLE)
-        self._page_due = time.monotonic() + page.seconds
+        self._page_due = time.perf_counter() + page.seconds
         if page.kind == "end":
             self._phase = Phase.END
         elif page.kind == "pause":
@@ -362,17 +362,17 @@ class Runner:
                 self.stop(reason)
             case Answered(values, facts, pause_s) if trial.target is not None:
                 if values["selected"] == YES:
-                    self._selected = (trial.target, time.monotonic() + SELECTED_S)
+                    self._selected = (trial.target, time.perf_counter() + SELECTED_S)
                 self._keep(values, facts)
                 if pause_s and self._trial is not None:
-                    self._trial.due = time.monotonic() + pause_s
+                    self._trial.due = time.perf_counter() + pause_s
             case Answered(values, facts):
                 self._take_answer(values, facts)
 
     def _page(self) -> None:
         """End stimuli and the time of learning after their duration."""
         kind = self.page.kind
-        if kind == "learn" and self.page.seconds and time.monotonic() >= self._page_due:
+        if kind == "learn" and self.page.seconds and time.perf_counter() >= self._page_due:
             self._keep({}, {})
         elif kind == "learn":
             if self._stimulus.has_ended(self.protocol.present_s):
@@ -381,7 +381,7 @@ class Runner:
             self._stimulus.has_ended(math.inf)
 
     def _pause(self) -> None:
-        if time.monotonic() >= self._page_due:
+        if time.perf_counter() >= self._page_due:
             self._keep({}, {})
 
     # --- storing ---
@@ -391,7 +391,7 @@ class Runner:
         self._record.complete(self.presenter)
         known = {**self._record.facts, **facts}
         if self.phase is Phase.ANSWERING:
-            known |= {"response_s": round(time.monotonic() - self._record.ended, 4), "plays": self._record.plays}
+            known |= {"response_s": round(time.perf_counter() - self._record.ended, 4), "plays": self._record.plays}
         self._keep(values, known)
 
     def _keep(self, values: Answers, facts: Mapping[str, Any]) -> None:

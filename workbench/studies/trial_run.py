@@ -54,7 +54,7 @@ class TrialRun:
         """The index of the current interval."""
         self.phase, self.hint = Phase.WAITING, ""
         self.due = 0.0
-        """The end of the present wait, in seconds of `time.monotonic`."""
+        """The end of the present wait, in seconds of `time.perf_counter`."""
         self.target: FloorTarget | None = None
         """The button on the floor, in target selection."""
         self.foot: FootAnswers | None = None
@@ -93,7 +93,7 @@ class TrialRun:
 
     def _wait(self, seconds: float) -> None:
         """Wait for `seconds` before an interval, while the plate moves to its stiffness."""
-        self.phase, self.due = Phase.WAITING, time.monotonic() + seconds
+        self.phase, self.due = Phase.WAITING, time.perf_counter() + seconds
         plate = self._apparatus.equipment.plate
         if self.intervals and plate is not None:
             stiffness = self._stiffness_of(self.intervals[self.interval])
@@ -118,7 +118,7 @@ class TrialRun:
             self.hint = "The plate moves. Please step off." if watch.is_loaded else "The plate moves."
             return
         by_foot = self._page.start != "key" or not self.intervals
-        if time.monotonic() < self.due or not self._apparatus.presenter.has_settled():
+        if time.perf_counter() < self.due or not self._apparatus.presenter.has_settled():
             self.hint = ""
         elif by_foot and self.intervals and watch.is_loaded:
             self.hint = "Please step off."
@@ -151,7 +151,7 @@ class TrialRun:
         if trial is None or not isinstance(method, TargetSelection):
             raise BadValue(f"stage {self._page.stage!r} presents nothing")
         watch = apparatus.watch
-        self.target = FloorTarget.of(trial, method.given, watch.now_s, time.monotonic(), watch.contacts)
+        self.target = FloorTarget.of(trial, method.given, watch.now_s, time.perf_counter(), watch.contacts)
         self._begin(watch.now_s)
 
     # --- during a presentation ---
@@ -196,7 +196,7 @@ class TrialRun:
             self.hint = "Now back."
 
     def _judge(self, target: FloorTarget) -> Answered | None:
-        answers = target.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s, time.monotonic())
+        answers = target.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s, time.perf_counter())
         if answers is None:
             return None
         self._measure()
@@ -207,7 +207,7 @@ class TrialRun:
         """Measure this interval, and begin the next one, or the answer."""
         self._measure()
         self._apparatus.presenter.request(IDLE)
-        self._record.ended, self.hint = time.monotonic(), ""
+        self._record.ended, self.hint = time.perf_counter(), ""
         if self.interval + 1 < len(self.intervals):
             self.interval += 1
             self._wait(self._stage.interval_pause_s)

@@ -31,11 +31,11 @@ class Listener:
     """A floor of hardware, asked for its samples as a session asks, and all that it gave."""
 
     def __init__(self, floor):
-        self.floor, self._began = floor, time.monotonic()
+        self.floor, self._began = floor, time.perf_counter()
         self.stamps, self.forces, self.when, self.said = [], [], [], []
 
     def poll(self):
-        passed = time.monotonic() - self._began
+        passed = time.perf_counter() - self._began
         count = self.floor.pull(int(passed * RATE))
         if count:
             self.stamps.append(self.floor.stamps[:count].copy())

@@ -73,8 +73,8 @@ def _played(path: Path, count: int, seconds: float) -> tuple[int, float]:
 
 def _until(session: Session, frame: int, within_s: float) -> None:
     """Wait until a frame was played, at most for so long."""
-    end = time.monotonic() + within_s
-    while session.health.frame < frame and time.monotonic() < end:
+    end = time.perf_counter() + within_s
+    while session.health.frame < frame and time.perf_counter() < end:
         session.poll()
         time.sleep(_TICK_S)
 

@@ -39,7 +39,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
         for at in range(0, times, SHARE)
         for name in KINDS
     ]
-    end = inf if effort.seconds is None else time.monotonic() + effort.seconds
+    end = inf if effort.seconds is None else time.perf_counter() + effort.seconds
     results = _on_all_cores(shares, end) if times > SHARE else ((one.name, _damage_and_read(one)) for one in shares)
     found: dict[str, list[_DamageResult]] = {name: [] for name in KINDS}
     report_every = max(len(shares) // _REPORTS, 1)
@@ -76,7 +76,7 @@ class _DamageResult:
 
 def _on_all_cores(shares: Sequence[_Share], end: float) -> Iterator[tuple[str, _DamageResult]]:
     """Yield the kind and result of each share finished before `end`; a process that dies counts as one failed file."""
-    for number, found in in_parallel(_damage_and_read, shares, cores(), is_stopped=lambda: time.monotonic() > end):
+    for number, found in in_parallel(_damage_and_read, shares, cores(), is_stopped=lambda: time.perf_counter() > end):
         share = shares[number]
         if isinstance(found, UnderfootError):
             found = _DamageResult(1, 0, 1, 0.0, 0, (f"{found} (share {share.seed})",))

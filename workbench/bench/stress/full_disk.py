@@ -145,11 +145,11 @@ def _recording(folder: Path) -> tuple[str, bool]:
     path = folder / "session.underfoot"
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
     said: list[str] = []
-    started, end = False, time.monotonic() + _START_S
+    started, end = False, time.perf_counter() + _START_S
     try:
         session.record(path)
         session.start()
-        while time.monotonic() < end and not (said and started):
+        while time.perf_counter() < end and not (said and started):
             for report in session.poll():
                 started = started or isinstance(report, Started)
                 said += [report.text] if isinstance(report, Notice) and path.name in report.text else []

@@ -57,8 +57,8 @@ def _played(path: Path, seconds: float, progress: Progress) -> Health:
         session.start()
         for command in (Level(0.0), Play(True)):
             session.send(command)
-        end, next_report_s = time.monotonic() + _WAIT_S + 2.0 * seconds, 0.0
-        while session.health.frame < seconds * RATE_HZ and time.monotonic() < end:
+        end, next_report_s = time.perf_counter() + _WAIT_S + 2.0 * seconds, 0.0
+        while session.health.frame < seconds * RATE_HZ and time.perf_counter() < end:
             session.poll()
             time.sleep(_TICK_S)
             if session.health.frame >= next_report_s * RATE_HZ:

@@ -66,8 +66,8 @@ class _OutputMonitor:
 
     def poll_until(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
         """Poll for so long, or until something holds; whether it did."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        end = time.perf_counter() + seconds
+        while time.perf_counter() < end:
             for report in self.session.poll():
                 self.started += isinstance(report, Started)
                 if isinstance(report, Notice):

@@ -39,8 +39,8 @@ class NullSink:
         here = os.environ | {"XDG_RUNTIME_DIR": str(self.folder), "PULSE_RUNTIME_PATH": str(self.folder / "pulse")}
         with (self.folder / "pulseaudio.log").open("ab") as log:
             self._server = subprocess.Popen(["pulseaudio", *options, *modules], stdout=log, stderr=log, env=here)
-        end = time.monotonic() + _START_S
-        while not self._answers() and self._server.poll() is None and time.monotonic() < end:
+        end = time.perf_counter() + _START_S
+        while not self._answers() and self._server.poll() is None and time.perf_counter() < end:
             time.sleep(0.02)
 
     def threads(self) -> list[int]:

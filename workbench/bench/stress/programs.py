@@ -65,8 +65,8 @@ class Program:
         """Wait until the program has played something, and the recorder, if any, has written it; return whether both
         happened.
         """
-        end = time.monotonic() + within_s
-        while time.monotonic() < end and self._process.poll() is None:
+        end = time.perf_counter() + within_s
+        while time.perf_counter() < end and self._process.poll() is None:
             if self._sounded() > 0 and (record is None or _has_begun(record)):
                 return True
             time.sleep(0.02)
@@ -81,11 +81,11 @@ class Program:
         else:
             self._process.kill()
         self._process.wait()
-        before, still_since = -1, time.monotonic()
-        while time.monotonic() - still_since < _STILL_S:
+        before, still_since = -1, time.perf_counter()
+        while time.perf_counter() - still_since < _STILL_S:
             now = max((_written(ring) for ring in self._rings), default=0)
             if now != before:
-                before, still_since = now, time.monotonic()
+                before, still_since = now, time.perf_counter()
             time.sleep(0.01)
         return OutputAfterKill(before, max(self._sounded() - at, 0) / _RATE)
 
@@ -157,7 +157,7 @@ class CpuIdle:
             found = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:
             return False
-        spent, now = int(found[11]) + int(found[12]), time.monotonic()
+        spent, now = int(found[11]) + int(found[12]), time.perf_counter()
         if found[0] != "S" or self._seen.get(pid, (-1, now))[0] != spent:
             self._seen[pid] = (spent, now)
         return now - self._seen[pid][1] > _STILL_S
@@ -178,8 +178,8 @@ def _written(ring: np.memmap) -> int:
 
 def _waited(found: Callable[[], list[Found]], within_s: float) -> list[Found]:
     """Poll `found` until it returns an empty list, or for `within_s` seconds; return the last list."""
-    end = time.monotonic() + within_s
-    while (now := found()) and time.monotonic() < end:
+    end = time.perf_counter() + within_s
+    while (now := found()) and time.perf_counter() < end:
         time.sleep(0.05)
     return now
 

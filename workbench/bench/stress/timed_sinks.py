@@ -39,8 +39,8 @@ class TimedSink(NullSink):
 
     def start(self) -> None:
         super().start()
-        end = time.monotonic() + _START_S
-        while not (self.folder / "played").exists() and time.monotonic() < end:
+        end = time.perf_counter() + _START_S
+        while not (self.folder / "played").exists() and time.perf_counter() < end:
             time.sleep(0.02)
         for thread in self.threads():
             raise_thread_priority(thread)
@@ -61,8 +61,8 @@ class TimedSink(NullSink):
         read, part = 0, b""
         while not self._over.wait(_EVERY_S):
             if not read:  # the clock starts with the first output
-                self._began_s = time.monotonic() - _EVERY_S
-            due = int((time.monotonic() - self._began_s) * self.rate_hz) - read
+                self._began_s = time.perf_counter() - _EVERY_S
+            due = int((time.perf_counter() - self._began_s) * self.rate_hz) - read
             while due > 0:
                 try:
                     data = part + os.read(pipe, due * size - len(part))
@@ -75,6 +75,6 @@ class TimedSink(NullSink):
             if read and due > 0:
                 # Without data, a card plays silence, and its clock goes on.
                 self._samples.append(np.zeros(due, np.float32))
-                self.starved_s.append(time.monotonic())
+                self.starved_s.append(time.perf_counter())
                 read += due
         os.close(pipe)

@@ -72,12 +72,12 @@ def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
         file = SessionFile.create(path, protocol, "P1")
         session.start()
         runner = Runner(session, file, protocol)
-        told = time.monotonic()
+        told = time.perf_counter()
         try:
             while runner.phase is not Phase.END:
                 _one_trial(runner, times)
-                if time.monotonic() > told + _TOLD_S:
-                    told = time.monotonic()
+                if time.perf_counter() > told + _TOLD_S:
+                    told = time.perf_counter()
                     progress(f"stress: {len(times.onset_s)} of {trials} trials")
             return len(file.entries())
         finally:
@@ -103,9 +103,9 @@ def _one_trial(runner: Runner, times: _Times) -> None:
 
 
 def _until(runner: Runner, holds: Callable[[], bool]) -> None:
-    end = time.monotonic() + _WAITED_S
+    end = time.perf_counter() + _WAITED_S
     while not holds():
         runner.poll(runner.session.poll())
-        if time.monotonic() > end:
+        if time.perf_counter() > end:
             raise UnderfootError(f"the study stands in {runner.phase} at {runner.page.key}: {runner.hint}")
         time.sleep(_POLL_S)

@@ -77,13 +77,13 @@ def _played(seconds: float, progress: Progress) -> list[tuple[float, Health]]:
         session.start()
         for command in (Level(0.0), Play(True)):
             session.send(command)
-        end, next_s = time.monotonic() + _WAIT_S + 2.0 * seconds, 0.0
-        while session.health.frame < (SETTLED_S + seconds) * RATE_HZ and time.monotonic() < end:
+        end, next_s = time.perf_counter() + _WAIT_S + 2.0 * seconds, 0.0
+        while session.health.frame < (SETTLED_S + seconds) * RATE_HZ and time.perf_counter() < end:
             session.poll()
             time.sleep(_TICK_S)
             health = session.health
             if health.frame >= SETTLED_S * RATE_HZ:
-                found.append((time.monotonic(), health))
+                found.append((time.perf_counter(), health))
             if health.frame >= next_s * RATE_HZ:
                 off_ms, ppm = 1e3 * health.cards_offset_s, health.cards_drift_ppm
                 progress(f"stress: {next_s:.0f} s played, {health.xruns} xruns, {off_ms:+.3f} ms off, {ppm:+.0f} ppm")

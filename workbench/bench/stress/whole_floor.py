@@ -52,7 +52,7 @@ class Watched:
 
     def add(self, line: dict[str, Any], pids: dict[str, int]) -> None:
         self.lines.append(line)
-        self.at_s.append(time.monotonic())
+        self.at_s.append(time.perf_counter())
         self.memory_mb.append(sum(map(_own_mb, pids.values())))
         self.cpu_s.append({name: _cpu_s(pid) for name, pid in pids.items()})
         self.busy_s.append(_busy_s())

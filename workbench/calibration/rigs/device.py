@@ -108,7 +108,7 @@ class DeviceRig:
         cell: ReferenceSensor | None = None,
         silent_s: float = 10.0,
         displacement: ReferenceSensor | None = None,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._tile, self._cell, self._silent_s, self._clock = tile, cell, silent_s, clock
         self._displacement = displacement

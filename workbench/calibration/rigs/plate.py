@@ -79,7 +79,7 @@ class SimulatedFootsteps:
         self._random = np.random.default_rng(seed)
         self._press = PressRequest((0.0, 0.0), 0.0)
         self._coming_n, self._coming_mm = np.empty(0), np.empty(0)
-        self._samples, self._read_s = 0, time.monotonic()
+        self._samples, self._read_s = 0, time.perf_counter()
 
     def now(self) -> float:
         """Return the simulated time in seconds: a clock."""
@@ -94,7 +94,7 @@ class SimulatedFootsteps:
     def read(self) -> Readings:
         """Return the next readings, a tenth of a second at most."""
         count = round(_BLOCK_S * _RATE_HZ)
-        now_s = time.monotonic()
+        now_s = time.perf_counter()
         if self._in_real_time and not self._press.footstep:
             count = min(count, int(_RATE_HZ * (now_s - self._read_s)))
             if count == 0:

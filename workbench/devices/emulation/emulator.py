@@ -127,7 +127,7 @@ class Emulator:
     def _send_all(self) -> None:
         self._send_until(1.0 / _RATE, -math.inf)  # loads the source's kernels before timing matters
         self.is_sending = True
-        began, end = time.monotonic(), 0.0
+        began, end = time.perf_counter(), 0.0
         while end < self._seconds and self._wait_until(began + end - 0.5 * _AHEAD_S):
             cut = self._cuts[0][0] if self._cuts else math.inf
             end = min(end + _AHEAD_S, cut, self._seconds)
@@ -146,21 +146,21 @@ class Emulator:
             self._sequence, self._start_frame, self._start_us = 0, at_s * _RATE, 0
 
     def _send_until(self, end_s: float, began: float) -> None:
-        """Send the samples before `end_s`, each at its own time after `began` (`time.monotonic`)."""
+        """Send the samples before `end_s`, each at its own time after `began` (`time.perf_counter`)."""
         while count := self._source.pull(int(end_s * _RATE)):
             due = began + self._source.stamps[:count] / _RATE
             samples = self.samples(self._source.stamps[:count], self._source.forces[:count]).reshape(count, -1)
             at = 0
             while at < count and self._wait_until(due[at]):
-                upto = max(at + 1, int(np.searchsorted(due, time.monotonic(), "right")))
+                upto = max(at + 1, int(np.searchsorted(due, time.perf_counter(), "right")))
                 self._put(self.injector.send(samples[at:upto].reshape(-1)), upto - at)
                 at = upto
             if at < count:
                 return
 
     def _wait_until(self, moment: float) -> bool:
-        """Wait until this time of `time.monotonic`; return False if it is time to stop."""
-        wait = moment - time.monotonic()
+        """Wait until this time of `time.perf_counter`; return False if it is time to stop."""
+        wait = moment - time.perf_counter()
         if wait > 0.0:
             time.sleep(wait)  # more exact than waiting for an event
         return not self._stop.is_set()

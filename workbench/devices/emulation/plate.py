@@ -16,7 +16,7 @@ class SimulatedServo:
     `moves` has every move that was begun: start, end, and duration in seconds.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
         self.moves: list[tuple[float, float, float]] = []
         self._from, self._to, self._began, self._takes = 0.0, 0.0, 0.0, 0.0
