@@ -1,5 +1,6 @@
 """The inspector: the selected nodes, with controls made from the declarations of their parameters."""
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -286,7 +287,7 @@ class Inspector(QScrollArea):
     def _copy_message(self, editor: ParameterEditor, end: str) -> None:
         """Copy the message that sets a parameter to its present value, as senders of OSC take it."""
         value = editor.value()
-        shown = f'"{value}"' if isinstance(value, str) else f"{value:.6g}"
+        shown = f"{value:.6g}" if isinstance(value, float) else json.dumps(value)
         message = f"{SetCue.address} {node_id(end)} {port_name(end)} {shown}"
         QGuiApplication.clipboard().setText(message)
         self.notified.emit(f"Copied: {message}. It sets the value while Network… takes cues.")

@@ -348,6 +348,13 @@ def test_the_message_that_sets_a_parameter_is_copied_from_its_menu(qtbot, worksp
     require_settable(workspace.patch(), id, parameter, float(value), REGISTRY)
 
 
+def test_a_large_count_is_copied_to_its_last_digit(workspace):
+    workspace.set_patch(workspace.patch().add("fibre-bundle", REGISTRY, fibres=1_234_567))
+    workspace.canvas.patch_scene.select(["fibre-bundle"])
+    workspace.inspector.editors["fibres"].actions()[-1].trigger()
+    assert QApplication.clipboard().text() == "/underfoot/set fibre-bundle fibres 1234567"
+
+
 @pytest.fixture
 def sub_patch(workspace):
     """The filter in a sub-patch, which is selected, and on which its cutoff is shown."""
