@@ -121,6 +121,17 @@ def test_a_loose_sensor():
     assert line == "tile t2: sensor 1 is loose (fell to nothing 3 times while its tile was loaded)"
 
 
+def test_falls_before_a_tile_began_anew_are_no_falls_within_a_minute():
+    """After hours its clock began at 0, and what fell once in two minutes from then on was called loose."""
+    health = SensorHealth(default_floor(1, 1), 100.0)
+    for began_s in (36_000.0, 0.0, 120.0):
+        forces = np.full((400, 4), 150.0) + np.arange(400)[:, None] % 2
+        forces[:100], forces[300:303, 0] = 0.0, 0.0
+        time_s = began_s + np.arange(400) / 100.0
+        health.feed(np.zeros(400, int), time_s, time_s, (20 * forces).astype(int), forces)
+    assert not health.take_notices()
+
+
 @pytest.mark.parametrize(("well_s", "times"), [(61, 2), (30, 1)])
 def test_a_fault_is_named_again_where_its_sensor_was_well_for_a_while(well_s, times):
     """What failed again a week after its repair was not said in a session that went on."""

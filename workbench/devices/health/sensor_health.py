@@ -368,7 +368,7 @@ def _is_loose(sensors: NDArray[np.void], force_n: NDArray[np.float64], now_s: fl
         own.fell_s, own.fell_from_n = now_s, before_n
     elif now_s - own.fell_s <= BACK_S and abs(before_n) < 0.2 * own.fell_from_n and after_n > 0.5 * own.fell_from_n:
         own.fell_s = -np.inf
-        if now_s - own.first_fall_s > WITHIN_S:
+        if not 0.0 <= now_s - own.first_fall_s <= WITHIN_S:  # also where the tile's clock began anew
             own.falls, own.first_fall_s = 0, now_s
         own.falls += 1
         own.well_s = 0.0
