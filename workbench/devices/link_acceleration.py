@@ -24,6 +24,7 @@ EACH = 4
 _QUEUE = 1 << 14
 _KEPT = 1 << 13  # samples of a tile
 _MOST_LOST = 64  # frames: after more lost ones, a tile starts again
+_TURN_US = 2.0**32  # after which a device's microseconds begin anew
 _EASE = 1.0 / 32.0  # weight of a frame in the running estimate of the sample spacing
 
 QUEUED = np.dtype(
@@ -44,12 +45,11 @@ TILE = np.dtype(
         ("time_us", np.float64),
         ("period_us", np.float64),
         ("newest", np.int64),
-        ("newest_us", np.float64),
     ],
     align=True,
 )
 """State of a tile: epoch (-1: none yet), sequence and time of its newest frame, microseconds between two frames, and
-the number and time of its newest sample.
+the number of its newest sample, which is of the same time.
 """
 
 
@@ -113,8 +113,11 @@ def _fill(
             rows[:n, k] = 0.0
             continue
         a_value_us = tile.period_us / EACH
-        newest = session_frame(assembly, clock, tile.newest_us)
-        spacing = (newest - session_frame(assembly, clock, tile.newest_us - 1e5)) / 1e5 * a_value_us
+        # Microseconds are unwrapped for each kind of frame: after a long silence they may be turns apart.
+        turns = np.round((clock.origin_us + clock.opened_us - tile.time_us) / _TURN_US)
+        newest_us = tile.time_us + turns * _TURN_US
+        newest = session_frame(assembly, clock, newest_us)
+        spacing = (newest - session_frame(assembly, clock, newest_us - 1e5)) / 1e5 * a_value_us
         for i in range(n):
             place = tile.newest - (newest - (frame + i)) / spacing
             whole = int(np.floor(place))
@@ -144,4 +147,4 @@ def _take(tile: np.record, values: NDArray[np.float64], entry: np.record) -> Non
         values[(last - EACH + 1 + i) % _KEPT] = entry.m_s2[i]
     if ahead > 0:
         tile.sequence, tile.time_us = entry.sequence, entry.time_us
-        tile.newest, tile.newest_us = last, entry.time_us
+        tile.newest = last
