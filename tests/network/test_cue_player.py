@@ -294,7 +294,11 @@ def test_while_a_study_has_the_floor_cues_are_refused_but_marks(stage):
 
 
 def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
+    before = stage.server.counts.received
     stage.send_message("/underfoot/panic")
+    stage.playing.until(lambda: stage.server.counts.received > before, "it came")
+    stage.player.tick([])
+    stage.player.tick([stage.playing.started()])  # an engine that starts meanwhile is silent, too, and answers
     stage.until(lambda: any(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied)), "panic")
     assert stage.playing.session.memory.status.panic
     silent = stage.frame_of(lambda command: isinstance(command, Panic))

@@ -198,7 +198,9 @@ class CuePlayer:
                     self._restore(refused.before)
                 self._refuse(lambda one: one.edit > 0, text)
             case Started():
-                self._refuse(lambda one: True, "the engine was started again; ask again")
+                # A panic holds in every engine: the new one answers it.
+                again = "the engine was started again; ask again"
+                self._refuse(lambda one: not isinstance(one.command, Panic), again)
 
     def _taken(self, holds: Callable[[_Pending], bool]) -> list[Received]:
         """Return the waiting cues of which something holds; they wait no longer."""
