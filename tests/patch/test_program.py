@@ -402,9 +402,12 @@ def test_a_value_that_is_not_finite_names_its_node_and_is_silenced(blocks):
     assert np.abs(out[0, 1200:2000]).min() > 0.0, "it plays on afterwards"
     run(program, force=force, blocks=blocks)
     assert program.fault() is None, "a node is named once: in an installation it filled the log"
-    program.set("pass", "cutoff", 500.0, 0)
-    run(program, force=force, blocks=blocks)
-    assert program.fault() == ("bad", "left", 700), "and again after an edit, which takes its mark away"
+    program.set("pass", "cutoff", 500.0, 704)
+    force[0, [800, 1500]] = 500.0
+    run(program, 960, force=force, blocks=blocks, begin=704)
+    assert program.fault() is None, "nor while the number that may have mended it is on its way"
+    run(program, force=force, blocks=blocks, begin=960)
+    assert program.fault() == ("bad", "left", 1500), "but where it has not"
 
 
 def test_a_value_that_goes_nowhere_does_no_harm():

@@ -7,7 +7,7 @@ import numpy as np
 
 from underfoot.arguments import choice
 from underfoot.array_tables import addresses
-from underfoot.clock import RATE_HZ
+from underfoot.clock import RAMP, RATE_HZ
 from underfoot.errors import BadValue
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
@@ -64,7 +64,8 @@ class Program:
         self._parts = [_part(patch.node(id), registry, guards.get(id, ()), folder) for id in self.node_ids]
         self._pending: list[tuple[int, int, float, float, float]] = []
         self._struck_rows: list[int] = []
-        self._faulty: set[int] = set()
+        self._faulty: dict[int, int] = {}  # the session frame that was told last
+        self._settled = 0  # session frame at which the last ramp is over
         made = Builder(patch, self._parts, self.tiles, self.scope_names, rate=rate, block=block).build()
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
         self._struck, self._lists, self.engine_signals = made.struck, made.lists, made.engine_signals
@@ -120,7 +121,7 @@ class Program:
             raise BadValue(f"{id} has no number {name!r}; allowed: numbers of a {part.type.type}")
         value = parameter.check(value)
         part.values[name] = value
-        self._faulty.clear()
+        self._settled = frame + RAMP
         p = self.tables
         if (k, name) in self._controls:
             q = self._controls[k, name]
@@ -200,14 +201,14 @@ class Program:
         return {id: int(rows[k].sum()) for id, k in self.index.items()}
 
     def fault(self) -> tuple[str, str, int] | None:
-        """Return node, tile and session frame of the first value that was not finite, once for each node until a
-        number is set.
+        """Return node, tile and session frame of the first value that was not finite: once for each node, and once
+        more if it is so after a number was set.
         """
         k, row, frame = (int(v) for v in self.tables.fault)
         self.tables.fault[0] = -1
-        if k < 0 or k in self._faulty:
+        if k < 0 or (k in self._faulty and not self._faulty[k] < self._settled <= frame):
             return None
-        self._faulty.add(k)
+        self._faulty[k] = frame
         return self.node_ids[k], self.tiles[row], frame
 
     def events(self, scope: str) -> np.ndarray:
