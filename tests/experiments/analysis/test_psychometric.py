@@ -306,6 +306,20 @@ def test_trials_of_nothing_say_where_a_curve_of_detection_begins(factors):
     assert {float(row[LEVEL]) for row in constant.prepared(in_si)[0]} == {10.0 ** (level / 20.0) for level in levels}
 
 
+def test_one_level_beside_nothing_has_shares_and_no_curve():
+    """Its curve was empty in all tables, since trials of nothing are no level of it."""
+    rows = [
+        {"participant": "P1", "stimulus": name, LEVEL: level, "felt": "yes" if k < yes else "no"}
+        for name, level, yes in (("nothing", 0.0, 2), ("faint", 0.2, 14))
+        for k in range(20)
+    ]
+    found = constant.findings(rows, Settings(bootstrap=0))
+    shares = {one.name: one.value for one in constant.estimates(rows, Settings())}
+    assert shares == {"share faint": 0.7, "share nothing": 0.1}
+    assert "two levels beside nothing" in " ".join(found.remarks)
+    assert not any("Curves" in table.title for table in found.tables)
+
+
 @pytest.mark.parametrize(
     ("yes", "pse", "low", "high"),
     [

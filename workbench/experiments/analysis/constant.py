@@ -80,11 +80,15 @@ def prepared(rows: Sequence[Row], *, in_si: bool = False) -> tuple[list[Row], st
 
     Who set a level of their own gets other levels than the next. Levels are a condition of all people only as in the
     protocol; as an axis, they are what each person got. Trials of nothing have no place among levels that are detected.
+
+    Raises `BadMeasurement` where no factor is a number, or one stimulus alone is left.
     """
     alike = _at_protocol_levels(rows)
     axis, condition = axis_and_condition(alike, in_si=in_si)
     nothing = {row.get("stimulus") for row in of_nothing(rows, axis)}
     placed = {row.get("stimulus") for row in rows if axis in row and (not condition or condition in row)} - nothing
+    if nothing and len(placed) == 1:
+        raise BadMeasurement("a curve needs two levels beside nothing; of one, d' tells where right answers are given")
     there = rows if axis == LEVEL else alike
     return [row for row in there if row.get("stimulus") in placed], axis, condition
 
