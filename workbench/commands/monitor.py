@@ -68,7 +68,7 @@ class MonitorOptions:
     "--accelerometers", default="", metavar="LIST", help=f"{FORM}, separated by spaces. Reports what they measure."
 )
 @SECONDS
-@click.option("--pace", is_flag=True, help="Play a file in real time instead of as fast as possible.")
+@click.option("--pace", is_flag=True, help="Play a file in real time, as --record and --patch do, not at once.")
 @click.option("--json", "as_json", is_flag=True, help="Print each footstep as one line of JSON.")
 @takes_options(MonitorOptions)
 def monitor(options: MonitorOptions) -> None:
