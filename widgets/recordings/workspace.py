@@ -233,12 +233,12 @@ class RecordingsWorkspace(Workspace):
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
     def _show_overview(self, overview: OverviewEnvelopes) -> None:
-        if self.axis.content is None:
+        if (content := self.axis.content) is None:
             return
-        if self.axis.content.overview is None and len(overview.levels["force"][0]):
+        if len(overview.levels["force"][0]) and not (content.overview and len(content.overview.levels["force"][0])):
             loads = overview.levels["force"][-1].high[:, :-1] - overview.baseline_n[:-1]
             self.readout.choose_tile(int(np.argmax(np.nanmean(loads, axis=0))))
-        self.axis.content.overview = overview
+        content.overview = overview
         self.axis.redraw()
 
     def _survey(self) -> None:
