@@ -17,6 +17,8 @@ from underfoot.version import __version__
 
 _LEFT_S = 3600.0
 _PAUSES_S = (0.01, 0.02, 0.04, 0.08, 0.16)
+OF_DEVICE = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
+"""Names that Windows takes for devices, whatever their suffix."""
 LARGEST = 64 << 20
 """Bytes of the largest document."""
 _DEVICE = "it is a device, and no file"
@@ -56,8 +58,11 @@ def stem_of(title: str, otherwise: str) -> str:
 
     >>> stem_of("Ice, thin!", "study"), stem_of("氷", "study"), len(stem_of("ice " * 100, "study"))
     ('ice-thin', 'study', 79)
+    >>> stem_of("Aux", "preset")
+    'aux-preset'
     """
-    return re.sub(r"[^a-z0-9]+", "-", title.lower())[:80].strip("-") or otherwise
+    stem = re.sub(r"[^a-z0-9]+", "-", title.lower())[:80].strip("-") or otherwise
+    return f"{stem}-{otherwise}" if OF_DEVICE.fullmatch(stem) else stem
 
 
 def read_file(path: str | Path, largest: int = LARGEST) -> bytes:

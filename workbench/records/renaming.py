@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.files import reason_of
+from underfoot.files import OF_DEVICE, reason_of
 from underfoot.records.recording import Recording
 from underfoot.records.survey import cached_files
 from underfoot.sqlite_files import uri_of
@@ -20,7 +20,6 @@ PATIENCE_S = 2.0
 _ASK_S = 0.05
 _BESIDE = ("-wal", "-journal")
 """Ends of the files in which SQLite keeps what is not in the recording's own file yet."""
-_RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
 
 
 def rename_recording(path: Path, name: str) -> Path:
@@ -54,7 +53,7 @@ def is_file_name(name: str) -> bool:
     [True, False, False, False, False, False]
     """
     is_clean = name.isprintable() and not re.search(r'[/\\:*?"<>|]', name) and not name.startswith(".")
-    return bool(name) and is_clean and not _RESERVED.fullmatch(name) and len(name.encode()) <= MOST_BYTES
+    return bool(name) and is_clean and not OF_DEVICE.fullmatch(name) and len(name.encode()) <= MOST_BYTES
 
 
 def _settled(path: Path) -> tuple[Path, ...]:
