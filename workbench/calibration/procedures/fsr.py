@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +23,7 @@ from underfoot.options import option
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, ask
 
 if TYPE_CHECKING:
+    from underfoot.calibration.science.foot_check import FootCheck
     from underfoot.calibration.science.linearisation import Linearisation, VoltageDivider
     from underfoot.floor.layout import Tile
     from underfoot.floor.profile import Profile
@@ -32,9 +33,6 @@ DEFAULT_FULL_N = 600.0
 _TARE_S, _STEADY_S = 1.0, 1.0
 _UNSTEADY_S = 20.0
 """Time after which a weight that has not come to rest is given up."""
-_STAYS_S, _OTHER_UNIT = 3.0, (0.03, 0.25)
-"""Time for which a force does not rise, and shares of the requested load then, that a load cell in kilograms or pounds
-gives."""
 _ZERO = 5e-4
 """Share of full scale by which an unloaded load cell is off its zero, and not only noisy."""
 _STILL_ON, _NOISE_COUNTS = 0.85, 100.0
@@ -43,8 +41,10 @@ _DRIFTS, _LEAST_DRIFT = 5.0, 2.0
 """Drift of an empty sensor from its tare to its first weight, over that from half to half of the tare; least counts."""
 _SHARE_ROUNDS, _SHARE_STEP = 8, 0.02
 """Fits, at most, until the shares that other sensors carry change by no more than this."""
-_HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
-"""Load of a hold, as a share of full scale, and its accepted relative deviation."""
+_HOLD_SHARE = 0.6
+"""Load of a hold, as a share of full scale."""
+_FOOT = "foot"
+"""Group of the step that checks the force of a foot."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,8 @@ class FsrProcedure(PagedProcedure):
         self._reference = answers["reference"]
         if self._reference == LOAD_CELL:
             self._full_n = answers["full_scale_n"]
-            return [step for j in range(4) for step in self._by_load_cell(j, answers["loadings"], answers["hold_s"])]
+            sensors = [self._by_load_cell(j, answers["loadings"], answers["hold_s"]) for j in range(4)]
+            return [*(step for steps in sensors for step in steps), self._by_foot(answers["hold_s"])]
         weights = answers["weights_n"]
         for one, two in pairwise(weights):
             if two <= one:
@@ -161,6 +162,12 @@ class FsrProcedure(PagedProcedure):
                 f"weights out of order: {given:g} N after {last:g} N on the way {way}; go back if {last:g} N was wrong"
             )
 
+    def skip(self) -> None:
+        """Skip a sensor, and with it the check of a foot, which all four bear; or that check alone."""
+        if self.page.may_skip and self._steps[self._at].group != _FOOT:
+            self._steps = [step for step in self._steps if step.group != _FOOT]
+        super().skip()
+
     @property
     def drawings(self) -> tuple[Drawing, ...]:
         """Return the pairs so far."""
@@ -183,10 +190,16 @@ class FsrProcedure(PagedProcedure):
             if np.abs(shares - known).max() <= _SHARE_STEP:
                 break
         found = linearise(self._pairs(shares), self._divider, hysteresis=self._reference == LOAD_CELL)
+        found = replace(found, foot=self._foot(found))
         result = result_of(found, self._cell if self._reference == LOAD_CELL else self._reference)
         tares = {step.sensor: _at_rest(readings) for step, readings, _ in self._step_data_of_sensors() if step.is_tare}
         drifts = drift_warnings([sensor.curve for sensor in found.sensors], tares, found.full_scale_n)
-        return replace(result, warnings=(*result.warnings, *share_warnings(shares), *drifts))
+        pressed = [
+            ("foot", "time_s,r1,r2,r3,r4,force_n", np.column_stack([one.time_s, one.values, self._load_cell(one)]))
+            for one in self._pressed_by_foot()
+        ]
+        warnings = (*result.warnings, *share_warnings(shares), *drifts)
+        return replace(result, warnings=warnings, raw=(*result.raw, *pressed))
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the pairs without curves."""
@@ -225,6 +238,16 @@ class FsrProcedure(PagedProcedure):
         add("hold", "hold", hold, held, partial(self._hold, held, hold_s), hold_s)
         add("release", "release", "Take the load off.", 0.0, self._fall, 0.0)
         return steps
+
+    def _by_foot(self, hold_s: float) -> Step:
+        """Return a load in the middle, which all sensors bear."""
+        instruction = (
+            f"Press in the middle of the tile with {self._full_n:.0f} N, through the load cell, and hold the force "
+            f"constant for {hold_s:.0f} s. This shows how far the force of a foot is off, which is the sum of all four."
+        )
+        press = PressRequest((0.0, 0.0), self._full_n, hold_s)
+        page = Page("foot-hold", "All sensors: a load in the middle", instruction, press=press, may_skip=True)
+        return Step(page, partial(self._press_middle, hold_s), _FOOT)
 
     def _by_weights(self, j: int, weights: Sequence[float]) -> list[Step]:
         at = self._tile.sensors_m[j]
@@ -281,56 +304,33 @@ class FsrProcedure(PagedProcedure):
         return progress
 
     def _rise(self, j: int, readings: Readings) -> PageProgress | None:
-        from underfoot.calibration.science.load_checks import (
-            COVERED,
-            NEAR,
-            covered_share,
-            latest_rise,
-            require_response,
-            require_within_scale,
-        )
+        from underfoot.calibration.science.load_checks import require_response, require_within_scale
+        from underfoot.calibration.science.load_progress import rise_progress
 
         force = self._load_cell(readings)
         require_within_scale(force, self._full_n)
         require_response(j, self._rest_readings(), readings.values, force, self._full_n)
-        full = self._full_n
-        rise = latest_rise(force, full)
-        top, covered = float(rise.max(initial=0.0)), covered_share(rise, full)
-        shown = (
-            ("force", float(force[-1]), "N"),
-            ("reading", float(readings.values[-1, j]), ""),
-            ("covered", 100.0 * covered, "%"),
-        )
-        if not rise.size:
-            return PageProgress("Let go, and raise the force from 0 N.", 0.0, shown)
-        if top >= NEAR * full and covered >= COVERED:
-            return None
-        if top >= NEAR * full:
-            return PageProgress("Too fast: let go, and raise the force more slowly.", covered, shown)
-        hint = f"Press harder, up to {full:.0f} N."
-        stays_s = float(readings.time_s[-1] - readings.time_s[int(np.argmax(force))])
-        if stays_s > _STAYS_S and _OTHER_UNIT[0] <= top / full <= _OTHER_UNIT[1]:
-            hint += f" The load cell does not exceed {top:.0f} N: does it count kilograms, or pounds?"
-        return PageProgress(hint, min(top / full, covered), shown)
+        return rise_progress(readings.time_s, force, float(readings.values[-1, j]), self._full_n)
 
     def _fall(self, readings: Readings) -> PageProgress | None:
-        force, full = self._load_cell(readings), self._full_n
-        if force[-1] <= 0.02 * full and np.ptp(readings.time_s) >= 0.3 and force[-20:].mean() <= 0.03 * full:
-            return None
-        gone = 1.0 - float(force[-1]) / max(float(force.max()), 1e-9)
-        return PageProgress("Let go.", max(gone, 0.0), (("force", float(force[-1]), "N"),))
+        from underfoot.calibration.science.load_progress import fall_progress
+
+        return fall_progress(readings.time_s, self._load_cell(readings), self._full_n)
 
     def _hold(self, held: float, hold_s: float, readings: Readings) -> PageProgress | None:
-        force = self._load_cell(readings)
-        inside = np.abs(force - held) <= _HOLD_BAND * held
-        outside = np.flatnonzero(~inside)
-        since = readings.time_s[outside[-1] + 1 if outside.size else 0] if inside[-1] else readings.time_s[-1]
-        kept = float(readings.time_s[-1] - since)
-        shown = (("force", float(force[-1]), "N"), ("held", kept, "s"))
-        if kept >= hold_s:
-            return None
-        hint = "Hold still." if inside[-1] else "Press harder." if force[-1] < held else "Press less hard."
-        return PageProgress(hint, kept / hold_s, shown)
+        from underfoot.calibration.science.load_progress import hold_progress
+
+        return hold_progress(readings.time_s, self._load_cell(readings), held, hold_s)
+
+    def _press_middle(self, hold_s: float, readings: Readings) -> PageProgress | None:
+        from underfoot.calibration.science.foot_check import require_shared
+        from underfoot.calibration.science.load_checks import require_within_scale
+
+        require_within_scale(self._load_cell(readings), self._full_n)
+        progress = self._hold(self._full_n, hold_s, readings)
+        if progress is None:
+            require_shared(np.abs(readings.values[-1] - self._rest_readings()))
+        return progress
 
     def _weigh(self, j: int, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.load_checks import require_weight
@@ -436,6 +436,21 @@ class FsrProcedure(PagedProcedure):
             return known_n
         return zero_n if abs(zero_n) > _ZERO * self._full_n else 0.0
 
+    def _pressed_by_foot(self) -> list[Readings]:
+        return [data.readings for data in self.step_data() if data.step.group == _FOOT]
+
+    def _foot(self, found: "Linearisation") -> "FootCheck | None":
+        """Return how far the sum of all sensors was off in the middle; None if that was not pressed."""
+        from underfoot.calibration.science.foot_check import check_foot
+
+        pressed = self._pressed_by_foot()
+        if not pressed or len(found.calibrated) < 4:
+            return None
+        tare = next(readings for step, readings, _ in reversed(self._step_data_of_sensors()) if step.is_tare)
+        force_n = self._load_cell(pressed[0]) - self._zero_n(tare, 0.0)
+        every = reduce(Readings.followed_by, (data.readings for data in self.step_data()))
+        return check_foot([sensor.curve for sensor in found.sensors], found.full_scale_n, every, force_n)
+
     def _share_of_others(self, found: "Linearisation", j: int) -> float:
         """Return the share of the loads over sensor `j` that the other sensors carry, by the curves `found`."""
         from underfoot.calibration.science.load_checks import share_of_others
@@ -457,22 +472,12 @@ def _setup_questions(reference: str) -> tuple[Parameter, ...]:
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
     doc = "Known weights, from the lightest to the heaviest, in newtons or as 5 kg."
     compared = "What the sensors are compared with. Weights show no creep, so that footsteps read less than they are."
+    full = Number(DEFAULT_FULL_N, 5.0, 5000.0, unit="N", scale="log", doc="Largest force, with a load cell.")
+    often = "How often each sensor is loaded, with a load cell."
     return (
         ask("reference", Choice(reference, options=REFERENCES, doc=compared)),
-        ask(
-            "full_scale_n",
-            Number(DEFAULT_FULL_N, 5.0, 5000.0, unit="N", scale="log", doc="Largest force, with a load cell."),
-        ),
-        ask(
-            "loadings",
-            Count(
-                3,
-                low=1,
-                high=20,
-                label="Loadings of each sensor",
-                doc="How often each sensor is loaded, with a load cell.",
-            ),
-        ),
+        ask("full_scale_n", full),
+        ask("loadings", Count(3, low=1, high=20, label="Loadings of each sensor", doc=often)),
         ask("hold_s", Number(10.0, 2.0, 100.0, unit="s", doc="How long a force is held, to measure creep.")),
         ask("weights_n", Numbers(weights, 0.1, 5000.0, least=3, most=40, unit="N", label="Known weights, N", doc=doc)),
     )

@@ -12,7 +12,7 @@ _UNITS = {
     "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N", "m": "m", "s": "s",
 }  # fmt: skip
 """Units as suffixes of the names of figures."""
-_ERRORS = re.compile("(error|bound|hysteresis|repeatability)_percent")
+_ERRORS = re.compile("(error|bound|hysteresis|repeatability|expanded|scatter)_percent")
 """Figures in % that are errors; others, as spread and distortion, are of something else."""
 _WORDS = {
     "round_trip_99_ms": "round_trip,_99 %",
@@ -20,6 +20,9 @@ _WORDS = {
     "bound_percent": "least_error_of_any_static_curve",
     "memory_error_percent": "error,_hysteresis_compensated",
     "creep_percent_decade": "creep_a_decade_of_time",
+    "foot_expanded_percent": "foot:_expanded_uncertainty_(k_=_2)",
+    "foot_error_percent": "foot:_error_in_the_middle",
+    "foot_scatter_percent": "foot:_errors_of_the_four_sensors",
     "footstep_less_percent": "how_much_less_a_footstep_may_read",
     "spread_percent": "spread_of_the_sensors",
     "worst_error_percent": "largest_error",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs
+from underfoot.calibration.science.foot_check import FootCheck
 from underfoot.calibration.science.hysteresis import curve_knots, fit_hysteresis
 from underfoot.calibration.science.pair_plausibility import require_plausible
 from underfoot.calibration.science.sensor_characteristics import (
@@ -90,12 +91,13 @@ class SensorFit:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """Curves of a tile's four sensors, and objections to them."""
+    """Curves of a tile's four sensors, objections to them, and how far their sum is off if that was checked."""
 
     tile: str
     full_scale_n: float
     sensors: tuple[SensorFit, SensorFit, SensorFit, SensorFit]
     warnings: tuple[str, ...]
+    foot: FootCheck | None = None
 
     @property
     def calibrated(self) -> tuple[int, ...]:
@@ -109,8 +111,9 @@ class Linearisation:
 
     @property
     def good(self) -> bool:
-        """Whether all sensors are calibrated over nearly full scale, within the allowed error."""
+        """Whether all sensors are calibrated over nearly full scale, within the allowed error, as is their sum."""
         errors = [sensor.curve.error_percent for sensor in self.sensors]
+        errors += [] if self.foot is None else [self.foot.error_percent]
         return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self.saturated
 
     @property
