@@ -99,14 +99,14 @@ class FrameFaults:
         parser, tile = self._parser, f"tile {self._floor.ids[row]}"
         period_us = parser.period_us(row)
         is_out_of_order = refused > WINDOW + 4 * accepted
-        falls = accepted + refused >= WINDOW and 2 * began > accepted
-        if falls:
-            words = f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
-            yield _Fault("falls", words)
-        elif is_out_of_order:
+        falls = accepted >= WINDOW and 2 * began > accepted
+        if is_out_of_order:
             yield _Fault("order", f"{tile} sends frame numbers that do not rise, so its frames are taken for old ones")
         elif parser.stands_still(row):
             yield _Fault("still", f"{tile} sends the same microseconds in all frames, so its samples have no time")
+        elif falls:
+            words = f"{tile} sends microseconds that fall from frame to frame, so its samples have no time"
+            yield _Fault("falls", words)
         elif accepted >= FRAMES and missed == 0 and parser.only_leaps(row):
             rise = "and must rise by 1 with each of its samples; are their bytes swapped?"
             yield _Fault("leaps", f"{tile} sends frame numbers that leap by {WINDOW} or more, {rise}")

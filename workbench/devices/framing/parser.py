@@ -350,10 +350,11 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
     jumped |= ahead > 0 and passed_us <= -max(tile.period_us, 1)  # a later sample with an earlier time
     jumped |= ahead >= WINDOW and tile.period_us == 0 and tile.epoch > 0  # of before it began anew
     if jumped or ahead <= -WINDOW:
-        # A restarted tile continues from there; a frame that was held up stays alone.
+        # A restarted tile continues from there; a frame that was held up stays alone. One of which only the clock
+        # stepped goes on in its numbers.
         follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
         if tile.suspect >= 0 and follows:
-            tile.patience -= 1
+            tile.patience = 0 if 0 < ahead < WINDOW else tile.patience - 1
         if tile.patience == 0:
             tile.epoch += 1
             # After half a turn of the sequence nobody can tell: the line may have been away, or the computer asleep.
