@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from underfoot.kernels import inlined, kernel, part
+from underfoot.kernels import inlined, kernel
 
 
 @inlined
@@ -26,10 +26,10 @@ def test_a_kernel_that_is_called_with_literals_is_compiled_once(monkeypatch, tmp
     out = np.zeros(3)
     _doubled_counts(out)
     assert list(out) == [2.0, 4.0, 6.0]
-    assert len(_twice.compiled.signatures) == 1
+    assert len(_twice.part.signatures) == 1
 
 
-@part
+@kernel
 def _root(number: float) -> float:
     if number < 0.0:
         raise ValueError("no root of a negative number")
@@ -41,18 +41,16 @@ def _two_roots(number: float) -> float:
     return 2.0 * _root(number)
 
 
-def test_a_part_is_cached_only_within_its_kernel_and_may_raise_there(monkeypatch, tmp_path):
+def test_a_kernel_that_another_calls_is_a_part_of_it_may_raise_there_and_can_be_called(monkeypatch, tmp_path):
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
     assert _two_roots(9.0) == 6.0
     with pytest.raises(ValueError, match="no root of a negative number"):
         _two_roots(-9.0)
     assert not [path for path in tmp_path.rglob("*.nbi") if "_root-" in path.name]
-
-
-def test_a_part_that_python_calls_says_so_and_the_interpreter_lives_on():
-    with pytest.raises(TypeError, match=r"_root is a part of kernels; Python calls _root\.py_func"):
-        _root(9.0)
-    assert _root.py_func(9.0) == 3.0
+    assert _root(9.0) == 3.0
+    with pytest.raises(ValueError, match="no root of a negative number"):
+        _root(-9.0)
+    assert _twice(3.0) == 6.0
 
 
 @njit
@@ -60,7 +58,7 @@ def _tripled(number: float) -> float:
     return 3.0 * number
 
 
-@part
+@kernel
 def _next_to_triple(number: float) -> float:
     return _tripled(number) + 1.0
 
@@ -70,7 +68,7 @@ def _largest(number: float) -> float:
     return max(_next_to_triple(number), 2.0)
 
 
-def test_a_function_of_numba_that_a_part_calls_can_be_called_from_python_afterwards(monkeypatch, tmp_path):
+def test_a_function_of_numba_that_a_kernel_calls_can_be_called_from_python_afterwards(monkeypatch, tmp_path):
     """As one that a node's `run` calls and its `sizes`, too: the interpreter crashed."""
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
     assert _largest(2.0) == 7.0

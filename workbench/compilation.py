@@ -47,14 +47,19 @@ IS_DISABLED = bool(config.DISABLE_JIT)
 """Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1)."""
 
 
-def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: bool) -> object:
+def compiled(function: Callable[..., Any], options: dict[str, Any]) -> object:
     """Return the dispatcher that compiles a kernel for its argument types, or its plain form if Numba is disabled."""
     if IS_DISABLED:
         return _plain(function)
     made = _Dispatcher(function, targetoptions=options)
-    made.is_part = not is_kept
-    if is_kept:
-        made._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
+    made._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
+    return made
+
+
+def part(function: Callable[..., Any], options: dict[str, Any]) -> CPUDispatcher:
+    """Return the dispatcher that compiles a kernel for others that call it. Python cannot: the interpreter crashes."""
+    made = _Dispatcher(function, targetoptions={**options, "no_cpython_wrapper": True})
+    made.is_part = True
     return made
 
 

@@ -10,7 +10,7 @@ Numba is imported by the first call of a kernel: a window that only shows nodes 
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,18 +29,15 @@ Floats = NDArray[np.float64]
 """Arrays of float64, which kernels take where they are contiguous."""
 
 _STRICT = {"nopython": True, "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-_PART = {"no_cpython_wrapper": True}
-_INLINED = {**_PART, "forceinline": True}
+_COMPILED_ONLY = "a patch runs as compiled code only; unset NUMBA_DISABLE_JIT, which is for models by themselves"
 
 
 class Kernel:
-    """Function that is compiled, or loaded from the cache, at its first call.
+    """Function that is compiled, or loaded from the cache, at its first call from Python.
 
-    `py_func` is the function itself, `compiled` Numba's dispatcher.
+    `py_func` is the function itself. In a kernel that calls it, it is a part: optimised there, without machine code of
+    its own.
     """
-
-    is_kept = True
-    """Whether it is cached, and can be called from Python."""
 
     def __init__(self, function: Callable[..., Any], **options: object) -> None:
         update_wrapper(self, function)
@@ -51,10 +48,17 @@ class Kernel:
 
     @cached_property
     def compiled(self) -> "CPUDispatcher":
-        """Numba's dispatcher."""
+        """Numba's dispatcher for calls from Python."""
         from underfoot.compilation import compiled
 
-        return compiled(self.py_func, self.options, self.is_kept)
+        return compiled(self.py_func, self.options)
+
+    @cached_property
+    def part(self) -> "CPUDispatcher":
+        """Numba's dispatcher for calls from other kernels."""
+        from underfoot.compilation import part
+
+        return part(self.py_func, self.options)
 
     def specialised(self, *arguments: object) -> Callable[..., Any]:
         """Return the kernel compiled, or loaded, for arguments of these types; called with others, it may crash.
@@ -74,23 +78,7 @@ class Kernel:
     @property
     def _numba_type_(self) -> "types.Type":
         """Numba type of the kernel in a kernel that calls it."""
-        return self.compiled._numba_type_
-
-
-class KernelPart(Kernel):
-    """Kernel that exists only within others. Python cannot call it: without this, the interpreter would crash."""
-
-    is_kept = False
-
-    def _plain(self) -> Callable[..., Any]:
-        """Return its plain form if Numba is disabled, and refuse otherwise."""
-        from underfoot.compilation import IS_DISABLED
-
-        if IS_DISABLED:
-            return self.compiled
-        raise TypeError(f"{self.py_func.__name__} is a part of kernels; Python calls {self.py_func.__name__}.py_func")
-
-    __call__ = property(_plain)
+        return self.part._numba_type_
 
 
 class Intrinsic:
@@ -110,9 +98,7 @@ class Intrinsic:
 
     def __call__(self, *args: object) -> Any:  # noqa: ANN401 - what the intrinsic makes
         if self._in_python is None:
-            raise UnderfootError(
-                "a patch runs as compiled code only; unset NUMBA_DISABLE_JIT, which is for models by themselves"
-            )
+            raise UnderfootError(_COMPILED_ONLY)
         return self._in_python(*args)
 
     @cached_property
@@ -121,9 +107,6 @@ class Intrinsic:
         from underfoot.compilation import type_of_intrinsic
 
         return type_of_intrinsic(self.py_func)
-
-
-SomeKernel = TypeVar("SomeKernel", bound=Kernel)
 
 
 def kernel(function: Callable[..., Any]) -> Kernel:
@@ -136,18 +119,17 @@ def modal_kernel(function: Callable[..., Any]) -> Kernel:
     return Kernel(function, fastmath={"contract", "nsz", "arcp", "reassoc"})
 
 
-def part(function: Callable[..., Any]) -> KernelPart:
-    """Declare a helper of one kernel, compiled with it."""
-    return KernelPart(function, **_PART)
+part = kernel
+"""Declares a helper that only kernels call."""
 
 
-def inlined(function: Callable[..., Any]) -> KernelPart:
+def inlined(function: Callable[..., Any]) -> Kernel:
     """Declare a helper that is inlined into each kernel that calls it, for code that runs every frame."""
-    return KernelPart(function, **_INLINED)
+    return Kernel(function, forceinline=True)
 
 
-def allocating(declared: SomeKernel) -> SomeKernel:
-    """Let a declared kernel, part or helper make arrays.
+def allocating(declared: Kernel) -> Kernel:
+    """Let a declared kernel make arrays.
 
     The others are compiled without Numba's counts of references to arrays, which it keeps at every call even where
     nothing is made: of tracking, they were a third of the run time and of the code.
@@ -163,14 +145,16 @@ def intrinsic(function: Callable[..., "Emission"]) -> Intrinsic:
 
 def callback(signature: "str | Signature", function: Callable[..., Any]) -> "CFunc":
     """Compile or load, at once, a kernel that is called by its address."""
-    from underfoot.compilation import compiled_callback
+    from underfoot.compilation import IS_DISABLED, compiled_callback
 
+    if IS_DISABLED:
+        raise UnderfootError(_COMPILED_ONLY)
     return compiled_callback(signature, function)
 
 
-def modal_inlined(function: Callable[..., Any]) -> KernelPart:
+def modal_inlined(function: Callable[..., Any]) -> Kernel:
     """Declare a helper inlined into modal kernels. It may contract; its sums keep their order."""
-    return KernelPart(function, **_INLINED, fastmath={"contract", "nsz"})
+    return Kernel(function, forceinline=True, fastmath={"contract", "nsz"})
 
 
 @inlined
