@@ -125,7 +125,7 @@ def test_forces_by_clicks_and_then_places_with_the_keyboard_for_form_and_loads(h
     hands.type("hold_s", "2 s")
     hands.to_the_end()
     result = hands.wizard.snapshot.result
-    assert {page.partition("-")[0] for page in hands.pages[1:-1]} == {f"sensor{j}" for j in (1, 2, 3, 4)}
+    assert {page.partition("-")[0] for page in hands.pages[1:-1]} == {"foot", *(f"sensor{j}" for j in (1, 2, 3, 4))}
     hands.wait(lambda: len(hands.wizard.drawings.plots) == len(result.drawings))
     profile, kind, folder = hands.save()
     assert (kind, profile) == ("fsr", Profile.load(folder / "t1.json"))
