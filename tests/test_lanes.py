@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.lanes import (
     all_eight,
     all_four,
@@ -85,7 +85,7 @@ def _scaled(a, out, at, by_four):
         put(out, at, _scaled_lanes(a, at, all_eight(0.0)))
 
 
-@part
+@kernel
 def _scaled_lanes(a, at, like):
     return full_like(like, 3.0) * take_like(like, a, at)
 

@@ -119,10 +119,6 @@ def modal_kernel(function: Callable[..., Any]) -> Kernel:
     return Kernel(function, fastmath={"contract", "nsz", "arcp", "reassoc"})
 
 
-part = kernel
-"""Declares a helper that only kernels call."""
-
-
 def inlined(function: Callable[..., Any]) -> Kernel:
     """Declare a helper that is inlined into each kernel that calls it, for code that runs every frame."""
     return Kernel(function, forceinline=True)

@@ -18,7 +18,7 @@ applied at once; under a foot, whose samples it would squeeze together or tear a
 import numpy as np
 from msgspec import Struct
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 WINDOW_US, WINDOWS = 250_000.0, 40
 """Length of a window, of which the earliest arrival is kept, and number of windows kept."""
@@ -200,7 +200,7 @@ def slewed(clock: np.record, microseconds: float, frame: float, rate: float, jum
     return x * rate * 1e-6 + clock.applied
 
 
-@part
+@kernel
 def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> None:
     """Reset a clock; the line goes through this arrival. Only the windows' count is reset.
 
@@ -216,7 +216,7 @@ def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> N
     clock.applied_us = clock.noted = -np.inf
 
 
-@part
+@kernel
 def _close_window(clock: np.record, rate: float) -> None:
     """Keep the earliest arrival of the open window, and fit the line anew."""
     if clock.earliest - _line(clock, clock.earliest_us) > JUMP_S * rate:
@@ -232,12 +232,12 @@ def _close_window(clock: np.record, rate: float) -> None:
     _refit(clock, rate)
 
 
-@part
+@kernel
 def _line(clock: np.record, x: float) -> float:
     return clock.offset + clock.slope * (x - clock.pivot_us)
 
 
-@part
+@kernel
 def _refit(clock: np.record, rate: float) -> None:
     """Fit the line: the segment of the earliest arrivals' lower hull at their middle."""
     count = min(clock.count, WINDOWS)

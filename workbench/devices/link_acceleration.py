@@ -14,7 +14,7 @@ from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.framing.wire_format import REST
 from underfoot.devices.row_assembly import Assembly, session_frame
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.models.filtering.resampling import BEFORE, BEHIND, lagrange_weights
 
 LAG_S = 0.1
@@ -129,7 +129,7 @@ def _fill(
             rows[i, k] = total
 
 
-@part
+@kernel
 def _take(tile: np.record, values: NDArray[np.float64], entry: np.record) -> None:
     """Store the samples of a frame of the wire; samples lost before them are set to rest."""
     ahead = ((entry.sequence - tile.sequence + 0x8000) & 0xFFFF) - 0x8000

@@ -17,7 +17,7 @@ from underfoot.devices.device_clock import DeviceClocks
 from underfoot.devices.force_source import SampleBuffers
 from underfoot.floor.layout import Floor
 from underfoot.floor.tracking import OFF_SHARE, ON_N
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 QUEUE = 1 << 16
 """Capacity of the queue of tile samples."""
@@ -169,7 +169,7 @@ def hand_over(
             at.next_row = at.newest_row + 1
 
 
-@part
+@kernel
 def _end_of_epoch(assembly: Assembly, head: int) -> int:
     """Return the number of the next sample, after the first that waits, at which a tile restarts; `head` for none.
 
@@ -185,7 +185,7 @@ def _end_of_epoch(assembly: Assembly, head: int) -> int:
     return head
 
 
-@part
+@kernel
 def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
     """Pass all samples queued since the last call, up to number `until`, to the clocks.
 
@@ -206,7 +206,7 @@ def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
     at.observed = until
 
 
-@part
+@kernel
 def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool:
     """Map a sample to the session's clock and put it into its row; return False if there is no space for it yet."""
     at, clock = assembly.progress[0], assembly.clocks[assembly.tiles[entry.tile].clock]
@@ -223,7 +223,7 @@ def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool
     return True
 
 
-@part
+@kernel
 def _is_loaded(tiles: NDArray[np.void], clock: int) -> bool:
     """Return whether a contact may be on a tile that uses this clock."""
     loaded = False
@@ -239,7 +239,7 @@ def session_frame(assembly: Assembly, clock: np.record, time_us: float) -> float
     return device_clock.sent_frame(assembly.session[0], arrived, assembly.rate)
 
 
-@part
+@kernel
 def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
     """Return the largest playout delay of the clocks heard in the last second."""
     delay = 0.0
@@ -249,7 +249,7 @@ def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
     return delay
 
 
-@part
+@kernel
 def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
     """Return the tile whose clock this sample uses."""
     k = entry.tile
@@ -265,7 +265,7 @@ def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
     return tiles[k].clock
 
 
-@part
+@kernel
 def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin: int) -> bool:
     """Put a sample into its row; return False if other rows must be handed over first."""
     at, k, period = assembly.progress[0], entry.tile, assembly.period
@@ -302,7 +302,7 @@ def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin
     return True
 
 
-@part
+@kernel
 def _emit(assembly: Assembly, out: SampleBuffers, count: int, begin: int, end: int) -> int:
     """Hand over the rows due before frame `end`, after the `count` already there; return the new count."""
     at, rows, received, period = assembly.progress[0], assembly.rows, assembly.received, assembly.period

@@ -28,7 +28,7 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.tracker_memory import STREAM, TILE
-from underfoot.kernels import Floats, call_at, inlined, intrinsic, kernel, part
+from underfoot.kernels import Floats, call_at, inlined, intrinsic, kernel
 
 if TYPE_CHECKING:
     from underfoot.emission import Emission, Type, TypingContext
@@ -221,7 +221,7 @@ def _take(where: NDArray[np.int64], follow: int, followed: int, begin: int, coun
                 _enqueue(m.queue[k], m.segments[k], m.tiles[k], m.plates[k], m.stamps[i], m.arrivals[i], m.timing[0])
 
 
-@part
+@kernel
 def _enqueue(
     queue: NDArray[np.void],
     segment: np.record,
@@ -313,7 +313,7 @@ def _is_at_rest(segment: np.record) -> bool:
     return segment.gate == 0.0 and segment.gate_target == 0.0 and segment.force_n == 0.0
 
 
-@part
+@kernel
 def _first_frame(start: float, period: float) -> int:
     """Return the first frame at least one period after `start`, whichever way the sum is rounded."""
     if not abs(start) < _FARTHEST:
@@ -326,7 +326,7 @@ def _first_frame(start: float, period: float) -> int:
     return frame
 
 
-@part
+@kernel
 def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> None:
     """Begin the segment to a sample, from the present values of the signals."""
     now = sample.from_frame
@@ -352,7 +352,7 @@ def _next_segment(segment: np.record, sample: np.record, timing: np.record) -> N
     segment.queue_head += 1
 
 
-@part
+@kernel
 def _share(segment: np.record, now: float) -> float:
     """Return the share of the segment that has passed: 0 to 1."""
     if now >= segment.at_frame:  # most often; spares a division
@@ -361,14 +361,14 @@ def _share(segment: np.record, now: float) -> float:
     return min(max((now - segment.from_frame) / length, 0.0), 1.0) if length > 0.0 else 1.0
 
 
-@part
+@kernel
 def _held(segment: np.record, now: float, timing: np.record) -> float:
     """Return the gain of a force without newer samples: 1 while held, then a ramp to 0."""
     over = now - segment.at_frame - timing.hold
     return max(1.0 - over / timing.shift, 0.0) if over > 0.0 else 1.0
 
 
-@part
+@kernel
 def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, timing: np.record, frame: int) -> None:
     """Write a tile's signals, all on one segment, from session frame `frame` on; empty ones are not wanted."""
     last = frame + force_n.size - 1 - timing.period
@@ -396,7 +396,7 @@ def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record,
             y_m[i] = start[2] + (target[2] - start[2]) * share if gate != 0.0 or now_n != 0.0 else 0.0
 
 
-@part
+@kernel
 def _write_frames_ungated(
     force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, period: float, frame: int
 ) -> None:
@@ -406,7 +406,7 @@ def _write_frames_ungated(
     _draw_line(y_m, 2, segment, period, frame)
 
 
-@part
+@kernel
 def _draw_line(out: Floats, signal: int, segment: np.record, period: float, frame: int) -> None:
     """Write one signal of a segment."""
     since, length = segment.from_frame, segment.at_frame - segment.from_frame

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.safety_rows import LARGEST, along, held, is_still, limit_row, limited, limits_of
-from underfoot.kernels import Floats, inlined, part
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.lanes import (
     all_eight,
     all_four,
@@ -53,7 +53,7 @@ results. `before` is 0 except for rows that add.
 """
 
 
-@part
+@kernel
 def limit_group(
     acceleration: NDArray[np.float64],
     out: NDArray[np.float32],
@@ -208,7 +208,7 @@ def _scatter(
             out[at + i, channel] = work.made[i * ROWS + place]
 
 
-@part
+@kernel
 def _run(work: Memory, stage: np.record, n: int, zero: Floats) -> int:
     """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n.
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, inlined, part
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.lanes import all_one, anywhere, chosen, full_like, magnitudes, roots, total
 
 NEGLIGIBLE, LARGEST = 1e-12, 100.0
@@ -80,7 +80,7 @@ def is_still(row: np.record) -> bool:
     return row.dc_in == row.dc_out == 0.0
 
 
-@part
+@kernel
 def limit_row(
     acceleration: Floats,
     out: NDArray[np.float32],

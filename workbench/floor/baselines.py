@@ -17,7 +17,7 @@ from underfoot.floor.running_median import (
     running_median,
 )
 from underfoot.floor.tracker_memory import TrackerMemory
-from underfoot.kernels import Floats, inlined, kernel, part
+from underfoot.kernels import Floats, inlined, kernel
 
 
 @kernel
@@ -34,7 +34,7 @@ def bring_up_noise(memory: TrackerMemory) -> None:
         noise_n(memory, k)
 
 
-@part
+@kernel
 def weigh(tile: np.record, force_n: Floats) -> None:
     """Compute the load on the tile, and add the sample to the mean for the baseline."""
     total, load_n = force_n[0] + force_n[1] + force_n[2] + force_n[3], 0.0
@@ -47,7 +47,7 @@ def weigh(tile: np.record, force_n: Floats) -> None:
         tile.summed += 1
 
 
-@part
+@kernel
 def store_thinned(tile: np.record, slot: Floats, force_n: Floats) -> None:
     """Store the mean since the last thinned sample, and the sum of this sample, in a slot of the ring."""
     slot[4] = 0.0
@@ -58,7 +58,7 @@ def store_thinned(tile: np.record, slot: Floats, force_n: Floats) -> None:
     tile.summed = 0
 
 
-@part
+@kernel
 def update_baselines(memory: TrackerMemory) -> None:
     """Count the present sample where it is quiet, and update the baselines of tiles without a contact."""
     stream, places, length = memory.stream[0], memory.ring.shape[1], memory.window.shape[2]
@@ -100,7 +100,7 @@ def _slide_window(memory: TrackerMemory, k: int, newest: int, oldest: int) -> in
     return min(had + 1, length)
 
 
-@part
+@kernel
 def noise_n(memory: TrackerMemory, k: int) -> float:
     """Return the noise of tile k at the last update of its baseline."""
     tile, n = memory.tiles[k], memory.tiles[k].noise_of
@@ -113,21 +113,21 @@ def noise_n(memory: TrackerMemory, k: int) -> float:
     return tile.noise_n
 
 
-@part
+@kernel
 def forget_quiet(memory: TrackerMemory, k: int) -> None:
     """End the quiet time of tile k; its noise is computed now, while the ring has the values."""
     noise_n(memory, k)
     memory.tiles[k].quiet = 0
 
 
-@part
+@kernel
 def renew_now(memory: TrackerMemory, k: int, take: bool) -> None:
     """Renew the baseline, including the present sample, which the number of thinned samples does not include yet."""
     _renew(memory, k, memory.stream[0].taken + (1 if take else 0))
     memory.tiles[k].load_n = 0.0
 
 
-@part
+@kernel
 def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
     """Set the baseline of tile k to its readings of the last 0.1 s; a contact on it ends with the next sample."""
     tile, ring, stream, values = memory.tiles[k], memory.ring[k], memory.stream[0], memory.work

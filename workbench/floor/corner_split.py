@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from underfoot.errors import require
 from underfoot.floor.layout import Tile
 from underfoot.floor.tile_parameters import Split
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.models.signals.random import normal, stream_key, uniform
 
 
@@ -50,7 +50,7 @@ def corner_twist(tile: Tile) -> NDArray[np.float64]:
     return np.asarray(np.sign(centred[:, 0] * centred[:, 1]))
 
 
-@part
+@kernel
 def lift_corners(carried: NDArray[np.float64], twist: NDArray[np.float64]) -> None:
     """Lift the corners that would pull, because rubber mounts can only push.
 

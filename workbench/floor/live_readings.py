@@ -15,7 +15,7 @@ from underfoot.floor.centroid_correction import CentroidCorrection, CorrectionAr
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import Floor, Tile
 from underfoot.floor.profile import Centroid, Profile
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.models.tile import fsr_hysteresis
 from underfoot.models.tile.fsr_hysteresis import LAGS_S, MOST_PLAYS
 
@@ -173,14 +173,14 @@ def correct_floor(tables: ConversionTables, first: int, count: int, period_s: fl
                 _correct(tables, k, (first + i) * period_s, newtons[i, k])
 
 
-@part
+@kernel
 def reset_sensors(tables: ConversionTables, k: int) -> None:
     """Reset the sensors of a tile to rest: without hysteresis or creep of earlier loads."""
     for j in range(4):
         fsr_hysteresis.reset(tables.states[k, j])
 
 
-@part
+@kernel
 def _correct(tables: ConversionTables, k: int, time_s: float, newtons: Floats) -> None:
     """Compensate hysteresis and creep of a tile's sensors and correct its centroid. Allocates nothing.
 
@@ -200,7 +200,7 @@ def _correct(tables: ConversionTables, k: int, time_s: float, newtons: Floats) -
         _correct_centroid(tables, k, total, newtons)
 
 
-@part
+@kernel
 def _correct_centroid(tables: ConversionTables, k: int, total_n: float, newtons: Floats) -> None:
     placing = tables.placings[k]
     correction = CorrectionArrays(

@@ -6,7 +6,7 @@ known. When the median has moved out of those that are kept, they are selected a
 
 import numpy as np
 
-from underfoot.kernels import Floats, inlined, kernel, part
+from underfoot.kernels import Floats, inlined, kernel
 
 MIDDLE = np.dtype([("low", np.float64), ("high", np.float64), ("below", np.int64), ("kept", np.int64)], align=True)
 """Middle of a window: `kept` values, all those from `low` to `high`; `below` is the number of smaller ones."""
@@ -63,7 +63,7 @@ def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: i
     return 0.5 * (ascending[(n - 1) // 2 - below] + ascending[n // 2 - below])
 
 
-@part
+@kernel
 def _exchange_kept(middle: np.record, ascending: Floats, old: float, new: float) -> None:
     """Exchange values of which at least one is in the middle."""
     if old == new:
@@ -78,7 +78,7 @@ def _exchange_kept(middle: np.record, ascending: Floats, old: float, new: float)
         insert(middle, ascending, new)
 
 
-@part
+@kernel
 def _centre(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> None:
     """Centre the middle on the median: select it again if the median has left it, else drop what is far from it."""
     if (n - 1) // 2 < middle.below or n // 2 >= middle.below + middle.kept:
@@ -88,7 +88,7 @@ def _centre(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: 
         _narrow(middle, ascending, n)
 
 
-@part
+@kernel
 def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
     """Copy the n latest values of a ring to `values`, in any order."""
     end = newest + 1
@@ -99,7 +99,7 @@ def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
         values[i] = ring[len(ring) - n + i]
 
 
-@part
+@kernel
 def _choose(middle: np.record, values: Floats, n: int) -> None:
     """Select the middle of the first n values, and move it to the front, in ascending order."""
     first, last = max((n - 1) // 2 - _REACH, 0), min(n // 2 + _REACH, n - 1)
@@ -125,7 +125,7 @@ def _choose(middle: np.record, values: Floats, n: int) -> None:
     _keep(middle, values, first, last)
 
 
-@part
+@kernel
 def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
     """Keep fewer values: those near the median, and those equal to the outermost of them."""
     kept = ascending[: middle.kept]
@@ -139,7 +139,7 @@ def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
     _keep(middle, ascending, first, last)
 
 
-@part
+@kernel
 def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
     """Move the kept values to the front; those before them are now counted as below."""
     middle.kept = last + 1 - first
@@ -149,7 +149,7 @@ def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
         middle.below += first
 
 
-@part
+@kernel
 def _first_not_below(ascending: Floats, value: float) -> int:
     """Return the index of the first value that is not below `value`, by a search without unpredictable branches."""
     first, length = 0, ascending.size
@@ -160,7 +160,7 @@ def _first_not_below(ascending: Floats, value: float) -> int:
     return first + (1 if ascending[first] < value else 0)
 
 
-@part
+@kernel
 def _select(values: Floats, first: int, last: int, k: int) -> None:
     """Partially sort values `first` to `last` (quickselect): value k is in its place, no smaller one is after it."""
     while first < last:

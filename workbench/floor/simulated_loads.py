@@ -14,7 +14,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
@@ -194,7 +194,7 @@ def press(forces_n: Floats, count: int, plates: NDArray[np.void], hands: NDArray
                 _add_to_corners(forces_n[i, k], plates[k], hand.x_m, hand.y_m, hand.force_n)
 
 
-@part
+@kernel
 def _add_footfall(
     forces_n: Floats, plates: NDArray[np.void], step: np.record, curves: Floats, footing: NDArray[np.void], phase: float
 ) -> None:
@@ -220,7 +220,7 @@ def _add_footfall(
             _add_point_force(forces_n, plates, footing, (x, y), load_n / _POINTS, shift)
 
 
-@part
+@kernel
 def _add_point_force(
     forces_n: Floats,
     plates: NDArray[np.void],
@@ -249,14 +249,14 @@ def _add_point_force(
                 _add_shifted(forces_n[k], plates[k], footing[k].shift_m, edge, share * force_n, shift)
 
 
-@part
+@kernel
 def _on_tile(plate: np.record, place: tuple[float, float]) -> tuple[float, float]:
     """Convert a place on the floor to a tile's frame."""
     dx, dy = place[0] - plate.centre_m[0], place[1] - plate.centre_m[1]
     return plate.axes[0, 0] * dx + plate.axes[0, 1] * dy, plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
 
 
-@part
+@kernel
 def _held(plate: np.record, footing: np.record, along: float, across: float) -> float:
     """Return the share of a load beside a tile that its edge bears: 1 at the edge, 0 at the tile across the gap."""
     share = 1.0
@@ -267,7 +267,7 @@ def _held(plate: np.record, footing: np.record, along: float, across: float) -> 
     return share
 
 
-@part
+@kernel
 def _add_shifted(
     forces_n: Floats,
     plate: np.record,
@@ -282,7 +282,7 @@ def _add_shifted(
     _add_to_corners(forces_n, plate, x, y, force_n)
 
 
-@part
+@kernel
 def _add_to_corners(forces_n: Floats, plate: np.record, x: float, y: float, force_n: float) -> None:
     """Add a force at (x, y) in the tile's frame, split bilinearly over sensors at the corners of a rectangle."""
     centre_x = centre_y = half_x = half_y = 0.0

@@ -23,7 +23,7 @@ from underfoot.array_tables import F2, F3, F4, addresses, borrow
 from underfoot.clock import FADE, LONG_AGO, SPAN
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import copy, inlined, intrinsic, kernel, part
+from underfoot.kernels import copy, inlined, intrinsic, kernel
 from underfoot.layouts import Memory
 from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
@@ -318,7 +318,7 @@ def _apply(
     return unsettled
 
 
-@part
+@kernel
 def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: NDArray[np.float64]) -> None:
     """Wake a tile at its first nonzero drive, with the load of that frame until the next span."""
     for i in range(len(force)):
@@ -329,7 +329,7 @@ def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: 
             return
 
 
-@part
+@kernel
 def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> None:
     """Find the load of a tile from its force, x and y: none, or a foot between three places of the grid."""
     load.systems[:] = -1
@@ -348,7 +348,7 @@ def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> 
     load.shares[0], load.shares[1], load.shares[2] = 1.0 - max(u, v), abs(u - v), min(u, v)
 
 
-@part
+@kernel
 def _take_load(row: np.record, load: np.record) -> None:
     """Set the load of the present slot, without a fade."""
     for corner in range(CORNERS):
@@ -356,7 +356,7 @@ def _take_load(row: np.record, load: np.record) -> None:
         row.shares[row.slot, corner] = row.shares_before[row.slot, corner] = load.shares[corner]
 
 
-@part
+@kernel
 def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], here: int) -> None:
     """Move the weights of the running systems, or begin a fade to others unless one is in progress."""
     slot = row.slot
@@ -387,7 +387,7 @@ def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], h
             copy(row.shares[other], row.shares_before[other])
 
 
-@part
+@kernel
 def _run(memory: PlateMemory, k: int, here: int, n: int) -> None:
     """Turn `n` frames of drive in the first buffer into acceleration; at the end of a span, put a quiet tile to
     sleep."""
@@ -418,7 +418,7 @@ def _run(memory: PlateMemory, k: int, here: int, n: int) -> None:
             memory.shaker_states[k], body_states[k], row.awake = 0.0, 0.0, False
 
 
-@part
+@kernel
 def _run_systems(
     row: np.record,
     slot: int,
@@ -443,7 +443,7 @@ def _run_systems(
             out[i] += (share + rise * (past + i)) * one[i]
 
 
-@part
+@kernel
 def _ring(row: np.record, bodies: NDArray[np.float64], states: NDArray[np.float64], motor: float) -> float:
     """Return a bound of the remaining acceleration, m/s^2, from the systems and the remaining force of the shaker."""
     rings = gain = 0.0

@@ -21,7 +21,7 @@ from underfoot.floor.baselines import (
     weigh,
 )
 from underfoot.floor.tracker_memory import BEGAN, ENDED, TrackerMemory
-from underfoot.kernels import Floats, callback, intrinsic, kernel, part
+from underfoot.kernels import Floats, callback, intrinsic, kernel
 
 if TYPE_CHECKING:
     from numba.core.ccallback import CFunc
@@ -73,7 +73,7 @@ def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
     return borrow(context, where, TrackerMemory)
 
 
-@part
+@kernel
 def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
     """Follow the samples `begin` to `end`; write rows and events from the first place on.
 
@@ -177,7 +177,7 @@ def end_all(memory: TrackerMemory) -> int:
     return happened
 
 
-@part
+@kernel
 def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     """Compute the centroid of the tile's load, in the floor's frame."""
     x, y = 0.0, 0.0
@@ -191,7 +191,7 @@ def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     tile.y_m = plate.centre_m[1] + plate.axes[0, 1] * x + plate.axes[1, 1] * y
 
 
-@part
+@kernel
 def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: NDArray[np.void], written: int) -> int:
     """Append a row for each tile in contact to the first `written`; return the new number."""
     for k in range(len(tiles)):
@@ -204,7 +204,7 @@ def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: 
     return written
 
 
-@part
+@kernel
 def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: float, gap: bool, happened: int) -> int:
     """Begin a contact on tile k, whose load was `before_n` one sample ago; return the new number of events."""
     tile, stream = memory.tiles[k], memory.stream[0]
@@ -219,7 +219,7 @@ def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: f
     return _log(memory, k, BEGAN, began_s, math.nan if cut else before_n, cut, happened)
 
 
-@part
+@kernel
 def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int) -> int:
     """End the contact on tile k; return the new number of events."""
     tile, stream = memory.tiles[k], memory.stream[0]
@@ -230,7 +230,7 @@ def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int)
     return _log(memory, k, ENDED, last_s, math.nan, cut, happened)
 
 
-@part
+@kernel
 def _is_settled(tile: np.record, now_s: float) -> bool:
     """Return whether a load too small for a foot has been steady for `SETTLED_S`, so that it must be a residue."""
     low_n, high_n = min(tile.low_n, tile.load_n), max(tile.high_n, tile.load_n)
@@ -244,7 +244,7 @@ def _is_settled(tile: np.record, now_s: float) -> bool:
     return now_s - tile.steady_s >= SETTLED_S
 
 
-@part
+@kernel
 def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) -> None:
     """Set the baseline of tile k, which has a negative load, after `NEGATIVE_S`."""
     tile = memory.tiles[k]
@@ -255,7 +255,7 @@ def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) 
         renew_now(memory, k, take)
 
 
-@part
+@kernel
 def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, load_n: float, cut: bool, happened: int) -> int:
     """Write an event of tile k at the present sample after the first `happened`; return the new number."""
     event, tile = memory.events[happened], memory.tiles[k]

@@ -22,7 +22,7 @@ from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import crossing, frame_step, resolved
 from underfoot.models.signals.events import append, event_list
@@ -224,7 +224,7 @@ def run_traced(
     s.displacement, s.speed, s.load, s.worn = x, w, before, worn
 
 
-@part
+@kernel
 def _slips(s: Memory, c: Memory, key: np.uint64, counter: int, x: float) -> float:
     """Slip until the force on the plastic unit is below its threshold; return the energy released."""
     stiffness = c.plastic_stiffness
@@ -245,7 +245,7 @@ def _slips(s: Memory, c: Memory, key: np.uint64, counter: int, x: float) -> floa
     return total
 
 
-@part
+@kernel
 def _threshold(c: Memory, key: np.uint64, counter: int) -> float:
     if c.spread == 0.0:
         return c.threshold

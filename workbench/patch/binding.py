@@ -26,7 +26,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError, in_one_line, require
-from underfoot.kernels import allocating, callback, intrinsic, part
+from underfoot.kernels import allocating, callback, intrinsic, kernel
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
@@ -272,7 +272,7 @@ class Binding:
         source = "\n".join([f"def {adapter}{arguments}:", *lines])
         names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
         names["controls_at"] = self.controls.at
-        names |= {function: allocating(part(body)) for function, body in self.functions.items()}
+        names |= {function: allocating(kernel(body)) for function, body in self.functions.items()}
         for layout, key in ((self.state, "state_at"), (self.coefficients, "coefficients_at")):
             if layout is not None:
                 names[key] = layout.at

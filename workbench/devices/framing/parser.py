@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from underfoot.arguments import choice
 from underfoot.devices.framing.wire_format import FORCES, MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
@@ -271,7 +271,7 @@ def _scan(
     return written
 
 
-@part
+@kernel
 def _end_frame(scanner: np.record, stuffed: NDArray[np.uint8], sample: np.record, total: np.record) -> bool:
     """Read a delimiter; return whether the bytes before it are a valid frame, which is then in `sample`."""
     length = scanner.held_count
@@ -292,7 +292,7 @@ def _end_frame(scanner: np.record, stuffed: NDArray[np.uint8], sample: np.record
     return is_valid
 
 
-@part
+@kernel
 def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.record) -> bool:
     """Read a character of a line; return whether it ends a valid line, whose numbers are then in `sample`."""
     if byte == 10 or byte == 0:
@@ -317,7 +317,7 @@ def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.recor
     return False
 
 
-@part
+@kernel
 def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
     # In a line that was joined in the middle, the first number may lack digits.
     is_valid = scanner.column == 6 and scanner.digits > 0 and not scanner.is_bad and scanner.in_step
@@ -337,7 +337,7 @@ def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
     return is_valid
 
 
-@part
+@kernel
 def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
     """Complete a valid frame, count it by its sequence number, and return whether it is handed over."""
     if not tile.is_known:
@@ -381,7 +381,7 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
     return True
 
 
-@part
+@kernel
 def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> bool:
     """Return whether a tile's frame is from the sender that it belongs to, or from the first one after a silence."""
     if tile.is_known and tile.sender != sender and now_s - tile.heard_s < HELD_S:
@@ -393,7 +393,7 @@ def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> boo
     return True
 
 
-@part
+@kernel
 def _begin(sample: np.record, tile: np.record, total: np.record) -> bool:
     """Accept the first frame of a tile, or of its new epoch."""
     tile.newest, tile.time_us = sample.sequence, sample.microseconds
@@ -406,7 +406,7 @@ def _begin(sample: np.record, tile: np.record, total: np.record) -> bool:
     return True
 
 
-@part
+@kernel
 def _advance(sample: np.record, tile: np.record, total: np.record, ahead: int, passed_us: int) -> None:
     """Accept a frame that is `ahead` of the newest; those in between count as lost until they arrive."""
     tile.lost += ahead - 1
@@ -422,7 +422,7 @@ def _advance(sample: np.record, tile: np.record, total: np.record, ahead: int, p
     tile.age = min(tile.age + ahead, WINDOW)
 
 
-@part
+@kernel
 def _fill(tile: np.record, total: np.record, behind: int) -> bool:
     """Accept a frame that is `behind` the newest; return False if it arrived before."""
     mark = np.uint64(1) << np.uint64(behind)

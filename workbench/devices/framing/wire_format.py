@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 FORCES, ACCELERATION = 1, 2
 """The kinds of frames."""
@@ -163,7 +163,7 @@ def unpack(stuffed: NDArray[np.uint8], sample: np.record) -> bool:
     return True
 
 
-@part
+@kernel
 def _checksum(raw: NDArray[np.uint8]) -> np.int64:
     check = np.int64(0xFFFFFFFF)
     for i in range(CHECKED_BYTES):
@@ -171,13 +171,13 @@ def _checksum(raw: NDArray[np.uint8]) -> np.int64:
     return check ^ 0xFFFFFFFF
 
 
-@part
+@kernel
 def _put(raw: NDArray[np.uint8], at: int, value: int, size: int) -> None:
     for i in range(size):
         raw[at + i] = (value >> (8 * i)) & 0xFF
 
 
-@part
+@kernel
 def _get(raw: NDArray[np.uint8], at: int, size: int) -> np.int64:
     value = np.int64(0)
     for i in range(size):

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from underfoot.devices.framing.wire_format import unshifted
 from underfoot.devices.health.sensor_order import CONTACT_N, LOADED_N, SensorOrder
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.quantities import counted
 
 DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
@@ -236,7 +236,7 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
     return at
 
 
-@part
+@kernel
 def _weigh(
     tile: np.record, sensors: NDArray[np.void], force_n: NDArray[np.float64], load_n: NDArray[np.float64]
 ) -> float:
@@ -257,7 +257,7 @@ def _weigh(
     return total_n
 
 
-@part
+@kernel
 def _find_dead_or_reversed(
     sensors: NDArray[np.void],
     load_n: NDArray[np.float64],
@@ -294,7 +294,7 @@ def _find_dead_or_reversed(
                 found[j] |= _DEAD
 
 
-@part
+@kernel
 def _find_noise(
     tile: np.record,
     sensors: NDArray[np.void],
@@ -336,7 +336,7 @@ def _find_noise(
     tile.least_n, tile.most_n, tile.watched_s = mean_n, mean_n, 0.0
 
 
-@part
+@kernel
 def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float, step_s: float) -> bool:
     """Whether a sensor's reading has been constant for long while the others' load changed."""
     if reading != sensor.reading or step_s == 0.0 or own_n < CONTACT_N:
@@ -353,7 +353,7 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
     return True
 
 
-@part
+@kernel
 def _is_loose(sensors: NDArray[np.void], force_n: NDArray[np.float64], now_s: float, j: int) -> bool:
     """Whether sensor j alone has fallen to rest and recovered often enough."""
     own = sensors[j]

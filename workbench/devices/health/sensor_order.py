@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 CONTACT_N, LOADED_N = 20.0, 100.0
 """Least load of a contact, and least load at which its shares are evaluated."""
@@ -235,7 +235,7 @@ def _follow(
     return at, count
 
 
-@part
+@kernel
 def _begin(sums: np.record, now_s: float, arrived_s: float) -> None:
     """Begin a contact."""
     sums.on = True
@@ -246,7 +246,7 @@ def _begin(sums: np.record, now_s: float, arrived_s: float) -> None:
         sums.share[j] = sums.share_t[j] = 0.0
 
 
-@part
+@kernel
 def _add(
     sums: np.record,
     corners: NDArray[np.float64],
@@ -273,13 +273,13 @@ def _add(
     _add_misfit(sums, _TRADED_Y, _beyond(v, d * u), step_s)
 
 
-@part
+@kernel
 def _add_misfit(sums: np.record, kind: int, misfit: float, step_s: float) -> None:
     sums.misfit[kind] += step_s * misfit
     sums.misfit_squared[kind] += step_s * misfit * misfit
 
 
-@part
+@kernel
 def _beyond(value: float, end: float) -> float:
     """Return the distance of a value from the range between 0 and `end`."""
     return value - min(max(value, min(end, 0.0)), max(end, 0.0))

@@ -28,7 +28,7 @@ from underfoot.arguments import HUGE, TINY, choice, integer, number, numbers, se
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import require
-from underfoot.kernels import Floats, inlined, kernel, part
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import crossing
 from underfoot.models.fibre_bundle.damage import (
@@ -264,7 +264,7 @@ def run_traced(
         s.wearing = 0.0
 
 
-@part
+@kernel
 def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, frame: int) -> int:
     """Prepare a stretch that begins with a load or without; return its length, up to `most` frames.
 
@@ -312,7 +312,7 @@ def _move(load: Floats, first: int, end: int, is_loaded: bool, c: Memory, s: Mem
     return i
 
 
-@part
+@kernel
 def _moved(load: Floats, is_loaded: bool, may_pass: bool, c: Memory, s: Memory, strain: Floats) -> bool:
     """Move by all frames of `load`, unless something ends the stretch in them; return whether it has moved.
 
@@ -338,7 +338,7 @@ def _moved(load: Floats, is_loaded: bool, may_pass: bool, c: Memory, s: Memory, 
     return True
 
 
-@part
+@kernel
 def _fail(c: Memory, s: Memory, key: np.uint64, frame: int, events: Memory) -> float:
     """Fail what the strain of this frame has broken, and append the event; return the number of failures."""
     failed, s.next_hazard = fail(c, key, frame * DRAWS, s.next_hazard, s.strain, s.failed)
@@ -350,7 +350,7 @@ def _fail(c: Memory, s: Memory, key: np.uint64, frame: int, events: Memory) -> f
     return failed
 
 
-@part
+@kernel
 def _set_step(c: Memory, s: Memory) -> None:
     """Set the coefficients of the motion, from the fibres that are left."""
     step = bundle_step(c, stiffness_left(c, s.failed, s.peak))

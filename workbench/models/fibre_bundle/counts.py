@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.models.signals.random import uniform
 
 _SMALL_MEAN = 10.0
@@ -75,7 +75,7 @@ def poisson(key: np.uint64, counter: int, mean: float) -> float:
             return count
 
 
-@part
+@kernel
 def _binomial_up_to_half(key: np.uint64, counter: int, trials: float, probability: float) -> float:
     if trials * probability < _SMALL_MEAN:
         per_log = 1.0 / math.log1p(-probability)
@@ -112,7 +112,7 @@ def _binomial_up_to_half(key: np.uint64, counter: int, trials: float, probabilit
             return count
 
 
-@part
+@kernel
 def _stirling_remainder(n: float) -> float:
     """Return ln n! minus Stirling's formula (n + 1/2) ln(n + 1) - (n + 1) + ln(2 pi) / 2."""
     if n < 10.0:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from underfoot.clock import SPAN
-from underfoot.kernels import inlined, kernel, part
+from underfoot.kernels import inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import frame_step, resolved
 from underfoot.models.fibre_bundle.counts import binomial, poisson
@@ -127,7 +127,7 @@ def first_hazard(c: Memory, key: np.uint64, counter: int, strain: float) -> floa
     return hazard(c, strain) + exponential(key, counter + _FIRST) / c.pool
 
 
-@part
+@kernel
 def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, failed: float) -> tuple[float, float]:
     """Draw the number of failures once the strain has passed hazard `y`, and return it with the next hazard."""
     passed = hazard(c, strain)
@@ -164,7 +164,7 @@ def stiffness_left(c: Memory, failed: float, peak: float) -> float:
     return 1.0 + c.stiffening * c.restructurings * share
 
 
-@part
+@kernel
 def bundle_step(c: Memory, left: float) -> tuple[float, ...]:
     """Return the coefficients of the motion over a frame (`frame_step`) for the stiffness `left`."""
     if left <= 0.0 and c.holds != 0.0:
@@ -172,20 +172,20 @@ def bundle_step(c: Memory, left: float) -> tuple[float, ...]:
     return frame_step(left * c.kappa, left * c.gamma + c.creep, c.gain)
 
 
-@part
+@kernel
 def energy_released(c: Memory, failed: float, strain: float) -> float:
     """Return the energy of failures at a strain: k_F x^2 / 2 each."""
     return failed * 0.5 * c.stiffness * strain * strain
 
 
-@part
+@kernel
 def strength_of(c: Memory, failed: float, strain: float) -> float:
     """Return the strengths of failures at a strain, added."""
     energy = energy_released(c, 1.0, strain)
     return failed * c.loudness * (math.sqrt(energy) if c.softness == 0.5 else energy**c.softness)
 
 
-@part
+@kernel
 def _power(base: float, exponent: float) -> float:
     """Return `base ** exponent`; small whole exponents by products, in a tenth of the time."""
     whole = int(exponent)

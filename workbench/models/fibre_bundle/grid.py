@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import HUGE, TINY, choice, integer, number, numbers, seed_of
 from underfoot.clock import SPAN
 from underfoot.errors import require
-from underfoot.kernels import Floats, copy, inlined, kernel, part
+from underfoot.kernels import Floats, copy, inlined, kernel
 from underfoot.lanes import all_four, anywhere, chosen, four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -304,7 +304,7 @@ def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory
                 _set_step(s, coefficients, cell)
 
 
-@part
+@kernel
 def _break(
     key: np.uint64, now: int, coefficients: Memory, s: Memory, cells: int, failures: NDArray[np.float64]
 ) -> tuple[float, float, float]:
@@ -374,7 +374,7 @@ def _pull(x: Floats, coefficients: Memory, row: int, kick: Floats) -> None:
         put(kick, m, coupling * pull)
 
 
-@part
+@kernel
 def _set_step(s: Memory, coefficients: Memory, cell: int) -> None:
     """Set the coefficients of a cell's own motion, from its fibres or their rubble."""
     c = coefficients.bundle
@@ -384,7 +384,7 @@ def _set_step(s: Memory, coefficients: Memory, cell: int) -> None:
         s.step[k, cell] = step[k]
 
 
-@part
+@kernel
 def _print(s: Memory, coefficients: Memory, x_m: float, y_m: float) -> None:
     """Set each cell's share of the contact's force, from a Gaussian footprint around the centroid; the sum is 1."""
     c, share = coefficients, s.next_share

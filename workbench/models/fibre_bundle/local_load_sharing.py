@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
 from underfoot.errors import require
-from underfoot.kernels import Floats, allocating, kernel, part
+from underfoot.kernels import Floats, allocating, kernel
 from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.signals.random import stream_key, uniform
 
@@ -100,7 +100,7 @@ def _raise_load(strains: Floats, locality: float, loads: Floats, fibres: NDArray
     return count
 
 
-@part
+@kernel
 def _bearing(strains: Floats, intact: NDArray[np.bool_], spread: float, locality: float, bearing: Floats) -> None:
     """Compute for each fibre the load per fibre of the ring at which it breaks; infinite if it is broken."""
     size = strains.size

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 
 MAX_SECTIONS = 12
 """Number of sections of the largest cascade, an equaliser of order 24."""
@@ -155,7 +155,7 @@ def _find_peaks(coefficients: np.record, state: np.record, frames: int) -> None:
         coefficients.peak_of_z2[k] = _peak(state, coefficients, frames)
 
 
-@part
+@kernel
 def _peak(state: np.record, coefficients: np.record, frames: int) -> float:
     largest = 0.0
     for _ in range(frames):

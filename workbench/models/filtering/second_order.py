@@ -13,7 +13,7 @@ g, k > 0, even if they change at every frame. This keeps a changing section stab
 import math
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, inlined, kernel, part
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
@@ -145,7 +145,7 @@ def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, 
     run(signal[done:], coefficients, state.section, out[done:])
 
 
-@part
+@kernel
 def _move(now: Memory, c: Memory, frame: int) -> None:
     """Move the coefficients `now` by a frame; the bandwidth g k moves evenly, as k would make it wide on its way."""
     if (frame + 1) % SPAN == 0:
@@ -157,7 +157,7 @@ def _move(now: Memory, c: Memory, frame: int) -> None:
     design(g, k, gain_input, gain_x1, gain_x2, now)
 
 
-@part
+@kernel
 def _keep_level(state: Memory, before: float) -> None:
     """Keep the level of what rings in a band-pass as its gain k moves from `before`: as if k were before the filter.
 
@@ -169,7 +169,7 @@ def _keep_level(state: Memory, before: float) -> None:
     section.x2 = state.mean + (section.x2 - state.mean) * (min(before, 2.0) / min(k, 2.0))
 
 
-@part
+@kernel
 def _follow(signal: Floats, state: Memory) -> None:
     mean = state.mean
     for i in range(signal.size):
@@ -177,13 +177,13 @@ def _follow(signal: Floats, state: Memory) -> None:
     state.mean = mean
 
 
-@part
+@kernel
 def _copy(source: Memory, target: Memory) -> None:
     for i in range(target.values.size):  # in Numba, assigning a slice brings the code for strings of its error
         target.values[i] = source.values[i]
 
 
-@part
+@kernel
 def _same(a: Memory, b: Memory) -> bool:
     gains = a.gain_input == b.gain_input and a.gain_x1 == b.gain_x1 and a.gain_x2 == b.gain_x2
     return gains and a.g == b.g and a.k == b.k
@@ -205,11 +205,11 @@ def tail(state: Memory, coefficients: Memory) -> float:
     return math.hypot(coefficients.gain_x1, coefficients.gain_x2) * math.hypot(state.x1, state.x2)
 
 
-@part
+@kernel
 def _warped(frequency_hz: float, rate: float) -> float:
     return math.tan(math.pi * _held(frequency_hz / rate, LOWEST, HIGHEST))
 
 
-@part
+@kernel
 def _held(value: float, low: float, high: float) -> float:
     return min(max(value, low), high)

@@ -7,7 +7,7 @@ import cmath
 import math
 from typing import NamedTuple
 
-from underfoot.kernels import Floats, modal_inlined, modal_kernel, part
+from underfoot.kernels import Floats, kernel, modal_inlined, modal_kernel
 from underfoot.lanes import all_four, four, put, total
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -81,7 +81,7 @@ class _Touch(NamedTuple):
     guess: float
 
 
-@part
+@kernel
 def set_step(s: Memory, known: Memory, h: float) -> None:
     """Prepare sub-steps of `h` seconds."""
     contact = s.contact
@@ -101,7 +101,7 @@ def set_step(s: Memory, known: Memory, h: float) -> None:
     _foresee(s)
 
 
-@part
+@kernel
 def _foresee(s: Memory) -> None:
     """Compute what the next step would do without force, from the present state."""
     change, moment = _free_motion(s)
@@ -269,14 +269,14 @@ def _most(s: Memory) -> tuple[float, float, float]:
     return displacement, most, fastest
 
 
-@part
+@kernel
 def out_of_reach(s: Memory, seconds: float) -> bool:
     """Return whether hammer and surface, now apart, cannot meet within `seconds`."""
     fastest = _most(s)[2] + s.speed + s.load / s.mass * seconds
     return fastest * seconds < -s.penetration
 
 
-@part
+@kernel
 def has_left(s: Memory) -> bool:
     """Return whether the surface cannot reach the hammer again, for a hammer without load."""
     if s.penetration > 0.0 or s.speed > 0.0 or s.load > 0.0:
@@ -285,13 +285,13 @@ def has_left(s: Memory) -> bool:
     return s.penetration + displacement <= -most
 
 
-@part
+@kernel
 def fly_frame(s: Memory, seconds: float) -> None:
     """Advance by a frame of `seconds` without contact."""
     _glide(s, s.turn, seconds)
 
 
-@part
+@kernel
 def _fly(s: Memory, known: Memory, seconds: float) -> None:
     """Advance by a step of any length without contact."""
     spare = s.spare
@@ -301,7 +301,7 @@ def _fly(s: Memory, known: Memory, seconds: float) -> None:
     _glide(s, spare, seconds)
 
 
-@part
+@kernel
 def _glide(s: Memory, turn: Memory, seconds: float) -> None:
     pull = s.load / s.mass * seconds
     s.penetration += (s.speed + 0.5 * pull) * seconds - _turned(s, turn)

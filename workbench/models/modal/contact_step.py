@@ -18,7 +18,7 @@ E >= K |W|; elsewhere, and where the force is clipped at 0, the step is of order
 import cmath
 import math
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.modal.contact_series import SERIES
 
@@ -114,7 +114,7 @@ def power(x: float, exponent: float) -> float:
     return x**exponent
 
 
-@part
+@kernel
 def _newton(
     contact: Memory, x: float, elastic: float, free_d: float, free_w: float, d: float, end: float, curvature: float
 ) -> tuple[float, float, float, float, int]:
@@ -181,7 +181,7 @@ def mean_force(x: float, y: float, start: float, end: float, exponent: float) ->
     return (end * max(y, 0.0) - start * max(x, 0.0)) / ((exponent + 1.0) * d)
 
 
-@part
+@kernel
 def _means(z: complex) -> tuple[complex, complex]:
     """The integrals over tau from 0 to 1 of exp(z tau), and of (tau - 1/2) exp(z tau) / z."""
     if abs(z) > 0.5:

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, copy, kernel, modal_kernel, part, widest
+from underfoot.kernels import Floats, copy, kernel, modal_kernel, widest
 from underfoot.layouts import Layout, Memory
 
 PASS = 16
@@ -123,7 +123,7 @@ def tail(state: Memory, coefficients: Memory) -> float:
     return bound
 
 
-@part
+@kernel
 def _run_part(excitation: Floats, start: int, coefficients: Memory, state: Memory, out: Floats) -> None:
     """Run a pass as far as its excitation is known, from its start; undo it unless it is complete."""
     for k in range(out.size):
@@ -142,7 +142,7 @@ def _run_part(excitation: Floats, start: int, coefficients: Memory, state: Memor
         copy(state.kept_far, state.far)
 
 
-@part
+@kernel
 def _drop(coefficients: Memory, state: Memory) -> None:
     """Set modes under the floor to exactly 0, unless recent excitation may still be building them up."""
     if state.driven_lately == 0.0:
@@ -155,7 +155,7 @@ def _drop(coefficients: Memory, state: Memory) -> None:
     state.driven_lately = 0.0
 
 
-@part
+@kernel
 def _squared_amplitude(c: Memory, state: Memory, m: int) -> float:
     near, far = state.near[m], state.far[m]
     sine = c.gain[m] * near

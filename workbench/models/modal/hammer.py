@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, copy, kernel, modal_kernel, part
+from underfoot.kernels import Floats, copy, kernel, modal_kernel
 from underfoot.lanes import four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -144,7 +144,7 @@ def substeps(hammer: Memory, velocity: float, mobility: float, rate: float) -> i
     return _within(steps / (rate * _contact_s(hammer, velocity, mobility)))
 
 
-@part
+@kernel
 def _contact_s(hammer: Memory, velocity: float, mobility: float) -> float:
     """Return about how long (s) a contact lasts, or takes to stop a hammer that damping stops: 2.94 depth / speed."""
     velocity = max(velocity, _LEAST_SPEED)
@@ -154,12 +154,12 @@ def _contact_s(hammer: Memory, velocity: float, mobility: float) -> float:
     return 2.94 * (power * mass * velocity**2 / (2.0 * stiffness)) ** (1.0 / power) / velocity
 
 
-@part
+@kernel
 def _within(steps: float) -> int:
     return int(min(max(math.ceil(steps), 1.0), MOST_SUBSTEPS))
 
 
-@part
+@kernel
 def _substeps_of_modes(hammer: Memory, velocity: float, mobility: float, known: Memory) -> int:
     """Return the sub-steps per frame that excite the audible modes to the hammer's error (docs/models.md#impacts).
 
@@ -186,7 +186,7 @@ def _substeps_of_modes(hammer: Memory, velocity: float, mobility: float, known: 
     return _within((error / hammer.error) ** (1.0 / order))
 
 
-@part
+@kernel
 def _loudness(s: Memory, known: Memory, m: int) -> float:
     """Return the amplitude of a mode's acceleration, from its phasor at the block's end."""
     end, weight = s.end, known.acceleration
@@ -194,7 +194,7 @@ def _loudness(s: Memory, known: Memory, m: int) -> float:
     return math.sqrt(size * (weight.re[m] ** 2 + weight.im[m] ** 2))
 
 
-@part
+@kernel
 def _ring_on(frame: int, known: Memory, s: Memory, out: Response, done: int, until: int) -> int:
     """Ring freely from frame `done` to the end of its block, or `until`; return the frame reached."""
     show = out.displacement.size > 0
@@ -216,7 +216,7 @@ def _ring_on(frame: int, known: Memory, s: Memory, out: Response, done: int, unt
     return last
 
 
-@part
+@kernel
 def _begin_block(known: Memory, s: Memory, goal: Floats, show: bool) -> None:
     """Ring freely from the last block's end; write the acceleration to `goal`."""
     active = int(s.active)
@@ -227,7 +227,7 @@ def _begin_block(known: Memory, s: Memory, goal: Floats, show: bool) -> None:
     _fill(0, active, known, s, goal, show)
 
 
-@part
+@kernel
 def _fill(start: int, active: int, known: Memory, s: Memory, goal: Floats, show: bool) -> None:
     """Write the block's frames from `start` on, from its phasors there: displacement, and acceleration to `goal`."""
     spare, begin = s.spare, s.begin
@@ -256,7 +256,7 @@ def _turn(begin: Memory, by_re: Floats, by_im: Floats, active: int, goal: Memory
         put(goal_im, m, a * y + b * x)
 
 
-@part
+@kernel
 def _drop(known: Memory, s: Memory) -> None:
     """Set modes under the floor to exactly 0, unless a recent strike may still be building them up."""
     if s.struck_lately == 0.0:
@@ -270,7 +270,7 @@ def _drop(known: Memory, s: Memory) -> None:
     s.struck_lately = 0.0
 
 
-@part
+@kernel
 def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
     """Continue with free ringing after the hammer has left at frame `start` of a block."""
     goal = s.end if start == 0 else s.begin
@@ -288,7 +288,7 @@ def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
             s.acceleration_block[start + i] = block[i]
 
 
-@part
+@kernel
 def _release(hammer: Memory, velocity: float, start: int, part: float, known: Memory, s: Memory) -> tuple[int, float]:
     """Put the hammer on the surface, `part` of a frame after frame `start` of the block, at `velocity`.
 
@@ -332,7 +332,7 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
     return first, impulse
 
 
-@part
+@kernel
 def _take_over(start: int, known: Memory, s: Memory) -> None:
     """Take the phasors at frame `start` of the block from free ringing."""
     z = s.z
@@ -344,7 +344,7 @@ def _take_over(start: int, known: Memory, s: Memory) -> None:
             z.re[m], z.im[m] = advanced(known.powers, m, s.begin.re[m], s.begin.im[m], start - int(s.rung_from))
 
 
-@part
+@kernel
 def _contact(first: int, impulse: float, known: Memory, s: Memory, out: Response, done: int, until: int) -> int:
     """Run frames `done` to `until`, or until the hammer has left for good; return the frame reached.
 

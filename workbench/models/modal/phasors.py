@@ -8,7 +8,7 @@ modes. The end of 64 frames is a single product with p^64: no drift, 1e-11 after
 
 import math
 
-from underfoot.kernels import Floats, inlined, kernel, modal_kernel, part, widest
+from underfoot.kernels import Floats, inlined, kernel, modal_kernel, widest
 from underfoot.lanes import all_four, four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -88,14 +88,14 @@ def tabulate(powers: Memory, m: int, frequency_hz: float, decay_per_s: float, ra
             known *= 2
 
 
-@part
+@kernel
 def _power(exponent: int, frequency_hz: float, decay_per_s: float, rate_hz: float) -> tuple[float, float]:
     size = math.exp(-decay_per_s * exponent / rate_hz)
     angle = 2.0 * math.pi * (frequency_hz * exponent % rate_hz / rate_hz)
     return size * math.cos(angle), size * math.sin(angle)
 
 
-@part
+@kernel
 def free_block(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
     """Fill `block` with the free ringing of the first `active` modes, and advance their phasors to its end.
 
@@ -177,7 +177,7 @@ def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
         block[k + 12], block[k + 13], block[k + 14], block[k + 15] = d0, d1, d2, d3
 
 
-@part
+@kernel
 def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[float, float]:
     """Return the phasor (x, y) of mode `m` after 0 to 64 `frames`."""
     if frames == BLOCK:
@@ -225,6 +225,6 @@ def _turn(re: Floats, im: Floats, m: int, x: Floats, y: Floats) -> tuple[Floats,
     return x * a - y * b, y * a + x * b
 
 
-@part
+@kernel
 def _times(a: float, b: float, x: float, y: float) -> tuple[float, float]:
     return x * a - y * b, y * a + x * b

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.lanes import all_four, four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -127,7 +127,7 @@ def tail(state: Memory, coefficients: Memory) -> float:
     return bound
 
 
-@part
+@kernel
 def _drop(coefficients: Memory, state: Memory) -> None:
     """Set modes under the floor to exactly 0, unless recent events may still be building them up."""
     if state.struck_lately == 0.0:
@@ -145,7 +145,7 @@ def _drop(coefficients: Memory, state: Memory) -> None:
     state.struck_lately = 0.0
 
 
-@part
+@kernel
 def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> None:
     """Add an event at frame `at` of the block: its tabulated response, and its phasors at the block's end."""
     block, response = state.block, coefficients.response
@@ -160,7 +160,7 @@ def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> No
     state.struck_lately = 1.0
 
 
-@part
+@kernel
 def _add_waiting(coefficients: Memory, state: Memory) -> None:
     """Add to the phasors what was struck in the block: its first half apart, if it had other modes."""
     phasors, work_re, work_im = state.phasors, state.phasors.work_re, state.phasors.work_im
@@ -174,7 +174,7 @@ def _add_waiting(coefficients: Memory, state: Memory) -> None:
     state.waiting[:] = 0.0
 
 
-@part
+@kernel
 def _add_up(coefficients: Memory, state: Memory, re: Floats, im: Floats) -> None:
     """Set `re` and `im` to the phasors, at the block's end, of the strengths that wait: each turned since its frame."""
     powers, amplitudes, waiting = coefficients.powers, coefficients.amplitudes, state.waiting
@@ -189,7 +189,7 @@ def _add_up(coefficients: Memory, state: Memory, re: Floats, im: Floats) -> None
         put(im, m, amplitude * y)
 
 
-@part
+@kernel
 def _add(re: Floats, im: Floats, phasors: Memory) -> None:
     for m in range(0, re.size, LANES):
         put(phasors.re, m, four(phasors.re, m) + four(re, m))

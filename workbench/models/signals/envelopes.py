@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.filtering import second_order
 
@@ -165,7 +165,7 @@ def take_part(part: int, out: Floats) -> None:
             out[i] = max(out[i], 0.0)
 
 
-@part
+@kernel
 def _begin_note(state: Memory, coefficients: Memory, events: Memory, k: int, rate: float) -> None:
     onset, strength, duration = events.time[k], events.strength[k], events.duration[k] * rate
     present = _note_value(state, onset) if state.duration > 0.0 else 0.0
@@ -176,7 +176,7 @@ def _begin_note(state: Memory, coefficients: Memory, events: Memory, k: int, rat
     state.duration, state.attack, state.decay = length, attack * fit, decay * fit
 
 
-@part
+@kernel
 def _note_value(state: Memory, now: float) -> float:
     age = now - state.onset
     left = state.duration - age

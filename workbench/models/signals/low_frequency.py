@@ -5,7 +5,7 @@ To avoid clicks, the edges of saw and square, and the jump of a restart, are lin
 
 import math
 
-from underfoot.kernels import Floats, inlined, kernel, part
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
@@ -115,13 +115,13 @@ def _fill_undisturbed(shape: int, phase: float, shift: float, turn: float, edge:
     return phase
 
 
-@part
+@kernel
 def _turned(phase: float) -> float:
     """Wrap a phase below 2 to 0 to 1, without a costly division."""
     return phase - 1.0 if phase >= 1.0 else phase
 
 
-@part
+@kernel
 def _made_up(left: float, since: float, edge_frames: float) -> float:
     """Return what remains of a restart's step after `since` frames."""
     return left * (1.0 - since / edge_frames) if since < edge_frames else 0.0

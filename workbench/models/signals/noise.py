@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.filtering import second_order
 from underfoot.models.signals.events import emit
@@ -163,17 +163,17 @@ def bursts(key: np.uint64, frame: int, coefficients: Memory, out: Floats) -> Non
                 out[at - frame] += gain * _white_sample(burst_key, event * _LONGEST_BURST + at - onset)
 
 
-@part
+@kernel
 def _white_sample(key: np.uint64, counter: int) -> float:
     return _ROOT_12 * (uniform(key, counter) - 0.5)
 
 
-@part
+@kernel
 def _mean_frames(mean_interval_s: float, rate: float) -> float:
     return max(mean_interval_s * rate, 2.0)
 
 
-@part
+@kernel
 def _low_passed_power(g: float) -> float:
     """Return the power of low-passed unit white noise (Butterworth), (2/pi) int g^4/(W^4+g^4) dW/(1+W^2)."""
     return (g**4 + math.sqrt(0.5) * (g - g**3)) / (1.0 + g**4)

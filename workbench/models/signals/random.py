@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
@@ -29,7 +29,7 @@ def stream_key(*names: object) -> np.uint64:
     return np.uint64(int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "little"))
 
 
-@part
+@kernel
 def _mix(z: np.uint64) -> np.uint64:
     z = (z ^ (z >> _30)) * _FIRST
     z = (z ^ (z >> _27)) * _SECOND

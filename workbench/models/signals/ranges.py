@@ -1,7 +1,7 @@
 """Mapping from one range to another along a curve, without jumps when the ranges change."""
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, copy, kernel, part
+from underfoot.kernels import Floats, copy, kernel
 from underfoot.layouts import Layout, Memory
 
 RANGES = Layout("ranges", "low", "high", "out_low", "out_high", "exponent")
@@ -55,13 +55,13 @@ def run(signal: Floats, ranges: Memory, frame: int, state: Memory, out: Floats) 
         i = end
 
 
-@part
+@kernel
 def mapped(value: float, ranges: Memory) -> float:
     """Map a value by these ranges."""
     return curve(value, ranges.low, ranges.high, ranges.out_low, ranges.out_high, ranges.exponent)
 
 
-@part
+@kernel
 def _map(signal: Floats, ranges: Memory, out: Floats) -> None:
     low, high, out_low, out_high = ranges.low, ranges.high, ranges.out_low, ranges.out_high
     if ranges.exponent == 1.0:
@@ -72,7 +72,7 @@ def _map(signal: Floats, ranges: Memory, out: Floats) -> None:
             out[i] = mapped(signal[i], ranges)
 
 
-@part
+@kernel
 def _same(a: Memory, b: Memory) -> bool:
     same = True
     for k in range(a.values.size):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers
 from underfoot.errors import require
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 
 PHASE = Layout("phase", "high", "low")
@@ -74,7 +74,7 @@ def run(f0_hz: Floats, amplitudes: Floats, rate: float, state: Memory, out: Floa
     phase.high, phase.low = high, low
 
 
-@part
+@kernel
 def _sum_harmonics(work: Memory, amplitudes: Floats, half: float) -> None:
     """From the phases in `sine`, compute the sines there, and the sum over U in `sum`, for all lanes in parallel.
 

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import allocating, kernel, part
+from underfoot.kernels import allocating, kernel
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, transition
 from underfoot.models.stick_slip.panels import (
     GAUSS_NODES,
@@ -184,12 +184,12 @@ def subtract_exceedance(
                     out[i] -= lag_weights[m] * source_weights[q] * 0.5 * math.erfc(dv / scale)
 
 
-@part
+@kernel
 def _moved(grid: Grid, elapsed: float) -> Grid:
     return Grid(grid.first + grid.speed * elapsed, grid.spacing, grid.width, grid.points, grid.speed)
 
 
-@part
+@kernel
 def _most_components(panels: Panels) -> int:
     most = 0
     for panel in panels.table:
@@ -197,7 +197,7 @@ def _most_components(panels: Panels) -> int:
     return most
 
 
-@part
+@kernel
 def _response(block: BlockOnBelt, lag: float, source: Grid, target: Grid, out: _Response) -> None:
     """Compute R of unit components on `source`, a lag earlier, at the points of `target`.
 
@@ -241,7 +241,7 @@ def _response(block: BlockOnBelt, lag: float, source: Grid, target: Grid, out: _
             ratio[k] *= ratio_of_ratios
 
 
-@part
+@kernel
 def _lag_quadrature(
     nearest: float, farthest: float, shortest_lag: float, lags: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> int:
@@ -270,7 +270,7 @@ def _lag_quadrature(
     return count
 
 
-@part
+@kernel
 def _gauss_rule(low: float, high: float, points: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
     for n in range(NODES_PER_PANEL):
         # From the far end on, so that the lags of a whole panel are those to its own nodes, in order.

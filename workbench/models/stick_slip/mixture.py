@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import allocating, kernel, part
+from underfoot.kernels import allocating, kernel
 
 
 class NormalMixture(NamedTuple):
@@ -43,7 +43,7 @@ def density_and_cdf(mixture: NormalMixture, points: NDArray[np.float64]) -> NDAr
     return found
 
 
-@part
+@kernel
 def normal_density(z: float) -> float:
     """Return the density of the standard normal distribution."""
     return math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)

@@ -11,7 +11,7 @@ import numpy as np
 
 from underfoot.arguments import number
 from underfoot.errors import require
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
 
@@ -119,7 +119,7 @@ def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockO
     return checked, t_end, number("error", error, 1e-6, 0.1, "1e-6 to 0.1")
 
 
-@part
+@kernel
 def _propagator(w0: float, zeta: float, t: float) -> tuple[float, float, float, float]:
     """Return A_xx, A_xv, A_vx and A_vv after t: by a series near critical damping, else by (hyperbolic) sines."""
     half = 0.5 * zeta

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.legendre import legint, legvander
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 
 NODES_PER_PANEL = 8
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(NODES_PER_PANEL)
@@ -79,7 +79,7 @@ def lagrange_basis(z: float, basis: NDArray[np.float64]) -> None:
         basis[n] /= total
 
 
-@part
+@kernel
 def interpolate_weights(panels: Panels, index: int, basis: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Write the weights of all components of panel `index` at the point with Lagrange polynomials `basis` to `out`."""
     components = panels.table[index].components

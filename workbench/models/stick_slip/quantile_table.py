@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.arguments import number
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.models.signals.random import uniform
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class QuantileTable(NamedTuple):
     steps: int
 
 
-@part
+@kernel
 def parts(table: Floats) -> QuantileTable:
     """Return the parts of a table, without copies."""
     count, distances = int(table[1]), int(table[2])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.arguments import integer, seed_of
 from underfoot.errors import require
-from underfoot.kernels import kernel, part
+from underfoot.kernels import kernel
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
 
 _MOST_STEPS = 1e8
@@ -129,7 +129,7 @@ def _draw(
             done += 1 << level
 
 
-@part
+@kernel
 def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np.random.Generator) -> float:
     """Return the share of the step at which the bridge first crosses the belt velocity.
 
@@ -152,7 +152,7 @@ def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np
     return ratio / (1.0 + ratio)
 
 
-@part
+@kernel
 def _bridge_area(gap: float, part: float, noise: float, generator: np.random.Generator) -> float:
     """Return the distance that the belt gains on a block that first reaches its velocity after `part` s.
 

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.events import append
 from underfoot.models.stick_slip.quantile_table import draw, parts
@@ -87,7 +87,7 @@ def run(
     s.onset, s.length, s.depth = onset, length, depth
 
 
-@part
+@kernel
 def _lag(since: float, length: float, depth: float) -> float:
     """Return by how much a slip's velocity is below v_b, `since` frames after its onset."""
     if since <= 0.0 or since >= length:

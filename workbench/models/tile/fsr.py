@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import require_within
-from underfoot.kernels import allocating, kernel, part
+from underfoot.kernels import allocating, kernel
 from underfoot.models.signals.random import normal, stream_key, uniform
 from underfoot.models.tile.fsr_hysteresis import MOST_CREEP
 from underfoot.models.tile.variation import varied
@@ -202,7 +202,7 @@ def sense(
         _sense_part(states[j], coefficients[j], keys[j], corners_n[:, j], counts[:, j], sample, n)
 
 
-@part
+@kernel
 def _sense_part(
     state: np.record,
     c: np.record,
@@ -229,7 +229,7 @@ def _sense_part(
         counts[i] = min(max(math.floor(reading + 0.5), 0.0), FULL_COUNTS)
 
 
-@part
+@kernel
 def _resistance(force_n: float, c: np.record) -> float:
     if force_n <= 0.0:
         return math.inf
