@@ -420,41 +420,35 @@ def test_a_value_that_goes_nowhere_does_no_harm():
 # --- swaps ---
 
 
-@pytest.mark.parametrize("patch", [TONE, NOISE], ids=["tone", "noise"])
-def test_a_program_that_takes_over_plays_on_to_the_bit(patch):
-    at = 50 * SPAN
+def taking_over(patch, at, *scopes):
+    """What puts the program of a patch in the place of another, at frame `at`."""
 
     def swap(old):
-        new = program_of(patch)
+        new = program_of(patch, *scopes)
         new.take_over(old, at)
         return new
 
-    through = run(program_of(patch))["output"]
-    assert run(program_of(patch), blocks=[100], doing={at: swap})["output"].tobytes() == through.tobytes()
+    return swap
+
+
+@pytest.mark.parametrize("patch", [TONE, NOISE], ids=["tone", "noise"])
+def test_a_program_that_takes_over_plays_on_to_the_bit(patch):
+    through, at = run(program_of(patch))["output"], 50 * SPAN
+    got = run(program_of(patch), blocks=[100], doing={at: taking_over(patch, at)})["output"]
+    assert got.tobytes() == through.tobytes()
 
 
 def test_a_number_that_a_swap_changes_moves_in_a_ramp():
-    at = 50 * SPAN
+    at, scopes = 50 * SPAN, ("probe.slow_now", "probe.fast_now")
     changed = PROBE.set("probe", "fast", 9.0, TYPES).set("probe", "slow", 5.0, TYPES)
-
-    def swap(old):
-        new = program_of(changed, "probe.slow_now", "probe.fast_now")
-        new.take_over(old, at)
-        return new
-
-    got = run(program_of(PROBE, "probe.slow_now", "probe.fast_now"), doing={at: swap})
+    got = run(program_of(PROBE, *scopes), doing={at: taking_over(changed, at, *scopes)})
     np.testing.assert_allclose(got["probe.fast_now"][0], moved(0.0, 9.0, at), atol=1e-15)
     np.testing.assert_allclose(got["probe.slow_now"][0], by_span(moved(0.0, 5.0, at)), atol=1e-15)
 
 
 def test_a_swap_within_a_ramp_goes_on_from_where_the_number_is():
     start, at = 30 * SPAN, 33 * SPAN
-
-    def swap(old):
-        new = program_of(PROBE.set("probe", "fast", 10.0, TYPES), "probe.fast_now")
-        new.take_over(old, at)
-        return new
-
+    swap = taking_over(PROBE.set("probe", "fast", 10.0, TYPES), at, "probe.fast_now")
     doing = {start: lambda p: p.set("probe", "fast", 10.0, start), at: swap}
     now = run(program_of(PROBE, "probe.fast_now"), doing=doing)["probe.fast_now"][0]
     assert now[at] == pytest.approx(4.0)
@@ -492,8 +486,8 @@ def loop_of(patch, blocks, swap=None, length=9600):
 
 def test_the_fade_of_a_swap_sums_to_one():
     through = loop_of(TONE, [256])
-    assert loop_of(TONE, [256], (4800, TONE)).tobytes() == through.tobytes()
-    assert loop_of(TONE, [7, 300], (4800, TONE)).tobytes() == through.tobytes()
+    for blocks in ([256], [7, 300]):
+        assert loop_of(TONE, blocks, (4800, TONE)).tobytes() == through.tobytes()
 
 
 def test_a_swap_to_silence_fades_in_480_frames():
