@@ -70,7 +70,8 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     workspace, findings = bench.workspace, bench.workspace.findings
     path, session = bench.folder / "made.json", workspace.sessions.root / "made" / "P1.session"
     method = {"kind": "constant-stimuli", "parameters": {"blocks": 2}}
-    path.write_text(protocol_text(stages=[{"id": "main", "kind": "trials", "method": method}], title="Mine"))
+    stages = [{"id": "main", "kind": "trials", "method": method}]
+    path.write_text(protocol_text(stages=stages, stimuli={"TD": TD, "X": TD}, title="Mine"))
     session.parent.mkdir(parents=True)
     file = SessionFile.create(session, Protocol.load(path, REGISTRY), "P1")
     study = file.study(Protocol.load(path, REGISTRY))

@@ -40,7 +40,7 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     assert said == ["Nothing is recorded yet: the engine is starting."]
     controller.session = Session(controller.target, noise_patch(), REGISTRY)  # its engine is not started
     now = SimpleNamespace(now=lambda: datetime(2026, 11, 29, 9, 30))
-    monkeypatch.setattr("underfoot.widgets.session.controller.datetime", now)
+    monkeypatch.setattr("underfoot.records.recording_format.datetime", now)
     other = SessionController(REGISTRY, Settings(), controller.target, tmp_path)  # another window, in the same second
     other.session = Session(controller.target, noise_patch(), REGISTRY)
     for window in (other, controller):
@@ -60,7 +60,7 @@ def test_a_recording_is_called_saved_once_its_file_is_there(controller, qtbot, t
     The second of two in one second was refused: it had the name of the first.
     """
     now = SimpleNamespace(now=lambda: datetime(2026, 11, 29, 9, 30))
-    monkeypatch.setattr("underfoot.widgets.session.controller.datetime", now)
+    monkeypatch.setattr("underfoot.records.recording_format.datetime", now)
     monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
     path, said, shown = tmp_path, [], []
     controller.notified.connect(lambda line: said.append((line, path.exists())))
