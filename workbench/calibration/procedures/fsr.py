@@ -56,7 +56,8 @@ class FsrCalibration(Calibration):
     title = "Forces: readings to newtons"
     about = (
         "Each sensor is loaded with known forces, rising and falling, and one force is held for a while. The result "
-        "turns its readings into newtons. The reference is a load cell, or known weights that are typed in."
+        "turns its readings into newtons. The reference is a load cell, or known weights that are typed in. With a "
+        "load cell, a load in the middle then shows how far the force of a foot is off."
     )
     summary = "Linearise force sensing resistors against a reference."
     rig = PRESSING
