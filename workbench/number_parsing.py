@@ -8,8 +8,8 @@ from underfoot.quantities import INVERTED, PREFIXES, prefixes_of, pretty_unit
 
 _PART = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)(.*)")
 """A number and its unit."""
-_UNIT = re.compile(r"[^\d.,]*$")
-"""The unit at the end of a number or a calculation."""
+_UP_TO_UNIT = re.compile(r".*[\d.,]")
+"""A number or a calculation, up to the unit at its end."""
 _OPERATOR = re.compile(r"(?<=[^-+*/^])(?<![\d.,][eE])([-+*/])(?=[\d.,])")
 """What stands between two numbers: not the sign of an exponent, nor what belongs to a unit, as in N*s/m."""
 _IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
@@ -114,7 +114,7 @@ def parse_numbers(text: str, unit: str = "") -> list[float]:
     split = [part.split(",") if part.count(",") > 1 else [part] for part in _BETWEEN_NUMBERS.split(text.strip())]
     given = [one for part in split for one in part if one]
     found = [parse_quantity(one, unit) for one in given]
-    *before, last = ["", *(_UNIT.search(_without_spaces(one))[0] for one in given)]  # type: ignore[index] # never None
+    *before, last = ["", *(_UP_TO_UNIT.sub("", _without_spaces(one)) for one in given)]
     # One letter is the SI unit itself, or a prefix alone, which belongs to its number.
     if "" in before[1:] and len(last) > 1 and _in_si(1.0, last, unit) != 1.0:
         raise BadValue(f"{cut_short(repr(text))} has a number without a unit; allowed: one after each, or after none")

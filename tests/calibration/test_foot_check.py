@@ -36,3 +36,18 @@ def test_a_load_in_the_middle_is_borne_by_several_sensors():
     assert procedure.page.key == "foot-hold"
     procedure.skip()
     assert "foot_expanded_percent" not in procedure.result.figures
+
+
+def test_without_a_sensor_no_load_in_the_middle_is_asked_for_and_with_it_again_it_is():
+    procedure, hand = FsrProcedure(TILE), Hand()
+    walked(procedure, hand, QUICK, "sensor4")
+    procedure.skip()
+    assert "foot_expanded_percent" not in procedure.result.figures
+    procedure.back()
+    assert procedure.page.key == "sensor4-tare"
+    assert walked(procedure, hand, QUICK, "foot").key == "foot-hold"
+    procedure.skip()
+    assert procedure.page.last
+    procedure.back()
+    assert procedure.page.key == "foot-hold"
+    assert "foot_expanded_percent" in run(procedure, hand, QUICK).figures

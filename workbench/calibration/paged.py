@@ -29,13 +29,15 @@ class Step:
 
     `take` examines all readings since the page was opened; it returns what is still missing, or None when there is
     enough. It raises `BadMeasurement`. Steps of one `group`, a sensor or a position, are skipped together. A step that
-    `lets_go` of the load of the one before is measured again only with that one.
+    `lets_go` of the load of the one before is measured again only with that one. One that `needs_all` is passed over
+    where any other was skipped.
     """
 
     page: Page
     take: Callable[[Readings], PageProgress | None] | None = None
     group: int | str | None = None
     lets_go: bool = field(default=False, kw_only=True)
+    needs_all: bool = field(default=False, kw_only=True)
 
 
 class StepData(NamedTuple):
@@ -170,7 +172,7 @@ class PagedProcedure:
         """Return to the previous page that does not let go, or to the first of a skipped group; discard data since."""
         if self._at == 0:
             return
-        at = self._at - 1
+        at = self._beside(-1)
         if at in self._skipped:
             at = next(k for k, step in enumerate(self._steps) if step.group == self._steps[at].group)
         at = self._with_load(at)
@@ -195,7 +197,12 @@ class PagedProcedure:
 
     def next_step(self) -> int:
         """Return the index of the step after the present one."""
-        return self._at + 1
+        return self._beside(1)
+
+    def _beside(self, by: int) -> int:
+        """Return the index of the step after (1) or before (-1) the present one, past one that `needs_all` in vain."""
+        at = self._at + by
+        return at + by if self._steps[at].needs_all and self._skipped - {at} else at
 
     def _go_on(self) -> None:
         self._open(self.next_step())
@@ -207,7 +214,7 @@ class PagedProcedure:
         try:
             self._result = self.conclude()
         except (BadMeasurement, BadValue) as error:
-            self._open(self._at - 1)
+            self._open(self._beside(-1))
             raise Inconclusive(str(error)) from None
 
 

@@ -1,7 +1,6 @@
 """TCP: a stream from a hub that listens, over real sockets of this machine."""
 
 import socket
-import time
 from types import SimpleNamespace
 
 import pytest
@@ -215,9 +214,7 @@ def test_a_hub_that_ends_each_connection_after_a_while_is_not_taken_for_another_
 def test_the_emulator_lets_go_of_a_reader_that_takes_nothing(sender, connect):
     connect()
     data = bytes(1 << 20)
-    began = time.perf_counter()
-    while sender.send(data, [len(data)]):
-        assert time.perf_counter() - began < 20.0
+    assert not all(sender.send(data, [len(data)]) for _ in range(100)), "the system's buffers are full before"
     assert not sender.send(b"more", [4])
     other = connect()
     assert sender.send(b"more", [4])

@@ -163,12 +163,6 @@ class FsrProcedure(PagedProcedure):
                 f"weights out of order: {given:g} N after {last:g} N on the way {way}; go back if {last:g} N was wrong"
             )
 
-    def skip(self) -> None:
-        """Skip a sensor, and with it the check of a foot, which all four bear; or that check alone."""
-        if self.page.may_skip and self._steps[self._at].group != _FOOT:
-            self._steps = [step for step in self._steps if step.group != _FOOT]
-        super().skip()
-
     @property
     def drawings(self) -> tuple[Drawing, ...]:
         """Return the pairs so far."""
@@ -248,7 +242,7 @@ class FsrProcedure(PagedProcedure):
         )
         press = PressRequest((0.0, 0.0), self._full_n, hold_s)
         page = Page("foot-hold", "All sensors: a load in the middle", instruction, press=press, may_skip=True)
-        return Step(page, partial(self._press_middle, hold_s), _FOOT)
+        return Step(page, partial(self._press_middle, hold_s), _FOOT, needs_all=True)
 
     def _by_weights(self, j: int, weights: Sequence[float]) -> list[Step]:
         at = self._tile.sensors_m[j]

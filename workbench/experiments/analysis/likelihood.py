@@ -8,6 +8,8 @@ from underfoot.kernels import Floats
 
 _LEAST_CHANCE = 1e-12
 """Least chance of either answer in a likelihood: 0 would rule a curve out by one answer."""
+_RIDGE = 1e-12
+"""Least information, so that what is known, or says nothing, can be solved for."""
 _MOST_ROUNDS = 100
 _NO_GAIN, _MOST_DAMPING = 1e-10, 1e10
 """Gain of a step, and damping, that end a climb."""
@@ -80,7 +82,7 @@ class Climb:
         """Return the covariances of intercept and slope [row, 2, 2], from the inverse of Fisher's information."""
         free = self._low < self._high
         information = self._information(*self._curves(values)) * (free[:, None] & free)
-        return np.linalg.inv(information + _LEAST_CHANCE * np.eye(len(free)))[:, :2, :2]
+        return np.linalg.inv(information + _RIDGE * np.eye(len(free)))[:, :2, :2]
 
     def _curves(self, values: Floats) -> tuple[Floats, Floats]:
         """Return the chance of "yes" [row, level], and its derivatives [row, value, level]."""
@@ -103,6 +105,6 @@ class Climb:
         score = (by * ((self._counts - self._totals * chance) / (chance * (1.0 - chance)))[:, None]).sum(axis=2)
         moves = ~(((values <= self._low) & (score < 0.0)) | ((values >= self._high) & (score > 0.0)))
         information = self._information(chance, by) * (moves[:, :, None] & moves[:, None])
-        diagonal = damping[:, None] * np.einsum("rpp->rp", information) + _LEAST_CHANCE
+        diagonal = damping[:, None] * np.einsum("rpp->rp", information) + _RIDGE
         damped = information + diagonal[:, None] * np.eye(len(self._low))
         return np.asarray(np.linalg.solve(damped, (score * moves)[..., None])[..., 0])
