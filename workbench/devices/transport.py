@@ -143,6 +143,15 @@ def host_and_port(text: str, least_port: int = 1) -> tuple[str, int]:
     return found["ipv6"] or found["host"] or "", int(found["port"])
 
 
+def address_text(host: str, port: int) -> str:
+    """Return the text of host and port: the inverse of `host_and_port`.
+
+    >>> address_text("127.0.0.1", 9000), address_text("", 9000), address_text("::1", 9000)
+    ('127.0.0.1:9000', ':9000', '[::1]:9000')
+    """
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
 _HOST_AND_PORT = re.compile(r"((\[(?P<ipv6>[^\[\]]+)\]|(?P<host>[^\[\]:]*)):)?(?P<port>[0-9]+)")
 
 

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from underfoot.__main__ import cli
 from underfoot.devices import transports
-from underfoot.devices.transports import TRANSPORTS, target_forms, transport_of
+from underfoot.devices.transports import TRANSPORTS, split_target, target_forms, transport_of
 from underfoot.errors import BadValue
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -96,3 +96,10 @@ def test_a_device_is_known_however_its_address_is_written(scheme, ways, another,
     (tmp_path / "link").symlink_to(tmp_path / "port")
     device, *others = (transport_of(scheme, way.format(tmp_path)).device for way in (*ways, another))
     assert [other == device for other in others] == [True] * (len(ways) - 1) + [False]
+
+
+@pytest.mark.parametrize("scheme", ["udp", "tcp"])
+def test_the_name_of_an_ipv6_address_is_its_target(scheme):
+    """Without its brackets what was said of it, and what `emulate` printed, was no address."""
+    assert transport_of(scheme, "[::1]:9001").name == f"{scheme}:[::1]:9001"
+    assert split_target(f"{scheme}:[::1]:9001") == (scheme, "[::1]:9001")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
-from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
+from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, address_text, host_and_port, reason
 from underfoot.errors import DeviceError, TakenAway
 
 CONNECT_TIMEOUT_S = 1.0
@@ -26,7 +26,7 @@ class TcpSender(Sender):
     powers_tiles = False
 
     def __init__(self, host: str, port: int) -> None:
-        self.name = f"{host or '127.0.0.1'}:{port}"
+        self.name = address_text(host or "127.0.0.1", port)
         self._at = host or "127.0.0.1", port
         self._listener: socket.socket | None = None
         self._reader: socket.socket | None = None
@@ -105,7 +105,7 @@ class TcpTransport(Transport):
 
     def __init__(self, host: str, port: int) -> None:
         self.host, self.port = host, port
-        self.name = f"tcp:{host}:{port}"
+        self.name = f"tcp:{address_text(host, port)}"
         self._socket: socket.socket | None = None
         self._data = memoryview(bytearray(_READ_BYTES))
 
@@ -122,7 +122,7 @@ class TcpTransport(Transport):
     @property
     def device(self) -> str:
         """The hub, which listens to whoever connected last."""
-        return f"{'127.0.0.1' if self.host in ('', 'localhost') else self.host}:{self.port}"
+        return address_text("127.0.0.1" if self.host in ("", "localhost") else self.host, self.port)
 
     def open(self) -> None:
         """Connect; raise `DeviceError` if nobody answers."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
-from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
+from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, address_text, host_and_port, reason
 from underfoot.errors import BadValue, DeviceError
 
 DATAGRAM_BYTES = 1400
@@ -28,7 +28,7 @@ class UdpSender(Sender):
     powers_tiles = False
 
     def __init__(self, host: str, port: int) -> None:
-        self.name = f"{host}:{port}"
+        self.name = address_text(host, port)
         try:
             self._to = socket.getaddrinfo(host or "127.0.0.1", port, type=socket.SOCK_DGRAM)[0]
             self._socket = socket.socket(self._to[0], socket.SOCK_DGRAM)
@@ -83,7 +83,7 @@ class UdpTransport(Transport):
 
     def __init__(self, host: str, port: int) -> None:
         self.host, self.port = host, port
-        self.name = f"udp:{host}:{port}"
+        self.name = f"udp:{address_text(host, port)}"
         self._socket: socket.socket | None = None
         self._data = memoryview(bytearray(_BUFFER_BYTES))
         self._names: dict[int, str] = {}
@@ -149,7 +149,7 @@ class UdpTransport(Transport):
         if number not in self._names:
             if len(self._names) == MOST_NAMES:
                 del self._names[next(iter(self._names))]  # the oldest: a board that is started anew has another port
-            self._names[number] = f"{address[0]}:{address[1]}"
+            self._names[number] = address_text(*address[:2])
         return number
 
     def close(self) -> None:
