@@ -53,6 +53,7 @@ ERROR_SCALE = Number(
 )
 PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale": ERROR_SCALE}
 MINIMUM_PX = 272
+COPYING = "copying"
 
 _LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
 """Line break within a paragraph, which is wrapped again."""
@@ -279,6 +280,7 @@ class Inspector(QScrollArea):
             editor.addAction(action)
         if editor.parameter.kind in SETTABLE:
             copying = QAction("Copy its OSC message", editor)
+            copying.setObjectName(COPYING)
             copying.triggered.connect(lambda: self._copy_message(editor, end))
             editor.addAction(copying)
         if editor.actions() and not (isinstance(editor, NumberEditor) and editor.can_be_driven):
@@ -430,6 +432,8 @@ class Inspector(QScrollArea):
             editor.set_value(value)
 
     def _show_driver(self, editor: NumberEditor, source: str) -> None:
+        if (copying := editor.findChild(QAction, COPYING)) is not None:
+            copying.setVisible(not source)  # the number that it sets is not heard
         if not source:
             editor.set_driven("")
             return

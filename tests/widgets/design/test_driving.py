@@ -346,6 +346,10 @@ def test_the_message_that_sets_a_parameter_is_copied_from_its_menu(qtbot, worksp
     assert copied in said.args[0]
     _, id, parameter, value = copied.split()
     require_settable(workspace.patch(), id, parameter, float(value), REGISTRY)
+    workspace.document.edit(with_driver(workspace.patch(), REGISTRY, node, name, "value"), "Drive")
+    menu = ask(label, label.rect().center())
+    assert "Copy its OSC message" not in [action.text() for action in menu.actions() if action.isVisible()]
+    menu.close()
 
 
 def test_a_large_count_is_copied_to_its_last_digit(workspace):
