@@ -27,7 +27,7 @@ from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, 
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.note_width import NoteWidth
-from underfoot.widgets.design.patch_editing import with_names
+from underfoot.widgets.design.patch_editing import unit_hint, with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
@@ -311,9 +311,10 @@ class Canvas(AskingView):
             if not extends:
                 scene.select(())
             scene.choose(clicked, extends=extends)
-        elif result is not None:
+        elif result is not None and (wire := drag.wire()) is not None:
             displaced = drag.displaced(self.document.patch)
             self.document.edit(*result)
+            self.show_message(unit_hint(self.document.patch, self.registry, *wire), alarm=False)
             if displaced:
                 source = with_names(self.document.patch, self.registry, displaced)
                 self.show_message(f"The wire from {source} gave way: an input takes one. Mix and Join add several.")

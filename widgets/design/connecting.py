@@ -74,7 +74,7 @@ class WireDrag:
         offered = self.wire()
         if offered is None:
             return ""
-        return next((wire[0] for wire in patch.wires if wire[1] == offered[1] and wire != self.old), "")
+        return next((wire[0] for wire in patch.wires if wire[1] == offered[1] and wire not in (self.old, offered)), "")
 
     @property
     def end_name(self) -> str:

@@ -21,7 +21,7 @@ from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.group_items import FRAME_PAD
 from underfoot.widgets.design.node_geometry import FIRST_PORT, TITLE, description_of, node_geometry
-from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped
+from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped, unit_hint
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import (
     GAP_BESIDE,
@@ -339,11 +339,11 @@ class EditableView(PatchView):
 
     def connect_ports(self, source: str, target: str) -> None:
         """Connect two ports by a wire, or show why that is not allowed."""
-        reason = refusal(self.document.patch, self.registry, source, target)
-        if reason:
+        if reason := refusal(self.document.patch, self.registry, source, target):
             self.show_message(reason)
         else:
             self.document.edit(self.document.patch.connect(source, target, self.registry), "Connect")
+            self.show_message(unit_hint(self.document.patch, self.registry, source, target), alarm=False)
 
     def align(self, side: str) -> None:
         """Align the selected items: "left", "right", "top", "bottom", or distribute them "across" or "down"."""

@@ -13,7 +13,7 @@ from underfoot.parameters import Number, Parameter, ask
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
-from underfoot.patch.wiring import Wire, downstream, node_id, upstream
+from underfoot.patch.wiring import Wire, downstream, node_id, port_name, upstream
 from underfoot.quantities import counted, pretty_text
 from underfoot.widgets.theme import GRID
 
@@ -111,6 +111,24 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
         text = re.sub(r"^wires\[\d+\] is ", "", with_names(patch, registry, str(error)))
         return pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
     return ""
+
+
+def unit_hint(patch: Patch, registry: Registry, source: str, target: str) -> str:
+    """Return what to put into a wire that brings a force to a parameter without a unit; "" for any other wire.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tile-force", REGISTRY).add("tone", REGISTRY)
+    >>> unit_hint(patch, REGISTRY, "tile-force.force", "tone.amplitude")[:25]
+    'Tile force brings newtons'
+    """
+    parameter = registry[patch.node(node_id(target)).type].parameters.get(port_name(target))
+    units = port_of(patch, registry, source, "out").unit, getattr(parameter, "unit", None)
+    if parameter is None or units != ("N", ""):
+        return ""
+    return (
+        f"{patch.node(node_id(source)).name_in(registry)} brings newtons, some 700 under a person; "
+        f"{parameter.label.lower()} is a plain number. Double-click the wire for a Force envelope or a Map between"
+    )
 
 
 def with_names(patch: Patch, registry: Registry, text: str) -> str:

@@ -169,9 +169,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
-        """Add a wire from an output to an input; it replaces an existing wire at the input."""
+        """Add a wire from an output to an input, unless it is here; it replaces another wire at the input."""
         for name, end in (("source", source), ("target", target)):
             require(isinstance(end, str), name, end, _END)
+        if (source, target) in self.wires:
+            return self.check(registry)
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return replace(self, wires=(*wires, (source, target))).check(registry)
 

@@ -17,6 +17,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
+from underfoot.widgets.design.rewiring import types_for_wire
 
 
 @pytest.fixture(scope="module")
@@ -325,6 +326,21 @@ def test_a_chain_is_built_with_keys_and_an_open_menu_keeps_its_letters(qtbot, wo
         QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("tile-force.force", "footfall.force"), ("footfall.onset", "impact.strike"))
     assert scene.selected() == ["impact"]
+
+
+def test_a_wire_that_brings_newtons_to_a_plain_number_says_what_to_put_between(qtbot, workspace):
+    """Noise was 700 times as loud, without a word."""
+    canvas = workspace.canvas
+    workspace.set_patch(Patch().add("tile-force", REGISTRY).add("noise", REGISTRY, (240, 0)))
+    drag(workspace, port(workspace, "tile-force", "out", "force"), middle(workspace, "noise"))
+    (wire,) = workspace.patch().wires
+    assert wire == ("tile-force.force", "noise.amplitude")
+    assert canvas.message.startswith("Tile force brings newtons")
+    assert {"force-envelope", "map"} <= {*types_for_wire(workspace.patch(), REGISTRY, wire)}
+    steps = workspace.document.stack.count()
+    drag(workspace, port(workspace, "tile-force", "out", "force"), port(workspace, "noise", "in", "amplitude"))
+    assert "gave way" not in canvas.message, "the same wire again replaces none"
+    assert workspace.document.stack.count() == steps
 
 
 @pytest.mark.parametrize(
