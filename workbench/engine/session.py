@@ -356,7 +356,6 @@ class Session:
         if self._setup is not None:
             self.is_compiled = False
             self._anew, self._settle_s = self._anew or anew, max(self._settle_s, settle_s)
-            self._compile_progress.forget("compiler")
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
     def _compile_request(self, ticket: int, *, from_end: bool = False) -> CompileRequest:
