@@ -15,7 +15,7 @@ from underfoot.__main__ import cli
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.step_finder import find_steps
-from underfoot.records.exports import DECIDED_S, ExportSource
+from underfoot.records.exports import DECIDED_S, ExportSource, write_export
 from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
@@ -169,13 +169,16 @@ def test_commands_and_gaps_are_those_within(tmp_path):
     for first in (0, 3 * RATE):
         writer.put("vibration", first, np.ones((RATE, 2), np.float32))
     for second in (0, 2, 3):
-        writer.command(second * RATE, "play", "{}")
+        writer.command(second * RATE, "play", f'{{"at": {second}}}')
     writer.close()
     with Recording(tmp_path / "gap.underfoot") as recording:
         export = ExportSource(recording, stretch_s=(1.5, 3.5))
-        assert export.commands() == [(0.5, "play", "{}"), (1.5, "play", "{}")]
-        assert export.gaps() == [(0.0, 1.5)]
+        write_export(export, tmp_path / "gap.h5")
         frames = np.concatenate(list(export.frames("vibration", "")))
+    with h5py.File(tmp_path / "gap.h5") as file:
+        commands = zip(*(file[f"commands/{name}"][:].tolist() for name in ("time_s", "kind", "body")), strict=True)
+        assert list(commands) == [(0.5, b"play", b'{"at": 2}'), (1.5, b"play", b'{"at": 3}')]
+        assert file["gaps_s"][:].tolist() == [[0.0, 1.5]]
     assert len(frames) == 2 * RATE
     assert frames[: round(1.5 * RATE)].max() == 0.0
     assert frames[round(1.5 * RATE) :].min() == 1.0

@@ -22,7 +22,7 @@ from underfoot.__main__ import cli
 from underfoot.errors import BadFile
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.floor.step_finder import find_steps
-from underfoot.records.exports import ExportSource, ExportStopped, format_of, formats, write_export
+from underfoot.records.exports import VIBRATION, ExportSource, ExportStopped, format_of, formats, write_export
 from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
@@ -49,6 +49,11 @@ def recorded(path):
     time_s, force_n = rows[:, 0] / 48_000, rows[:, 2:].reshape(len(rows), -1, 4)
     steps = [step for found in find_steps([(time_s, force_n)], FLOOR, 1000.0) for step in found.steps]
     return time_s, force_n, steps
+
+
+def contacts_of(recorded, column):
+    """A column of the recording's contacts."""
+    return np.concatenate([getattr(found.rows, column) for found in find_steps([recorded[:2]], FLOOR, 1000.0)])
 
 
 def export(path, output, *options):
@@ -92,6 +97,7 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         np.testing.assert_array_equal(file["force/time_s"], recorded[0])
         np.testing.assert_array_equal(file["force/corners_n"], recorded[1])
         assert file["force/corners_n"].attrs["unit"] == "N"
+        assert [file[f"vibration/{name}"].attrs["unit"] for name in VIBRATION] == ["m/s^2", "m/s^2", "of full scale"]
         units = {name: file[f"steps/{name}"].attrs["unit"] for name in ("peak1_n", "impulse_ns", "path_mm", "person")}
         assert units == {"peak1_n": "N", "impulse_ns": "N s", "path_mm": "mm", "person": ""}
         assert {
@@ -102,20 +108,37 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         np.testing.assert_array_equal(file["vibration/vibration"], recording.vibration()[1])
         np.testing.assert_array_equal(file["steps/peak1_n"], [step.peak1_n for step in recorded[2]])
         assert [name.decode() for name in file["steps/tile"][:]] == [step.tile for step in recorded[2]]
-        assert file["marks/text"][0].decode() == 'a "quoted" mark'
+        for name, column in file["contacts"].items():
+            np.testing.assert_array_equal(column, contacts_of(recorded, name))
+        assert file["contacts"].keys() == {"time_s", "contact", "x_m", "y_m", "force_n", "on_tile"}
+        assert (file["marks/time_s"][0], file["marks/text"][0].decode()) == (1.0, 'a "quoted" mark')
+        assert (file.attrs["rate_hz"], file.attrs["force_rate_hz"]) == (48_000.0, 1000.0)
         assert json.loads(file.attrs["floor"])["tiles"][0]["id"] == "t1"
         assert (file.attrs["begun"], file.attrs["calibrations"].tolist()) == (BEGUN, IN_USE)
 
 
-def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
+def test_mat_has_forces_tables_and_one_vibration(path, recorded, tmp_path):
     content = loadmat(export(path, tmp_path / "walk.mat"), simplify_cells=True)
     np.testing.assert_array_equal(content["time_s"], recorded[0])
     np.testing.assert_array_equal(content["corners_n"], recorded[1])
     with Recording(path) as recording:
         np.testing.assert_array_equal(content["measured_m_s2"], recording.acceleration("measured")[1])
+        assert (content["floor_json"], content["patch_json"]) == (recording.about["floor"], recording.about["patch"])
     np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
+    for name, column in content["contacts"].items():
+        np.testing.assert_array_equal(column, contacts_of(recorded, name))
+    assert content["marks"] == {"time_s": 1.0, "text": 'a "quoted" mark'}
+    assert (content["rate_hz"], content["force_rate_hz"]) == (48_000.0, 1000.0)
     assert content["tiles"].tolist() == ["t1", "t2"]
     assert (content["begun"], content["calibrations"].tolist()) == (BEGUN, IN_USE)
+
+
+def test_tables_of_mat_have_a_row_for_each_of_what_they_list(path, recorded, tmp_path):
+    """`struct2table` makes a table of fields with as many rows each."""
+    content = loadmat(export(path, tmp_path / "walk.mat"))
+    for name, rows in (("steps", len(recorded[2])), ("contacts", len(contacts_of(recorded, "time_s"))), ("marks", 1)):
+        table = content[name][0, 0]
+        assert {table[column].shape[0] for column in table.dtype.names} == {rows}
 
 
 @pytest.fixture(scope="module")

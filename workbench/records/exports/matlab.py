@@ -53,13 +53,13 @@ def _write(export: ExportSource, path: Path) -> None:
         "calibrations": np.array(export.calibrations, object),
         "floor_json": export.recording.about["floor"],
         "patch_json": export.recording.about["patch"],
-        "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)])[:, None],
+        "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)]),
         "contacts": {name: np.concatenate([getattr(row, name) for row in rows]) for name in names},
         "steps": {name: np.array(v, object) if isinstance(v, list) else v for name, v in step_columns(steps).items()},
         "marks": {"time_s": np.array([at for at, _ in marks]), "text": np.array([text for _, text in marks], object)},
     }
     with replaced(path) as part, written(path):
-        savemat(str(part), content, appendmat=False, do_compression=True)
+        savemat(str(part), content, appendmat=False, do_compression=True, oned_as="column")  # for struct2table
         with part.open("r+b") as file:
             file.seek(0, os.SEEK_END)
             corners_n = _column_major(
