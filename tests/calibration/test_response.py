@@ -378,6 +378,11 @@ def test_no_band_is_usable_beyond_the_end_of_the_sweep():
     assert figures["usable_high_hz"] == found.swept_hz[1]
 
 
+def test_a_profile_keeps_no_response_beyond_the_sweep():
+    """Four points lay above 2 kHz, where a sweep to there has nothing but what its end leaks."""
+    assert 1900.0 < finished()[0].part.frequencies_hz[-1] <= 2000.0
+
+
 def test_a_band_ends_where_the_response_falls_too_far():
     f = np.array([20.0, 30.0, 60.0, 200.0, 600.0, 700.0, 900.0])
     assert usable_band_hz(f, np.array([-40.0, -9.0, 0.0, 1.0, 0.0, -11.0, 0.0])) == (30.0, 600.0)

@@ -224,6 +224,7 @@ def _part(found: ResponseMeasurements, values: Mapping[str, float], after: str, 
     low = max(float(basis.frequencies_hz[0]), 0.4 * BAND_HZ[0])
     high = min(float(basis.frequencies_hz[-1]), 3.0 * BAND_HZ[1])
     grid = np.geomspace(low, high, max(round(_KEPT_AN_OCTAVE * math.log2(high / low)), 2))
+    grid = grid[within(grid, basis.swept_hz)]
     magnitude = found.sensitivity * np.interp(grid, basis.frequencies_hz, basis.magnitude)
     return Response(
         made=date.today().isoformat(),
