@@ -459,6 +459,13 @@ def test_a_press_at_another_place_and_an_unsteady_one_are_refused():
         run(CentroidProcedure(TILE), shaking, {"form": "quick", "loads_n": (100.0,)})
 
 
+@pytest.mark.parametrize("dead", [0, 1, 3])
+def test_a_dead_sensor_is_named_where_it_should_bear_most_of_a_press(dead):
+    """It was told as another place."""
+    with pytest.raises(BadMeasurement, match=f"133 mm from .*: sensor {dead + 1} bears nothing of it; is it dead or"):
+        run(CentroidProcedure(TILE), Hand(lambda corners: corners * (np.arange(4) != dead)), {"form": "quick"})
+
+
 def test_presses_that_lead_to_no_result_are_not_lost():
     own = tuple((0.038 * np.cos(turn), 0.038 * np.sin(turn)) for turn in range(6))
     procedure = CentroidProcedure(TILE)

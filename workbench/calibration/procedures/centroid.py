@@ -302,7 +302,7 @@ class CentroidProcedure(PagedProcedure):
         self._check(load, latest, measured)
         if not is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), np.ptp(readings.time_s)):
             return PageProgress("Hold still.", 0.8, tuple(shown))
-        require_place((x, y), at)
+        require_place(np.median(forces, axis=0), self._sensors_m, at)
         return None
 
     def _check(self, load: float, readings: Readings, measured: Floats) -> None:
