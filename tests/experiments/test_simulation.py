@@ -18,7 +18,7 @@ from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.observers import truths_of
+from underfoot.experiments.observers import OBSERVERS, truths_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
 from underfoot.experiments.study import Study
@@ -246,6 +246,36 @@ def test_a_truth_that_cannot_be_is_refused():
         truths_of(protocol, {"first_rate": 0.5})  # of those who name stimuli; nobody does here
     with pytest.raises(BadValue, match="guesses is 2"):
         truths_of(protocol, {"guesses": 2.0})
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "names"),
+    [
+        ("staircases", {"standard": "TD"}, {"equal_db", "spread_db", "guesses", "lapses"}),
+        ("staircases", {"standard": "X", "down_after": 2}, {"threshold_m_s2", "spread_db", "guesses", "lapses"}),
+        ("constant-stimuli", {"comparisons": ["K60", "K90"], "standard": "K90"}, {"pse_0", "slope_0", "mistakes"}),
+        ("constant-stimuli", {"comparisons": ["L1", "L2"]}, {"threshold_m_s2", "level_spread", "mistakes"}),
+        ("constant-stimuli", {"comparisons": ["L1", "L2"], "standard": "TD"}, {"level_spread", "mistakes"}),
+        ("constant-stimuli", {"comparisons": ["TD"], "standard": "X"}, {"judged_more", "mistakes"}),
+    ],
+)
+def test_only_what_answers_depend_on_can_be_true_of_people(kind, parameters, names):
+    """Held against the answers: another truth changes some of them for these names, and none for any other."""
+    levels = {f"L{k}": {**TD, "level_m_s2": 0.3 * k} for k in (1, 2)}
+    plates = {f"K{k}": {"factors": {"stiffness_n_mm": k}} for k in (60, 90)}
+    parameters = {"followed": ["TD"], **parameters} if kind == "staircases" else parameters
+    made = made_protocol(kind, parameters, {"TD": TD, "X": {}, **levels, **plates})
+    assert set(truths_of(made, {})) == names
+    usual = _answers_of(made, {})
+    others = {
+        name: min(20.0 * one.default, one.high) or 0.2 * one.high for name, one in OBSERVERS[kind].parameters.items()
+    }
+    assert {name for name, other in others.items() if _answers_of(made, {name: other}) != usual} == names
+
+
+def _answers_of(protocol, truth):
+    rows, _ = simulated_rows(protocol, 0, 1, truth)
+    return [(row.get("felt"), row.get("interval"), row.get("level_db")) for row in rows]
 
 
 def test_where_all_trials_are_practice_it_is_said_that_nothing_is_estimated():

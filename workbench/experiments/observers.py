@@ -56,6 +56,10 @@ class Observer(ABC):
     def truths(self) -> dict[str, float]:
         """Return the expected values of the estimates, by the analysis's names."""
 
+    def used(self) -> Sequence[str]:
+        """Return the names of the parameters that these answers depend on, of those of all protocols."""
+        return tuple(self.parameters)
+
 
 class Identifier(Observer):
     """Identifies stimuli at a rate that increases from session to session; errors are uniform over the other answers.
@@ -148,8 +152,17 @@ class Detector(Observer):
             share = (share - GUESSED) / (1.0 - GUESSED)
         felt = (share - guesses) / (1.0 - guesses - lapses) if guesses + lapses < 1.0 else math.nan
         shift = self._spread_db * _normal_inverse(felt) if 0.0 < felt < 1.0 else math.nan  # it tends to no level
-        point = PSE if self.given["standard"] and not self._is_silent else THRESHOLD
+        point = PSE if self._is_compared else THRESHOLD
         return {f"{point} {name}": self._middle_of(name) + shift for name in self.given["followed"]}
+
+    def used(self) -> Sequence[str]:
+        unused = "threshold_m_s2" if self._is_compared else "equal_db"
+        return tuple(name for name in self.parameters if name != unused)
+
+    @property
+    def _is_compared(self) -> bool:
+        """Whether there is a standard that vibrates."""
+        return bool(self.given.get("standard")) and not self._is_silent
 
     @property
     def _is_silent(self) -> bool:
@@ -160,7 +173,7 @@ class Detector(Observer):
         return float(self.truth["spread_db"])
 
     def _middle_of(self, stimulus: str) -> float:
-        if self.given.get("standard") and not self._is_silent:
+        if self._is_compared:
             return float(self.truth["equal_db"])
         return 20.0 * math.log10(self.truth["threshold_m_s2"] / self.protocol.stimuli[stimulus].level_m_s2)
 
@@ -234,6 +247,14 @@ class Discriminator(Observer):
             found |= {f"{half}{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
 
+    def used(self) -> Sequence[str]:
+        if not self._axis:
+            return "judged_more", "mistakes"
+        if self._judges_level:
+            return *(() if self._standard else ("threshold_m_s2",)), "level_spread", "mistakes"
+        vibrate = any(row[LEVEL] for row in self._places.values())
+        return *(_OF_NUMBERS if vibrate else ("pse_0", "slope_0")), "mistakes"
+
     def _chance(self, trial: Trial) -> float:
         """Return the probability that the comparison is judged more."""
         row = self._places.get(name := str(trial.facts["comparison"]))
@@ -251,13 +272,18 @@ class Discriminator(Observer):
     def _at(self, level: float) -> tuple[float, float]:
         """Return PSE and slope at a level in m/s^2, in the unit of the axis."""
         if self._judges_level:
-            standard = "" if self._guesses else self.given["standard"]
+            standard = self._standard
             pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]
             pse = max(pse, 1e-3)
             at, above = (self._on_axis(one) for one in (pse, pse * (1.0 + self.truth["level_spread"])))
             return at, 1.0 / (above - at)
-        pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]
+        pses = [self.truth[name] for name in _OF_NUMBERS[:3]]
         return float(np.interp(level, thesis.LEVELS_M_S2, pses)), self.truth["slope_1" if level else "slope_0"]
+
+    @property
+    def _standard(self) -> str:
+        """The standard that levels are compared with; "" where they are to be felt."""
+        return "" if self._guesses else str(self.given["standard"])
 
     @property
     def _guesses(self) -> bool:
@@ -274,6 +300,10 @@ class Discriminator(Observer):
         k = min(max(sum(one < level for one, _ in known), 1), len(known) - 1)
         (low, a), (high, b) = known[k - 1], known[k]
         return a + (b - a) * math.log(level / low) / math.log(high / low)
+
+
+_OF_NUMBERS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
+"""What is true of comparisons of a number, such as stiffness, with vibration and without."""
 
 
 def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
@@ -402,15 +432,16 @@ OBSERVERS: Mapping[str, type[Observer]] = {
 
 
 def truths_of(protocol: Protocol, truth: Mapping[str, float]) -> dict[str, tuple[Parameter, float]]:
-    """Return the parameters and true values of the observers of a protocol, by name.
+    """Return the parameters that the answers to a protocol depend on, with their true values, by name.
 
-    Raises `BadValue` for a name in `truth` that no observer has, or a value out of range.
+    Practice is in no estimate. Raises `BadValue` for another name in `truth`, or a value out of range.
     """
-    kinds = {stage.method.kind for stage in protocol.stages if stage.method is not None}
-    known = {name: one for kind in sorted(kinds) for name, one in OBSERVERS[kind].parameters.items()}
+    stages = [(stage, stage.method) for stage in protocol.stages if not stage.practice]
+    made = [OBSERVERS[use.kind](truth, protocol, stage) for stage, use in stages if use is not None]
+    known = {name: (one.parameters[name], one.truth[name]) for one in made for name in one.used()}
     for name in truth:
         choice("truth", name, known)
-    return {name: (one, one.check(truth.get(name, one.default))) for name, one in known.items()}
+    return known
 
 
 class SimulatedParticipant:
