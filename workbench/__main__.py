@@ -19,7 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.files import FILE, FLOOR, PATCH, require_folders_writable
+from underfoot.commands.files import FILE, FileOrPreset, require_folders_writable
 from underfoot.commands.telling import no_window
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, UnderfootError
@@ -38,8 +38,12 @@ if TYPE_CHECKING:
     help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or "
     "a force CSV, a recording, or a C3D file.",
 )
-@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
-@click.option("--patch", type=PATCH, help="Patch to open: a file (also `underfoot FILE.json`), or a preset's name.")
+@click.option("--floor", type=FileOrPreset("floors"), help="Floor JSON; found automatically beside a force CSV.")
+@click.option(
+    "--patch",
+    type=FileOrPreset("patches"),
+    help="Patch to open: a file (also `underfoot FILE.json`), or a preset's name.",
+)
 @click.option("--recording", type=FILE, help="Recording to open; also `underfoot FILE`.")
 @click.option("--screenshot", type=FILE, help="Save a picture of every workspace in this folder, and exit.")
 @click.pass_context

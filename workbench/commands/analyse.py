@@ -6,36 +6,31 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE, OUTPUT, require_folders_writable, require_outputs_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.commands.options import command
 from underfoot.commands.protocols import opened_protocol
+from underfoot.options import argument, option
 
 
 @dataclass(frozen=True)
 class AnalyseOptions:
     """Options of the command."""
 
-    sessions: tuple[Path, ...]
-    protocol: str | None
-    report: Path | None
-    csv: Path | None
-    bids: Path | None
-    bootstrap: int
-    lapses: bool
-    as_json: bool
+    sessions: tuple[Path, ...] = argument(metavar="SESSION...")
+    protocol: str | None = option("Protocol of CSVs of trials: a file, or a preset's name. Sessions contain their own.")
+    report: Path | None = option("Folder for a page with tables and pictures.")
+    csv: Path | None = option("Write all trials, one per row.", is_written=True)
+    bids: Path | None = option("Folder for BIDS: behavioural files, and force and vibration of each trial.")
+    bootstrap: int = option(
+        "Draws for intervals of curves; 0: at once, from the regression's covariance.",
+        399,
+        type=click.IntRange(0, 100_000),
+    )
+    lapses: bool = option("Give psychometric curves a lapse rate.", False)
+    as_json: bool = option("Print all tables as JSON.", False, "--json")
 
 
-@click.command()
-@click.argument("sessions", metavar="SESSION...", type=FILE, nargs=-1, required=True)
-@click.option("--protocol", help="Protocol of CSVs of trials: a file, or a preset's name. Sessions contain their own.")
-@click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
-@click.option("--csv", type=OUTPUT, help="Write all trials, one per row.")
-@click.option("--bids", type=FILE, help="Folder for BIDS: behavioural files, and force and vibration of each trial.")
-@click.option("--bootstrap", type=click.IntRange(0, 100_000), default=399, show_default=True,
-              help="Draws for intervals of curves; 0: at once, from the regression's covariance.")  # fmt: skip
-@click.option("--lapses", is_flag=True, help="Give psychometric curves a lapse rate.")
-@click.option("--json", "as_json", is_flag=True, help="Print all tables as JSON.")
-@takes_options(AnalyseOptions)
+@command(AnalyseOptions)
 def analyse(options: AnalyseOptions) -> None:
     """Analyse SESSIONs of a study: session files of one protocol, or CSVs of trials."""
     from underfoot.experiments.analysis.report import data_of, text_of

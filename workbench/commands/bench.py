@@ -6,56 +6,36 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE, require_folders_writable
-from underfoot.commands.options import FIGURES_AS_JSON, takes_options
+from underfoot.commands.files import require_folders_writable
+from underfoot.commands.options import FIGURES_AS_JSON, command
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue, UnderfootError
+from underfoot.options import option, shared
 
 
 @dataclass(frozen=True)
 class BenchOptions:
     """Options of a run; None if not given."""
 
-    quick: bool
-    short: bool
-    compare: Path | None
-    report: Path | None
-    figures: Path | None
-    seed: int
-    as_json: bool
-    stress: str | None
-    times: int | None
-    seconds: float | None
-    cluster: str | None
+    quick: bool = option("Take about five minutes. The full run takes minutes per table, at most ten per node.", False)
+    short: bool = option("Measure run times only, in about twenty seconds.", False)
+    compare: Path | None = option("JSON of an earlier run; list what got slower or faster, and by how much.")
+    report: Path | None = option("Folder for a page with pictures, the figures as JSON, and what failed.")
+    figures: Path | None = option("Folder for reproductions of the thesis's figures; nothing else is measured.")
+    seed: int = option("Seed of the random points and patches.", 1)
+    as_json: bool = shared(FIGURES_AS_JSON)
+    stress: str | None = option(
+        "Run stress tests only: one row of the table, or all.", is_flag=False, flag_value="", metavar="[ROW]"
+    )
+    times: int | None = option("With --stress: number of attempts.", type=click.IntRange(1))
+    seconds: float | None = option("With --stress: duration of rows that take time.", type=click.FloatRange(0.1, 1e6))
+    cluster: str | None = option(
+        "Scheduler of a Dask cluster that computes errors and bounds of models; times are measured on this computer.",
+        metavar="TCP://HOST:PORT",
+    )
 
 
-@click.command()
-@click.option(
-    "--quick", is_flag=True, help="Take about five minutes. The full run takes minutes per table, at most ten per node."
-)
-@click.option("--short", is_flag=True, help="Measure run times only, in about twenty seconds.")
-@click.option("--compare", type=FILE, help="JSON of an earlier run; list what got slower or faster, and by how much.")
-@click.option("--report", type=FILE, help="Folder for a page with pictures, the figures as JSON, and what failed.")
-@click.option(
-    "--figures", type=FILE, help="Folder for reproductions of the thesis's figures; nothing else is measured."
-)
-@click.option("--seed", type=int, default=1, show_default=True, help="Seed of the random points and patches.")
-@FIGURES_AS_JSON
-@click.option(
-    "--stress",
-    is_flag=False,
-    flag_value="",
-    metavar="[ROW]",
-    help="Run stress tests only: one row of the table, or all.",
-)
-@click.option("--times", type=click.IntRange(1), help="With --stress: number of attempts.")
-@click.option("--seconds", type=click.FloatRange(0.1, 1e6), help="With --stress: duration of rows that take time.")
-@click.option(
-    "--cluster",
-    metavar="TCP://HOST:PORT",
-    help="Scheduler of a Dask cluster that computes errors and bounds of models; times are measured on this computer.",
-)
-@takes_options(BenchOptions)
+@command(BenchOptions)
 def bench(options: BenchOptions) -> None:
     """Benchmark models, run time against error, large floors, and stability."""
     report, figures = options.report, options.figures

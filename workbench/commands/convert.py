@@ -4,24 +4,19 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import click
-
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import (
-    FILE,
-    FLOOR,
-    FORCES,
-    PATCH,
     RUN_CODE,
     FileName,
     require_folders_writable,
     require_outputs_writable,
 )
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import command
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
 from underfoot.files import require_file_name
+from underfoot.options import argument, option, shared
 from underfoot.quantities import counted
 
 PATCH_SUFFIX = ".json"
@@ -31,35 +26,21 @@ PATCH_SUFFIX = ".json"
 class ConvertOptions:
     """Options of a conversion; None or "" if not given."""
 
-    source: Path | None
-    output_name: str | None
-    format: str
-    tile: str
-    seconds: float | None
-    force: str | None
-    floor: Path | None
-    profiles: Path | None
-    formats: bool
+    source: Path | None = argument("patches", metavar="IN")
+    output_name: str | None = option(
+        "Output file; its suffix selects the format. A patch ends in .json.", flag="-o --output", type=FileName()
+    )
+    format: str = option("Format, if the suffix is ambiguous.", "")
+    tile: str = option("Write only this tile; by default all, or the one that moves most.", "")
+    seconds: float | None = option("Length; by default until vibration ends, at most 5 s.")
+    force: str | None = option('Force CSV, recording, C3D file, walk, or "none"; by default one step.', presets="walks")
+    floor: Path | None = option("Floor JSON for a simulated walker; copied into a shared folder.", presets="floors")
+    profiles: Path | None = option("Folder of the tiles' profiles, copied into a shared folder.")
+    run_code: bool = shared(RUN_CODE)
+    formats: bool = option("List the formats, with directions and losses.", False)
 
 
-@click.command()
-@click.argument("source", metavar="IN", type=PATCH, required=False)
-@click.option(
-    "-o",
-    "--output",
-    "output_name",
-    type=FileName(),
-    help="Output file; its suffix selects the format. A patch ends in .json.",
-)
-@click.option("--format", default="", help="Format, if the suffix is ambiguous.")
-@click.option("--tile", default="", help="Write only this tile; by default all, or the one that moves most.")
-@click.option("--seconds", type=float, help="Length; by default until vibration ends, at most 5 s.")
-@click.option("--force", type=FORCES, help='Force CSV, recording, C3D file, walk, or "none"; by default one step.')
-@click.option("--floor", type=FLOOR, help="Floor JSON for a simulated walker; copied into a shared folder.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles, copied into a shared folder.")
-@RUN_CODE
-@click.option("--formats", is_flag=True, help="List the formats, with directions and losses.")
-@takes_options(ConvertOptions)
+@command(ConvertOptions)
 def convert(options: ConvertOptions) -> None:
     """Convert IN to -o OUT: a patch to another program's format, or another program's file to a patch."""
     if options.formats:

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
-from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE
-from underfoot.commands.options import FIGURES_AS_JSON, takes_options
+from underfoot.commands.files import RUN_CODE
+from underfoot.commands.options import FIGURES_AS_JSON, command
 from underfoot.errors import BadValue
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.bench.block_stages import BlockStages
@@ -22,29 +21,19 @@ if TYPE_CHECKING:
 class CostOptions:
     """Options of the command; None if not given."""
 
-    patch: Path
-    floor: Path | None
-    feet: int | None
-    block: int
-    profiles: Path | None
-    simulated: bool
-    outside_files: bool
-    curve: str | None
-    as_json: bool
+    patch: Path = argument("patches")
+    floor: Path | None = option("Floor JSON; by default four tiles.", presets="floors")
+    feet: int | None = option("Number of tiles with a foot that steps once a second; by default all.")
+    block: int = option("Frames per block.", 1024)
+    profiles: Path | None = option("Folder of the tiles' profiles: equalisers, sensor curves.")
+    simulated: bool = option("Include the plates of a simulated floor, as in a session on one.", False)
+    outside_files: bool = option("Let the patch read sound files outside its own folder.", False)
+    run_code: bool = shared(RUN_CODE)
+    curve: str | None = option("Plot run time against error of this node only.", metavar="NODE")
+    as_json: bool = shared(FIGURES_AS_JSON)
 
 
-@click.command()
-@click.argument("patch", type=PATCH)
-@click.option("--floor", type=FLOOR, help="Floor JSON; by default four tiles.")
-@click.option("--feet", type=int, help="Number of tiles with a foot that steps once a second; by default all.")
-@click.option("--block", type=int, default=1024, show_default=True, help="Frames per block.")
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: equalisers, sensor curves.")
-@click.option("--simulated", is_flag=True, help="Include the plates of a simulated floor, as in a session on one.")
-@click.option("--outside-files", is_flag=True, help="Let the patch read sound files outside its own folder.")
-@RUN_CODE
-@click.option("--curve", metavar="NODE", help="Plot run time against error of this node only.")
-@FIGURES_AS_JSON
-@takes_options(CostOptions)
+@command(CostOptions)
 def cost(options: CostOptions) -> None:
     """Measure the run time of each stage and node of PATCH, and when nodes sleep.
 

@@ -2,26 +2,33 @@
 
 import json
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, PATCH, RUN_CODE, require_folders_writable
+from underfoot.commands.files import RUN_CODE, require_folders_writable
+from underfoot.commands.options import command
 from underfoot.errors import BadValue
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.drawing import Drawing
 
 
-@click.command()
-@click.argument("patch", type=PATCH)
-@click.argument("node", required=False)
-@click.option("-o", "--output", type=FILE, help="Folder for a plot of each distribution.")
-@RUN_CODE
-@click.option("--json", "as_json", is_flag=True, help="Print all points as JSON.")
-def distribution(patch: Path, node: str | None, output: Path | None, as_json: bool) -> None:
+@dataclass(frozen=True)
+class DistributionOptions:
+    """Options of the command; None if not given."""
+
+    patch: Path = argument("patches")
+    node: str | None = argument()
+    output: Path | None = option("Folder for a plot of each distribution.", flag="-o --output")
+    run_code: bool = shared(RUN_CODE)
+    as_json: bool = option("Print all points as JSON.", False, "--json")
+
+
+@command(DistributionOptions)
+def distribution(options: DistributionOptions) -> None:
     """Print the distributions that NODE of PATCH draws from, such as slip durations and event sizes.
 
     Without NODE: of every node that has distributions.
@@ -31,24 +38,25 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
 
-    require_folders_writable(output)
-    loaded = Patch.load(patch, REGISTRY)
+    require_folders_writable(options.output)
+    loaded = Patch.load(options.patch, REGISTRY)
     with_distributions = [node for node in loaded.nodes if REGISTRY[node.type].distributions is not None]
-    chosen = [one for one in with_distributions if node is None or one.id == node]
+    chosen = [one for one in with_distributions if options.node in (None, one.id)]
     if not chosen:
         known = ", ".join(one.id for one in with_distributions) or "none: no node of this patch has distributions"
-        raise BadValue(f"node is {node}; allowed: {known}" if node else f"{patch} has no node with distributions")
+        none = f"{options.patch} has no node with distributions"
+        raise BadValue(f"node is {options.node}; allowed: {known}" if options.node else none)
     found = {}
     with report_compiling():
         for one in chosen:
             type = REGISTRY[one.type]
             found[one.id] = type.drawings(type.values(one.parameters))
-    if output is not None:
-        make_folder(output)
+    if options.output is not None:
+        make_folder(options.output)
         for id, drawings in found.items():
             for k, drawing in enumerate(drawings):
-                write_file(output / f"{id}-{k + 1}.svg", svg(drawing).encode())
-    if as_json:
+                write_file(options.output / f"{id}-{k + 1}.svg", svg(drawing).encode())
+    if options.as_json:
         print(json.dumps({id: [_data(drawing) for drawing in drawings] for id, drawings in found.items()}))
     else:
         print("\n".join(line for id, drawings in found.items() for line in _lines(id, drawings)))

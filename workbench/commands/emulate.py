@@ -1,25 +1,22 @@
 """`underfoot emulate`: a tile's firmware, or a floor's, without a tile."""
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, fields
-from functools import wraps
+from dataclasses import dataclass, fields, make_dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import click
+from typing import TYPE_CHECKING
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FILE, FLOOR, FORCES
-from underfoot.commands.options import SECONDS, require_seconds, takes_options
+from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.files import read_large_file
+from underfoot.options import option, shared
 from underfoot.plugins import refuse
 from underfoot.quantities import counted
 
@@ -38,26 +35,31 @@ _BATCH = 1 << 15
 
 @dataclass(frozen=True)
 class EmulateOptions:
-    """Options of the command; None if not given. `senders` holds the options of each transport."""
+    """Options of the command besides those of transports; None if not given."""
 
-    senders: Mapping[type[Sender], str]
-    floor: Path | None
-    tile: int | None
-    force: str | None
-    rate: float | None
-    sensors: Path | None
-    acceleration: Path | None
-    full_scale: float
-    csv_lines: bool
-    lost: float
-    doubled: float
-    reordered: float
-    corrupted: float
-    late: float
-    unplug: tuple[str, ...]
-    drift: float
-    seed: int
-    seconds: float | None
+    floor: Path | None = option(
+        "Floor JSON; by default 2 x 2 tiles. Found automatically beside a force CSV.", presets="floors"
+    )
+    tile: int | None = option("Send only this tile of the floor, counted from 0.")
+    force: str | None = option(
+        "Force CSV, recording, C3D file or preset walk, played once, or repeatedly for --seconds; by default a "
+        "simulated walker.",
+        presets="walks",
+    )
+    rate: float | None = option("Samples per second of every tile; by default 1000, or the file's rate.")
+    sensors: Path | None = option('Simulated sensors instead of ideal ones: a parameter file, or "default".')
+    acceleration: Path | None = option("WAV of acceleration in m/s^2, one channel per tile, to send with the forces.")
+    full_scale: float = option("Full scale of the accelerometers, m/s^2.", 98.1, show_default=True)
+    csv_lines: bool = option("Send lines of text instead of binary frames.", False)
+    lost: float = option(f"Frames that are not sent: {_SHARE}.", 0.0)
+    doubled: float = option(f"Frames that are sent twice: {_SHARE}.", 0.0)
+    reordered: float = option(f"Frames sent behind the next of their tile: {_SHARE}.", 0.0)
+    corrupted: float = option(f"Frames of which bytes are wrong: {_SHARE}.", 0.0)
+    late: float = option(f"Frames sent behind 20 more of their tile: {_SHARE}.", 0.0)
+    unplug: tuple[str, ...] = option("Unplug at second AT for FOR seconds; repeatable.", (), metavar="AT:FOR")
+    drift: float = option("Lag of the tiles' clock, ppm.", 0.0)
+    seed: int = option("Seed of walker, sensors and faults.", 1)
+    seconds: float | None = shared(SECONDS)
 
 
 def _senders() -> dict[str, type[Sender]]:
@@ -75,61 +77,31 @@ def _senders() -> dict[str, type[Sender]]:
 
 
 _SENDERS = _senders()
-
-
-def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the option of each transport; those that were given are one argument, `senders`."""
-
-    @wraps(command)
-    def run(**given: object) -> None:
-        values = {sender: given.pop(argument) for argument, sender in _SENDERS.items()}
-        command(senders={sender: str(value) for sender, value in values.items() if value not in (None, False)}, **given)
-
-    for argument, sender in reversed(_SENDERS.items()):
-        takes: dict[str, Any] = {"metavar": sender.option_value} if sender.option_value else {"is_flag": True}
-        run = click.option(f"--{sender.option}", argument, help=sender.help, **takes)(run)
-    return run
-
-
-@click.command()
-@_sender_options
-@click.option("--floor", type=FLOOR, help="Floor JSON; by default 2 x 2 tiles. Found automatically beside a force CSV.")
-@click.option("--tile", type=int, help="Send only this tile of the floor, counted from 0.")
-@click.option(
-    "--force",
-    type=FORCES,
-    help="Force CSV, recording, C3D file or preset walk, played once, or repeatedly for --seconds; by default a "
-    "simulated walker.",
+SenderOptions = make_dataclass(
+    "SenderOptions",
+    [
+        (argument, str | None, option(sender.help, metavar=sender.option_value))
+        if sender.option_value
+        else (argument, bool, option(sender.help, False))
+        for argument, sender in _SENDERS.items()
+    ],
+    frozen=True,
 )
-@click.option("--rate", type=float, help="Samples per second of every tile; by default 1000, or the file's rate.")
-@click.option("--sensors", type=FILE, help='Simulated sensors instead of ideal ones: a parameter file, or "default".')
-@click.option(
-    "--acceleration", type=FILE, help="WAV of acceleration in m/s^2, one channel per tile, to send with the forces."
-)
-@click.option(
-    "--full-scale", type=float, default=98.1, show_default=True, help="Full scale of the accelerometers, m/s^2."
-)
-@click.option("--csv-lines", is_flag=True, help="Send lines of text instead of binary frames.")
-@click.option("--lost", type=float, default=0.0, help=f"Frames that are not sent: {_SHARE}.")
-@click.option("--doubled", type=float, default=0.0, help=f"Frames that are sent twice: {_SHARE}.")
-@click.option("--reordered", type=float, default=0.0, help=f"Frames sent behind the next of their tile: {_SHARE}.")
-@click.option("--corrupted", type=float, default=0.0, help=f"Frames of which bytes are wrong: {_SHARE}.")
-@click.option("--late", type=float, default=0.0, help=f"Frames sent behind 20 more of their tile: {_SHARE}.")
-@click.option("--unplug", multiple=True, metavar="AT:FOR", help="Unplug at second AT for FOR seconds; repeatable.")
-@click.option("--drift", type=float, default=0.0, help="Lag of the tiles' clock, ppm.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Seed of walker, sensors and faults.")
-@SECONDS
-@takes_options(EmulateOptions)
-def emulate(options: EmulateOptions) -> None:
+"""The option of each transport; None or False if not given."""
+
+
+@command(SenderOptions, EmulateOptions)
+def emulate(of_senders: object, options: EmulateOptions) -> None:
     """Emulate tiles, until Ctrl-C or for --seconds.
 
     Ideal sensors read 1000 counts at rest and 20 counts per newton. Faults are counted, and reported at the end.
     """
     from underfoot.devices.emulation.emulator import Emulator, TileClock
 
-    if len(options.senders) != 1:
+    given = {name: value for name, value in vars(of_senders).items() if value not in (None, False)}
+    if len(given) != 1:
         forms = ", ".join(f"--{sender.option} {sender.option_value}".strip() for sender in _SENDERS.values())
-        raise BadValue(f"{len(options.senders) or 'no'} transports are given; allowed: one of {forms}")
+        raise BadValue(f"{len(given) or 'no'} transports are given; allowed: one of {forms}")
     require_seconds(options.seconds)
     if not abs(options.drift) < 20_000.0:
         raise BadValue(f"--drift is {options.drift:g}; allowed: -20000 to 20000 ppm")
@@ -139,9 +111,10 @@ def emulate(options: EmulateOptions) -> None:
     only, last = options.tile, len(source.floor.tiles) - 1
     if only is not None and not 0 <= only <= last:
         raise BadValue(f"--tile is {only}; allowed: 0 to {last}")
-    ((sender, value),) = options.senders.items()
+    ((name, value),) = given.items()
+    sender = _SENDERS[name]
     emulator = Emulator(
-        made(f"--{sender.option}", sender.of, value), source, injector, seconds=options.seconds or length_s,
+        made(f"--{sender.option}", sender.of, str(value)), source, injector, seconds=options.seconds or length_s,
         readings=readings, clock=TileClock(drift_ppm=options.drift), only=only,
         acceleration=_acceleration(options, source),
     )  # fmt: skip

@@ -6,15 +6,12 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, OUTPUT, RUN_CODE, require_folders_writable, require_outputs_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.commands.options import command
 from underfoot.commands.protocols import opened_protocol
-from underfoot.commands.session_target import PROFILES, SENSOR_RATE, SOUND, TARGET, TARGET_FLOOR
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue
 
@@ -23,44 +20,7 @@ if TYPE_CHECKING:
     from underfoot.experiments.simulation import EstimateRow
 
 
-@click.command()
-@click.argument("protocol")
-@click.option(
-    "--leave-out", metavar="WHY", help='Leave a session file out of the analysis for a reason; "" takes it in again.'
-)
-@click.option("--conditions", type=FILE, help="CSV with one stimulus per line, which replace the protocol's.")
-@click.option("--pilot", is_flag=True, help="Try it on yourself: two trials of each stage, short pauses, kept apart.")
-@click.option("--participant", help="Run the study in the terminal, on a person with this id.")
-@click.option("--session", type=OUTPUT, help="Session file; an existing one is continued.")
-@TARGET
-@TARGET_FLOOR
-@PROFILES
-@SENSOR_RATE
-@SOUND
-@click.option("--plate", help="Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")
-@click.option(
-    "--masking", metavar="DEVICE", help='Sound card of the masking noise and metronome; "default" for the system\'s.'
-)
-@click.option("--trigger", help="Serial port that gets a byte at each start, onset, end, answer and stop.")
-@click.option("--lsl", is_flag=True, help="Send markers and forces as LSL streams.")
-@click.option("--simulate", type=int, help="Run the study on this many simulated participants.")
-@click.option("--truth", multiple=True, metavar="NAME=VALUE", help="True parameter of simulated participants.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Seed of simulated participants.")
-@click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, show_default=True,
-              help="Draws for intervals of simulated curves; 0: from the regression's covariance.")  # fmt: skip
-@click.option(
-    "--processes", type=click.IntRange(1, 1024), help="Processes for simulated participants; by default one per core."
-)
-@click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster for simulated participants.")
-@click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
-@click.option(
-    "--csv", type=OUTPUT, help="Write the trials of simulated participants, as `analyse --csv` does, or a plan."
-)
-@click.option("--levels", is_flag=True, help="Measure the peak of every stimulus under a simulated footstep.")
-@click.option("--plan", metavar="ID", help="Print the trials that the participant with this id will get, in order.")
-@RUN_CODE
-@click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
-@takes_options(ExperimentOptions)
+@command(ExperimentOptions)
 def experiment(options: ExperimentOptions) -> None:
     """Run the study PROTOCOL: a protocol file, or the name of a preset; or go on with a session file, with the protocol
     that it was begun with.

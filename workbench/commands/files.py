@@ -12,6 +12,7 @@ import click
 
 from underfoot.errors import BadFile
 from underfoot.files import names_file, reason_of, require_file_name, require_replaceable
+from underfoot.options import option
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -80,7 +81,10 @@ OUTPUT = _Output(path_type=Path)
 
 
 class FileOrPreset(_Input):
-    """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these."""
+    """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these.
+
+    If its value is a str, it may also be other words, which stay as they are.
+    """
 
     def __init__(self, kind: str, path_type: type = Path) -> None:
         super().__init__(path_type=path_type)
@@ -113,30 +117,22 @@ class FileOrPreset(_Input):
         return [*presets, *files] if glob(f"{escape(incomplete)}*") else [*files, *presets]
 
 
-PATCH = FileOrPreset("patches")
-FLOOR = FileOrPreset("floors")
-SIMULATION = FileOrPreset("simulations")
-FORCES = FileOrPreset("walks", str)
-"""Where forces come from: a file, a preset walk, or other words, which stay as they are."""
+FORCES_FLOOR: Path | None = option("Floor JSON; found automatically beside a force CSV.", presets="floors")
+"""The floor of forces that are named."""
 
 
-FORCES_FLOOR = click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
-"""The floor of these forces."""
-
-
-def _agree(context: click.Context, parameter: click.Parameter, is_given: bool) -> None:
+def _agree(context: click.Context, parameter: click.Parameter, is_given: bool) -> bool:
     if is_given:
         from underfoot.patch.custom_nodes import allow_all_node_files
 
         context.with_resource(allow_all_node_files())
+    return is_given
 
 
-RUN_CODE = click.option(
-    "--run-code",
-    is_flag=True,
-    expose_value=False,
+RUN_CODE: bool = option(
+    "Run node files beside a patch (nodes/TYPE.py). They are programs with your permissions.",
+    False,
     callback=_agree,
-    help="Run node files beside a patch (nodes/TYPE.py). They are programs with your permissions.",
 )
 """The option of every command that reads patches."""
 

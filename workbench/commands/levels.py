@@ -1,28 +1,34 @@
 """`underfoot levels`: commanded, measured and felt levels of patches on a loaded tile."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
-from underfoot.commands.files import FILE, PATCH, RUN_CODE, SIMULATION
-from underfoot.commands.options import FIGURES_AS_JSON
+from underfoot.commands.files import RUN_CODE
+from underfoot.commands.options import FIGURES_AS_JSON, command
 from underfoot.commands.telling import tell
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.engine.levels import Level, PatchLevels
 
 
-@click.command()
-@click.argument("patches", metavar="[PATCH]...", type=PATCH, nargs=-1)
-@click.option("--profile", type=FILE, help="Profile of the tile; by default none.")
-@click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tile.")
-@RUN_CODE
-@FIGURES_AS_JSON
-def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | None, as_json: bool) -> None:
+@dataclass(frozen=True)
+class LevelsOptions:
+    """Options of the command; None if not given."""
+
+    patches: tuple[Path, ...] = argument("patches", metavar="[PATCH]...", required=False)
+    profile: Path | None = option("Profile of the tile; by default none.")
+    simulation: Path | None = option("Parameter file of the simulated tile.", presets="simulations")
+    run_code: bool = shared(RUN_CODE)
+    as_json: bool = shared(FIGURES_AS_JSON)
+
+
+@command(LevelsOptions)
+def levels(options: LevelsOptions) -> None:
     """Report commanded, measured and felt levels of one adult step; by default for all presets."""
     from underfoot.engine.levels import levels_of
     from underfoot.floor.profile import Profile
@@ -31,12 +37,12 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
     from underfoot.patch import preset_files
     from underfoot.patch.patch import Patch
 
-    of_tile = Profile.load(profile) if profile else None
+    of_tile = Profile.load(options.profile) if options.profile else None
     if of_tile is not None and of_tile.response is None:
-        tell(f"{profile} has no part of vibration: the levels are those without it")
-    made_of = TileParameters.load(simulation) if simulation else None
-    stems = [path.stem for path in patches]
-    files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in patches}
+        tell(f"{options.profile} has no part of vibration: the levels are those without it")
+    made_of = TileParameters.load(options.simulation) if options.simulation else None
+    stems = [path.stem for path in options.patches]
+    files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in options.patches}
     files = files or preset_files.patches()
     read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
     found: dict[str, PatchLevels] = {}
@@ -45,7 +51,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
             found[name] = levels_of(patch, files[name].parent, of_tile, made_of)
             if len(read) > 1:
                 tell(f"{len(found)} of {len(read)}: {name}")
-    if as_json:
+    if options.as_json:
         print(json.dumps({name: one.data() for name, one in found.items()}))
     else:
         print("\n".join(_table(found)))

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FORCES, FORCES_FLOOR, OUTPUT, PATCH, RUN_CODE, require_outputs_writable
-from underfoot.commands.options import SECONDS, require_seconds, takes_options
+from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.floor.step_finder import Detections
@@ -28,22 +27,24 @@ if TYPE_CHECKING:
 class MonitorOptions:
     """Options of the command; None if not given."""
 
-    source: str
-    floor: Path | None
-    steps: Path | None
-    contacts: Path | None
-    patch: Path | None
-    record: Path | None
-    profiles: Path | None
-    sensor_rate: float | None
-    sound: str | None
-    accelerometers: str
-    seconds: float | None
-    pace: bool
-    as_json: bool
+    source: str = argument("walks")
+    floor: Path | None = shared(FORCES_FLOOR)
+    steps: Path | None = option("CSV file to write: one line per footstep.", is_written=True)
+    contacts: Path | None = option("CSV file to write: one line per contact and sample.", is_written=True)
+    patch: Path | None = option("Patch to play during the session.", presets="patches")
+    run_code: bool = shared(RUN_CODE)
+    record: Path | None = shared(RECORD)
+    profiles: Path | None = shared(PROFILES)
+    sensor_rate: float | None = shared(SENSOR_RATE)
+    sound: str | None = shared(SOUND)
+    accelerometers: str = option(f"{FORM}, separated by spaces. Reports what they measure.", "", metavar="LIST")
+    seconds: float | None = shared(SECONDS)
+    pace: bool = option("Play a file in real time, as --record and --patch do, not at once.", False)
+    as_json: bool = option("Print each footstep as one line of JSON.", False, "--json")
 
 
-@click.command(
+@command(
+    MonitorOptions,
     help=f"""Print footsteps as they happen.
 
     SOURCE is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
@@ -52,25 +53,8 @@ class MonitorOptions:
 
     A line has the step's number, start, tile and side, how long it was down, its first peak, valley and second peak,
     impulse, rate of loading, person, and length.
-    """
+    """,
 )
-@click.argument("source", type=FORCES)
-@FORCES_FLOOR
-@click.option("--steps", type=OUTPUT, help="CSV file to write: one line per footstep.")
-@click.option("--contacts", type=OUTPUT, help="CSV file to write: one line per contact and sample.")
-@click.option("--patch", type=PATCH, help="Patch to play during the session.")
-@RUN_CODE
-@RECORD
-@PROFILES
-@SENSOR_RATE
-@SOUND
-@click.option(
-    "--accelerometers", default="", metavar="LIST", help=f"{FORM}, separated by spaces. Reports what they measure."
-)
-@SECONDS
-@click.option("--pace", is_flag=True, help="Play a file in real time, as --record and --patch do, not at once.")
-@click.option("--json", "as_json", is_flag=True, help="Print each footstep as one line of JSON.")
-@takes_options(MonitorOptions)
 def monitor(options: MonitorOptions) -> None:
     """Print footsteps as they happen."""
     from underfoot import monitoring

@@ -1,41 +1,43 @@
-"""The options of a command as one record: a dataclass."""
+"""The options of a command as records: dataclasses that declare them."""
 
 from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import click
 
 from underfoot.commands.files import FILE, OUTPUT, FileOrPreset
 from underfoot.errors import BadValue
-from underfoot.options import Option, options_of
+from underfoot.options import Option, option, options_of
 
 Options = TypeVar("Options")
 
 
-FIGURES_AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
-"""The option of every command whose result is figures."""
-
-
 def click_parameters(owner: type) -> list[click.Parameter]:
-    """Return the click parameters for the options that a dataclass declares."""
+    """Return the click parameters for the options and arguments that a dataclass declares."""
     return [
-        click.Option(
-            [one.flag, one.name],
-            type=_type_of(one),
-            is_flag=one.type is bool,
-            default=one.default,
-            show_default=one.type is int and one.default is not None,
-            help=one.doc,
-        )
+        click.Option([*one.flag.split(), one.name], **_settings(one))
+        if one.flag
+        else click.Argument([one.name], **_settings(one))
         for one in options_of(owner)
     ]
 
 
+def _settings(one: Option) -> dict[str, Any]:
+    """Return what click takes for an option or an argument besides its names."""
+    settings: dict[str, Any] = {"type": _type_of(one)}
+    if not one.flag:
+        settings |= {"nargs": -1 if one.is_several else 1, "required": not one.is_optional}
+    else:
+        settings |= {"help": one.doc, "is_flag": one.type is bool, "multiple": one.is_several}
+        settings |= {"default": one.default, "show_default": one.type is int and one.default is not None}
+    return settings | dict(one.more)
+
+
 def _type_of(one: Option) -> click.Path | type:
     if one.presets:
-        return FileOrPreset(one.presets)
+        return FileOrPreset(one.presets, one.type)
     if one.is_written:
         return OUTPUT
     return FILE if one.type is Path else one.type
@@ -46,33 +48,38 @@ def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:
     return owner(**{one.name: given[one.name] for one in options_of(owner)})
 
 
-def takes_options(kind: type[Options]) -> Callable[[Callable[[Options], None]], Callable[..., None]]:
-    """Let click call a function with one dataclass `kind`, whose fields bear the names of the options.
+def command(*kinds: type, help: str | None = None) -> Callable[[Callable[..., None]], click.Command]:
+    """Make a click command of a function that takes a record of options of each of the dataclasses `kinds`.
+
+    Its help is the function's docstring, if no other is given.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
-    ... class Options:
-    ...     seconds: float
-    ...     block: int
-    >>> @takes_options(Options)
-    ... def play(options: Options) -> None:
-    ...     print(options.seconds)
-    >>> play(block=64, seconds=0.5)
-    0.5
+    ... class PlayOptions:
+    ...     block: int = option("Frames per block.", 64)
+    >>> @command(PlayOptions)
+    ... def play(options: PlayOptions) -> None:
+    ...     print(options.block)
+    >>> play(["--block", "7"], standalone_mode=False)
+    7
     """
 
-    def wrap(command: Callable[[Options], None]) -> Callable[..., None]:
-        @wraps(command)
-        def run(**given: object) -> None:
-            command(kind(**given))
+    def wrap(run: Callable[..., None]) -> click.Command:
+        @wraps(run)
+        def called(**given: object) -> None:
+            run(*(chosen(kind, given) for kind in kinds))
 
-        return run
+        parameters = [one for kind in kinds for one in click_parameters(kind)]
+        return click.command(params=parameters, help=help)(called)
 
     return wrap
 
 
-SECONDS = click.option("--seconds", type=float, help="Stop after this long.")
+SECONDS: float | None = option("Stop after this long.")
 """The option of every command that otherwise goes on until Ctrl-C."""
+
+FIGURES_AS_JSON: bool = option("Print all figures as JSON.", False, "--json")
+"""The option of every command whose result is figures."""
 
 
 def require_seconds(seconds: float | None) -> None:

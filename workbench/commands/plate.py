@@ -5,37 +5,27 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-import click
-
-from underfoot.commands.files import FILE, OUTPUT, require_folders_writable, require_outputs_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.commands.options import command
 from underfoot.errors import BadValue
+from underfoot.options import option
 
 
 @dataclass(frozen=True)
 class PlateOptions:
     """Options of the command."""
 
-    footsteps: Path | None
-    output: Path | None
-    report: Path | None
-    port: str | None
-    calibration: Path | None
-    stiffness: float | None
-    emulate: bool
-    as_json: bool
+    footsteps: Path | None = option("CSV of footsteps: position,footstep,force_n,displacement_mm.")
+    output: Path | None = option("Write the calibration.", flag="-o --output", is_written=True)
+    report: Path | None = option("Folder for a page with pictures and a table of all footsteps.")
+    port: str | None = option('Serial port of a plate to move, or "simulated".')
+    calibration: Path | None = option("Its calibration.")
+    stiffness: float | None = option("Move the plate to this stiffness, N/mm. Nobody may stand on it.")
+    emulate: bool = option("Emulate a plate on a pseudo-terminal, and print its name, until Ctrl-C.", False)
+    as_json: bool = option("Print the calibration as JSON.", False, "--json")
 
 
-@click.command()
-@click.option("--footsteps", type=FILE, help="CSV of footsteps: position,footstep,force_n,displacement_mm.")
-@click.option("-o", "--output", type=OUTPUT, help="Write the calibration.")
-@click.option("--report", type=FILE, help="Folder for a page with pictures and a table of all footsteps.")
-@click.option("--port", help='Serial port of a plate to move, or "simulated".')
-@click.option("--calibration", type=FILE, help="Its calibration.")
-@click.option("--stiffness", type=float, help="Move the plate to this stiffness, N/mm. Nobody may stand on it.")
-@click.option("--emulate", is_flag=True, help="Emulate a plate on a pseudo-terminal, and print its name, until Ctrl-C.")
-@click.option("--json", "as_json", is_flag=True, help="Print the calibration as JSON.")
-@takes_options(PlateOptions)
+@command(PlateOptions)
 def plate(options: PlateOptions) -> None:
     """Calibrate, move or emulate a variable stiffness plate."""
     others = {"--port": options.port, "--footsteps": options.footsteps, "--stiffness": options.stiffness}

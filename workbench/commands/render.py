@@ -10,26 +10,20 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from underfoot.clock import RATE_HZ
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import (
-    FILE,
-    FORCES,
     FORCES_FLOOR,
-    OUTPUT,
-    PATCH,
     RUN_CODE,
-    SIMULATION,
     FileName,
     require_outputs_writable,
 )
-from underfoot.commands.options import takes_options
+from underfoot.commands.options import command
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder, read_file, require_file_name
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.engine.bulk import Job
@@ -46,22 +40,35 @@ Summary = dict[str, Any]
 class RenderOptions:
     """Options of a rendering; None if not given."""
 
-    patches: tuple[Path, ...]
-    output_name: str | None
-    seconds: float | None
-    rate: float | None
-    block: int
-    seed: int | None
-    force: str | None
-    floor: Path | None
-    profiles: Path | None
-    simulation: Path | None
-    measured: Path | None
-    under_foot: Path | None
-    settings: tuple[str, ...]
-    cluster: str | None
-    outside_files: bool
-    as_json: bool
+    patches: tuple[Path, ...] = argument("patches", metavar="PATCH...")
+    output_name: str | None = option(
+        "WAV file: float samples, one channel per tile. For several, a folder.", flag="-o --output", type=FileName()
+    )
+    seconds: float | None = option("Length; by default the force's, or 5 s.")
+    rate: float | None = option(f"Frames per second; {RATE_HZ} by default.")
+    block: int = option("Frames per block; the output is the same.", 1024)
+    seed: int | None = option("Seed instead of the patch's own.")
+    force: str | None = option(
+        'Force CSV, recording, C3D file, a preset walk, or "none" for an empty floor; by default a simulated walker.',
+        presets="walks",
+    )
+    floor: Path | None = shared(FORCES_FLOOR)
+    profiles: Path | None = option("Folder of the tiles' profiles: how each is driven.")
+    simulation: Path | None = option("Parameter file of the simulated tiles.", presets="simulations")
+    measured: Path | None = option(
+        "WAV file of simulated accelerometers, m/s^2, one channel per tile.", is_written=True
+    )
+    under_foot: Path | None = option("WAV file of the simulated acceleration under the foot, m/s^2.", is_written=True)
+    settings: tuple[str, ...] = option(
+        "Values instead of the patch's own. Several values make one file each, several --set every combination.",
+        (),
+        "--set",
+        metavar="NODE.PARAMETER=VALUE,...",
+    )
+    cluster: str | None = option("Scheduler of a Dask cluster for several renderings.", metavar="TCP://HOST:PORT")
+    outside_files: bool = option("Let patches read sound files outside their own folders.", False)
+    run_code: bool = shared(RUN_CODE)
+    as_json: bool = option("Print peak, RMS, speed, and which nodes ran or slept, as JSON.", False, "--json")
 
     @property
     def output(self) -> Path | None:
@@ -80,41 +87,7 @@ class RenderOptions:
         return {plate_output: path for plate_output, path in outputs_by_place.items() if path is not None}
 
 
-@click.command()
-@click.argument("patches", metavar="PATCH...", type=PATCH, nargs=-1, required=True)
-@click.option(
-    "-o",
-    "--output",
-    "output_name",
-    type=FileName(),
-    help="WAV file: float samples, one channel per tile. For several, a folder.",
-)
-@click.option("--seconds", type=float, help="Length; by default the force's, or 5 s.")
-@click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
-@click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
-@click.option("--seed", type=int, help="Seed instead of the patch's own.")
-@click.option(
-    "--force",
-    type=FORCES,
-    help='Force CSV, recording, C3D file, a preset walk, or "none" for an empty floor; by default a simulated walker.',
-)
-@FORCES_FLOOR
-@click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: how each is driven.")
-@click.option("--simulation", type=SIMULATION, help="Parameter file of the simulated tiles.")
-@click.option("--measured", type=OUTPUT, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")
-@click.option("--under-foot", type=OUTPUT, help="WAV file of the simulated acceleration under the foot, m/s^2.")
-@click.option(
-    "--set",
-    "settings",
-    metavar="NODE.PARAMETER=VALUE,...",
-    multiple=True,
-    help="Values instead of the patch's own. Several values make one file each, several --set every combination.",
-)
-@click.option("--cluster", metavar="TCP://HOST:PORT", help="Scheduler of a Dask cluster for several renderings.")
-@click.option("--outside-files", is_flag=True, help="Let patches read sound files outside their own folders.")
-@RUN_CODE
-@click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
-@takes_options(RenderOptions)
+@command(RenderOptions)
 def render(options: RenderOptions) -> None:
     """Render PATCH (a patch file, a preset's name, or a recording) offline; several on all cores.
 

@@ -13,8 +13,8 @@ from click.core import ParameterSource
 from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import OUTPUT, require_outputs_writable
-from underfoot.commands.options import takes_options
+from underfoot.commands.files import require_outputs_writable
+from underfoot.commands.options import command
 from underfoot.commands.session_target import (
     LEVEL,
     PROFILES,
@@ -27,6 +27,7 @@ from underfoot.commands.session_target import (
 )
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -56,48 +57,24 @@ _UNMEASURED = (
 class SceneOptions:
     """Options of the command; None if not given."""
 
-    name: str | None
-    target: str
-    floor: Path | None
-    profiles: Path | None
-    sensor_rate: float | None
-    sound: str | None
-    level: float
-    seconds: float | None
-    settings: tuple[str, ...]
-    seed: int
-    record: Path | None
-    film: Path | None
-    picture: Path | None
-    width: int
-    measure: bool
+    name: str | None = argument()
+    target: str = shared(TARGET)
+    floor: Path | None = shared(TARGET_FLOOR)
+    profiles: Path | None = shared(PROFILES)
+    sensor_rate: float | None = shared(SENSOR_RATE)
+    sound: str | None = shared(SOUND)
+    level: float = shared(LEVEL)
+    seconds: float | None = option("Stop after this long; by default at Ctrl-C.")
+    settings: tuple[str, ...] = option("Parameter of the scene.", (), "--set", metavar="NAME=VALUE")
+    seed: int = option("Seed of the random draws.", 1, type=click.IntRange(0, 2**31 - 1))
+    record: Path | None = shared(RECORD)
+    film: Path | None = option("GIF film of the scene to write; needs --seconds, at most 60.", is_written=True)
+    picture: Path | None = option("PNG picture to write of the scene at the end.", is_written=True)
+    width: int = option("Width of film and picture in pixels.", 480, type=click.IntRange(64, 1920))
+    measure: bool = option("Press simulated tiles, and report the response latency.", False)
 
 
-@click.command()
-@click.argument("name", required=False)
-@TARGET
-@TARGET_FLOOR
-@PROFILES
-@SENSOR_RATE
-@SOUND
-@LEVEL
-@click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
-@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")
-@click.option(
-    "--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True, help="Seed of the random draws."
-)
-@RECORD
-@click.option("--film", type=OUTPUT, help="GIF film of the scene to write; needs --seconds, at most 60.")
-@click.option("--picture", type=OUTPUT, help="PNG picture to write of the scene at the end.")
-@click.option(
-    "--width",
-    type=click.IntRange(64, 1920),
-    default=480,
-    show_default=True,
-    help="Width of film and picture in pixels.",
-)
-@click.option("--measure", is_flag=True, help="Press simulated tiles, and report the response latency.")
-@takes_options(SceneOptions)
+@command(SceneOptions)
 def scene(options: SceneOptions) -> None:
     """Play the scene NAME on the floor, and print what happens. Without NAME, list the scenes.
 
@@ -148,9 +125,9 @@ def _check(options: SceneOptions) -> None:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0, up to a day")
     if options.film is not None and (options.seconds is None or options.seconds > MOST_FILM_S):
         raise BadValue(f"--film needs --seconds of at most {MOST_FILM_S:g}")
-    for option, path, suffix in (("--film", options.film, ".gif"), ("--picture", options.picture, ".png")):
+    for flag, path, suffix in (("--film", options.film, ".gif"), ("--picture", options.picture, ".png")):
         if path is not None and path.suffix.lower() != suffix:
-            raise BadValue(f"{option} is {path}; allowed: a name that ends in {suffix}")
+            raise BadValue(f"{flag} is {path}; allowed: a name that ends in {suffix}")
     require_outputs_writable(options.record, options.film, options.picture, inputs=(options.floor,))
 
 

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FORCES, FORCES_FLOOR, PATCH, RUN_CODE, require_outputs_writable
-from underfoot.commands.options import SECONDS, require_seconds, takes_options
+from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import LEVEL, PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
+from underfoot.options import argument, option, shared
 from underfoot.quantities import counted
 
 if TYPE_CHECKING:
@@ -35,50 +35,36 @@ _WAIT_S, _HEALTH_S = 0.005, 0.5
 class ServeOptions:
     """Options of the command; None if not given."""
 
-    target: str
-    floor: Path | None
-    patch: Path | None
-    record: Path | None
-    profiles: Path | None
-    sensor_rate: float | None
-    sound: str | None
-    level: float
-    tuio: str
-    tuio2: str
-    listen: str
-    send: str
-    lsl: bool
-    lsl_marks: bool
-    serial_marks: str
-    seconds: float | None
+    target: str = argument("walks")
+    floor: Path | None = shared(FORCES_FLOOR)
+    patch: Path | None = option(
+        "The floor's own patch: a file, or a preset's name; by default none.", presets="patches"
+    )
+    run_code: bool = shared(RUN_CODE)
+    record: Path | None = shared(RECORD)
+    profiles: Path | None = shared(PROFILES)
+    sensor_rate: float | None = shared(SENSOR_RATE)
+    sound: str | None = shared(SOUND)
+    level: float = shared(LEVEL)
+    tuio: str = option("Address for TUIO 1.1 cursors.", "127.0.0.1:3333", show_default=True)
+    tuio2: str = option("Address for TUIO 2.0 pointers.", "off", show_default=True)
+    listen: str = option("Address at which to listen for cues.", "127.0.0.1:9700", show_default=True)
+    send: str = option("Address for contacts, steps, health, marks.", "127.0.0.1:9701", show_default=True)
+    lsl: bool = option("Send LSL streams too.", False)
+    lsl_marks: bool = option("Take samples of all LSL streams of the type Markers as marks.", False)
+    serial_marks: str = option("Take lines of a serial port as marks.", "off", metavar="PORT")
+    seconds: float | None = shared(SECONDS)
 
 
-@click.command(
+@command(
+    ServeOptions,
     help=f"""Send contacts and steps to other programs, and take cues from them (docs/network.md).
 
     TARGET is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
     a force CSV, the preset walk "corridor", a recording, or a C3D file. Each address is HOST:PORT, or "off"; HOST is
     an IPv4 address or localhost.
-    """
+    """,
 )
-@click.argument("target", type=FORCES)
-@FORCES_FLOOR
-@click.option("--patch", type=PATCH, help="The floor's own patch: a file, or a preset's name; by default none.")
-@RUN_CODE
-@RECORD
-@PROFILES
-@SENSOR_RATE
-@SOUND
-@LEVEL
-@click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Address for TUIO 1.1 cursors.")
-@click.option("--tuio2", default="off", show_default=True, help="Address for TUIO 2.0 pointers.")
-@click.option("--listen", default="127.0.0.1:9700", show_default=True, help="Address at which to listen for cues.")
-@click.option("--send", default="127.0.0.1:9701", show_default=True, help="Address for contacts, steps, health, marks.")
-@click.option("--lsl", is_flag=True, help="Send LSL streams too.")
-@click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers as marks.")
-@click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port as marks.")
-@SECONDS
-@takes_options(ServeOptions)
 def serve(options: ServeOptions) -> None:
     """Send contacts and steps to other programs, and play what they request."""
     from underfoot.engine.session import Session

@@ -6,23 +6,21 @@ from typing import TYPE_CHECKING
 import click
 from msgspec.structs import replace
 
-from underfoot.commands.files import FILE, FLOOR, OUTPUT
 from underfoot.errors import BadValue
+from underfoot.options import option
 from underfoot.records.recording_format import SUFFIXES, name_now
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
 
-TARGET = click.option(
-    "--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`."
-)
+TARGET: str = option("simulator, or hardware, as for `monitor`.", "simulator", show_default=True)
 """The option of every command that opens a session with its own forces."""
 
-TARGET_FLOOR = click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
+TARGET_FLOOR: Path | None = option("Floor JSON of the target; by default the default floor.", presets="floors")
 """The floor of that target."""
 
-PROFILES = click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+PROFILES: Path | None = option("Folder of the tiles' profiles.")
 """The option of every command that opens a session."""
 
 
@@ -30,20 +28,17 @@ def _recording(context: click.Context, parameter: click.Parameter, value: Path |
     return value / f"{name_now()}{SUFFIXES[0]}" if value is not None and value.is_dir() else value
 
 
-RECORD = click.option(
-    "--record",
-    type=OUTPUT,
+RECORD: Path | None = option(
+    "Record the session to this file; in a folder that is there, to one named by the time.",
+    is_written=True,
     callback=_recording,
-    help="Record the session to this file; in a folder that is there, to one named by the time.",
 )
 """The option of every command whose session can be recorded."""
 
-SENSOR_RATE = click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")
+SENSOR_RATE: float | None = option("Samples per second of hardware tiles; by default 1000.")
 """The option of every command that opens a session with hardware."""
 
-SOUND = click.option(
-    "--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; by default none.'
-)
+SOUND: str | None = option('Sound card to play on, "default" for the system\'s; by default none.', metavar="DEVICE")
 """The option of every command whose session may play."""
 
 
@@ -53,14 +48,7 @@ def _level(context: click.Context, parameter: click.Parameter, value: float) -> 
     return value
 
 
-LEVEL = click.option(
-    "--level",
-    type=float,
-    default=-20.0,
-    show_default=True,
-    callback=_level,
-    help="Output level in dB of full scale.",
-)
+LEVEL: float = option("Output level in dB of full scale.", -20.0, show_default=True, callback=_level)
 """The option of commands that play for others: nobody moves the window's slider."""
 
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
-from underfoot.commands.files import FILE, FLOOR, SIMULATION, require_folders_writable
-from underfoot.commands.options import FIGURES_AS_JSON, takes_options
+from underfoot.commands.files import require_folders_writable
+from underfoot.commands.options import FIGURES_AS_JSON, command
 from underfoot.errors import BadValue
+from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.floor.layout import Floor
@@ -20,36 +19,24 @@ if TYPE_CHECKING:
 class TileDesignOptions:
     """Options of the command; None if not given."""
 
-    floor: Path
-    report: Path | None
-    simulation: Path | None
-    search: bool
-    modulus: str | None
-    thickness: str | None
-    stiffness: str | None
-    density: float | None
-    most_mass: float | None
-    most_sag: float | None
-    least_mode: float | None
-    load: float | None
-    as_json: bool
+    floor: Path = argument("floors")
+    report: Path | None = option("Folder for a page with pictures, and all figures as JSON.")
+    simulation: Path | None = option(
+        "Parameters of the tile; by default the thesis's materials.", presets="simulations"
+    )
+    search: bool = option("Search plates over modulus and thickness instead (section 4.4.2).", False)
+    modulus: str | None = option("Young's modulus, GPa; 1:220 by default.", metavar="LOW:HIGH")
+    thickness: str | None = option("Thickness, mm; 5:50 by default.", metavar="LOW:HIGH")
+    stiffness: str | None = option("textbook, thesis (sandwiches with the tile's facings) or solid.")
+    density: float | None = option("Density of the whole plate, kg/m^3; by default the tile's own.")
+    most_mass: float | None = option("Maximum mass of the plate, kg; by default 0.6.")
+    most_sag: float | None = option("Maximum deflection of the middle under the load, mm; by default 0.2.")
+    least_mode: float | None = option("Minimum first mode, edges held, Hz; by default 1000.")
+    load: float | None = option("Load on the middle, N; 1000 by default.")
+    as_json: bool = shared(FIGURES_AS_JSON)
 
 
-@click.command()
-@click.argument("floor", type=FLOOR)
-@click.option("--report", type=FILE, help="Folder for a page with pictures, and all figures as JSON.")
-@click.option("--simulation", type=SIMULATION, help="Parameters of the tile; by default the thesis's materials.")
-@click.option("--search", is_flag=True, help="Search plates over modulus and thickness instead (section 4.4.2).")
-@click.option("--modulus", metavar="LOW:HIGH", help="Young's modulus, GPa; 1:220 by default.")
-@click.option("--thickness", metavar="LOW:HIGH", help="Thickness, mm; 5:50 by default.")
-@click.option("--stiffness", help="textbook, thesis (sandwiches with the tile's facings) or solid.")
-@click.option("--density", type=float, help="Density of the whole plate, kg/m^3; by default the tile's own.")
-@click.option("--most-mass", type=float, help="Maximum mass of the plate, kg; by default 0.6.")
-@click.option("--most-sag", type=float, help="Maximum deflection of the middle under the load, mm; by default 0.2.")
-@click.option("--least-mode", type=float, help="Minimum first mode, edges held, Hz; by default 1000.")
-@click.option("--load", type=float, help="Load on the middle, N; 1000 by default.")
-@FIGURES_AS_JSON
-@takes_options(TileDesignOptions)
+@command(TileDesignOptions)
 def tile(options: TileDesignOptions) -> None:
     """Compute resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values.
 
@@ -99,11 +86,11 @@ def _search(options: TileDesignOptions, floor: "Floor", parameters: "TileParamet
     from underfoot.floor.plate_search import LABELS, PlateSearch, search, table, write
 
     spec = PlateSearch.like(parameters.plate)
-    for option, field in _OF_SEARCH.items():
-        value = getattr(options, option)
+    for name, field in _OF_SEARCH.items():
+        value = getattr(options, name)
         if value is not None:
             size = LABELS[field][2] if field in LABELS else 1.0
-            number = _span(option, value, size) if option in ("modulus", "thickness") else value
+            number = _span(name, value, size) if name in ("modulus", "thickness") else value
             spec = msgspec.structs.replace(spec, **{field: number * size if isinstance(number, float) else number})
     found = [search(one, parameters, spec) for one in {tile.size_m: tile for tile in floor.tiles}.values()]
     if options.report is not None:
