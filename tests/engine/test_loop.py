@@ -181,7 +181,7 @@ def test_a_node_that_makes_nan_is_silenced_and_named():
     loop = loop_of(patch, registry=registry)
     out = played(loop, 48_000)
     assert np.isfinite(out).all()
-    name, tile, frame = loop.program.fault()
+    ((name, tile, frame),) = loop.program.faults()
     force = np.zeros((4, 4, 48_000))
     other = loop_of(hum())
     for at in range(0, 48_000, 240):

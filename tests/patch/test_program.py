@@ -384,37 +384,34 @@ def test_events_are_read_in_the_block_they_happen_in():
 
 @pytest.mark.parametrize("blocks", [[256], [64], [7]])
 def test_a_value_that_is_not_finite_names_its_node_and_is_silenced(blocks):
-    patch = patch_of(
-        {"tile": "tile-force", "bad": "inverse", "pass": "low-pass", "out": "tile-output"},
-        "tile.force bad.force",
-        "bad.out pass.signal",
-        "pass.out out.acceleration",
-    )
+    nodes = {"tile": "tile-force", "bad": "inverse", "worse": "inverse", "pass": "low-pass", "out": "tile-output"}
+    wires = ("tile.force bad.force", "tile.force worse.force", "bad.out pass.signal", "worse.out out.level")
+    patch = patch_of(nodes, *wires, "pass.out out.acceleration")
     program = program_of(patch)
     force = step_on(0, 100, 2000, 300.0) + step_on(1, 100, LENGTH, 200.0)
     force[0, 700] = 500.0
     out = run(program, force=force, blocks=blocks)["output"]
-    assert program.fault() == ("bad", "left", 700)
-    assert program.fault() is None
+    assert program.faults() == [("bad", "left", 700), ("worse", "left", 700)], "each of several"
+    assert program.faults() == []
     assert np.isfinite(out).all()
     well = run(program_of(patch), force=step_on(1, 100, LENGTH, 200.0), blocks=blocks)["output"]
     assert out[1].tobytes() == well[1].tobytes()
     assert np.abs(out[0, 1200:2000]).min() > 0.0, "it plays on afterwards"
     run(program, force=force, blocks=blocks)
-    assert program.fault() is None, "a node is named once: in an installation it filled the log"
+    assert program.faults() == [], "a node is named once: in an installation it filled the log"
     program.set("pass", "cutoff", 500.0, 704)
     force[0, [800, 1500]] = 500.0
     run(program, 960, force=force, blocks=blocks, begin=704)
-    assert program.fault() is None, "nor while the number that may have mended it is on its way"
+    assert program.faults() == [], "nor while the number that may have mended it is on its way"
     run(program, force=force, blocks=blocks, begin=960)
-    assert program.fault() == ("bad", "left", 1500), "but where it has not"
+    assert program.faults() == [("bad", "left", 1500), ("worse", "left", 1500)], "but where it has not"
 
 
 def test_a_value_that_goes_nowhere_does_no_harm():
     nodes = {"tile": "tile-force", "bad": "inverse", "out": "tile-output"}
     program = program_of(patch_of(nodes, "tile.force bad.force", "bad.missing out.acceleration"))
     assert (run(program, force=np.full((2, LENGTH), 500.0))["output"] == 0.0).all()
-    assert program.fault() is None
+    assert program.faults() == []
 
 
 # --- swaps ---

@@ -432,13 +432,14 @@ class PatchScene(QGraphicsScene):
                 self._costs[id] = share[id]
             item.set_cost(percent(self._costs[id]), "" if awake.get(id, 0) else "asleep")
 
-    def show_fault(self, id: str | None) -> None:
-        """Mark the node that produced a value that is not finite; None clears the mark."""
+    def show_fault(self, id: str | None) -> list[str]:
+        """Mark a node that produced a value that is not finite; None clears all marks. Return the marked nodes."""
         for other, item in self.nodes.items():
             if other == id:
                 item.set_cost("", "fault")
-            elif item.state == "fault":
+            elif id is None and item.state == "fault":
                 item.set_cost("", "")
+        return [other for other, item in self.nodes.items() if item.state == "fault"]
 
     def show_auditioned(self, id: str) -> None:
         """Mark the node that is played alone; "" for none."""

@@ -229,11 +229,14 @@ class DesignWorkspace(Workspace):
             self.show_costs(None)
 
     def show_fault(self, fault: Fault | None) -> None:
-        """Mark the node that produced a value that is not finite; None clears the mark."""
-        self.canvas.patch_scene.show_fault(fault.node if fault else None)
+        """Mark a node that produced a value that is not finite, and name all that did; None clears the marks."""
+        faulty = self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
-            name = self.patch().name_of(fault.node)
-            self.canvas.show_message(f"{name} produced a value that is not finite; its output is silenced")
+            names = [self.patch().name_of(id) for id in dict.fromkeys([*faulty, fault.node])]
+            values, silenced = "a value that is", "its output is"
+            if len(names) > 1:
+                values, silenced = "values that are", "their outputs are"
+            self.canvas.show_message(f"{', '.join(names)} produced {values} not finite; {silenced} silenced")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:
         """Set the target's tiles. A pending preview, or one of a removed tile, is requested again."""

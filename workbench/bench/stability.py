@@ -164,8 +164,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         safety.apply(program.played, program.zero_rows, at, 0, n)
         if not (np.abs(safety.out[:n]) <= Limits().peak).all():
             return f"{np.abs(safety.out[:n]).max()} of full scale reaches a shaker"
-        fault = program.fault()
-        faults += [fault] if fault else []
+        faults += program.faults()
     if not np.isfinite(seen).all():
         return "a signal is not finite"
     if np.abs(seen).max(initial=0.0) > _LARGEST_SIGNAL:
@@ -195,9 +194,10 @@ def run_long(patch: Patch, registry: Registry, rate: int, seconds: float, frame:
         loop.run(1024)
         if not (np.abs(loop.out) <= Limits().peak).all():  # false for NaN
             return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
-        fault = loop.program.fault()
-        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _LARGEST_SIGNAL:
-            return f"{fault[0]} makes a value that is not finite at frame {fault[2]}, tile {fault[1]}"
+        faults = loop.program.faults()
+        if faults and np.abs(loop.program.tables.buffers).max(initial=0.0) < _LARGEST_SIGNAL:
+            node, tile, frame = faults[0]
+            return f"{node} makes a value that is not finite at frame {frame}, tile {tile}"
     return ""
 
 

@@ -148,6 +148,5 @@ class CommandListener:
         steady = {id: 0.5 * (cost + self._costs.get(id, cost)) for id, cost in costs.items()}  # mean of the last second
         self._costs = costs
         self._outbox.put(Costs(steady, awake, program.left_out))
-        fault = program.fault()
-        if fault is not None:
+        for fault in program.faults():
             self._outbox.put(Fault(*fault))

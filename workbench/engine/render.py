@@ -172,7 +172,5 @@ def render_source(
 
 
 def _require_finite(loop: Loop) -> None:
-    fault = loop.program.fault()
-    if fault is not None:
-        node, tile, frame = fault
+    for node, tile, frame in loop.program.faults()[:1]:
         raise BadValue(f"node {node} made a value that is not finite, on tile {tile} at frame {frame}; its output is 0")

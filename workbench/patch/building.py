@@ -252,7 +252,7 @@ class Builder:
             idle=np.zeros(rows, np.uint8),
             scopes=np.array([self.buffers.of[name] for name in self.scopes], np.int64),
             scope=np.zeros((len(self.scopes), rows, self.block)),
-            fault=np.array([-1, 0, 0], np.int64),
+            fault=np.full((len(self.parts), 2), -1, np.int64),
             pointers=np.zeros(1 + self._most_pointers(), np.int64),
             settings=np.array([float(self.rate)]),
         )

@@ -394,10 +394,9 @@ def _contain(p: Tables, k: int, row: int, frame: int, f: int, g: int) -> None:
         p.state[p.nodes[k].state_at + row * p.nodes[k].state_size + i] = 0.0
     for i in range(p.nodes[k].coefficients_size):
         p.coefficients[p.nodes[k].coefficients_at + row * p.nodes[k].coefficients_size + i] = 0.0
-    if p.fault[0] < 0:
-        p.fault[1] = row
-        p.fault[2] = frame + first
-        p.fault[0] = k
+    if p.fault[k, 0] < 0:
+        p.fault[k, 1] = frame + first
+        p.fault[k, 0] = row
 
 
 @inlined

@@ -200,16 +200,18 @@ class Program:
         rows = (self.tables.asleep == 0) & (self.tables.masked == 0)
         return {id: int(rows[k].sum()) for id, k in self.index.items()}
 
-    def fault(self) -> tuple[str, str, int] | None:
+    def faults(self) -> list[tuple[str, str, int]]:
         """Return node, tile and session frame of the first value that was not finite: once for each node, and once
         more if it is so after a number was set.
         """
-        k, row, frame = (int(v) for v in self.tables.fault)
-        self.tables.fault[0] = -1
-        if k < 0 or (k in self._faulty and not self._faulty[k] < self._settled <= frame):
-            return None
-        self._faulty[k] = frame
-        return self.node_ids[k], self.tiles[row], frame
+        found = []
+        for k in np.flatnonzero(self.tables.fault[:, 0] >= 0).tolist():
+            row, frame = self.tables.fault[k].tolist()
+            self.tables.fault[k, 0] = -1
+            if k not in self._faulty or self._faulty[k] < self._settled <= frame:
+                self._faulty[k] = frame
+                found.append((self.node_ids[k], self.tiles[row], frame))
+        return found
 
     def events(self, scope: str) -> np.ndarray:
         """Return the last block's events on an output, of the last tile: (session frame, strength, duration) each."""

@@ -80,7 +80,7 @@ class Tables(NamedTuple):
     idle: B1  # [row]: every node slept throughout the previous block
     scopes: I1  # buffers that are displayed
     scope: F3  # [scope, row, frame]
-    fault: I1  # [3]: node or -1, row, session frame of the first value that was not finite
+    fault: I2  # [node]: row or -1, session frame of the first value that was not finite
     pointers: I1  # working memory for the pointers of one call
     settings: F1  # the rate
 

@@ -149,6 +149,9 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     workspace.show_fault(Fault("hum", "t1", 0))
     assert scene.nodes["hum"].state == "fault"
     assert "not finite" in workspace.canvas.message
+    workspace.show_fault(Fault("step", "t1", 0))
+    assert (scene.nodes["hum"].state, scene.nodes["step"].state) == ("fault", "fault")
+    assert workspace.canvas.message.startswith("step, hum produced values")
     workspace.canvas.show_message("")
     pictures = []
     for chosen in ([], ["hum"]):
