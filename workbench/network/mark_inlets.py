@@ -114,9 +114,9 @@ class LslMarks:
                 self.streams = {source: inlet for source, inlet in self.streams.items() if source in there}
             if len(self.streams) < MOST_STREAMS:
                 inlet = self._lsl.StreamInlet(info)
-                with suppress(RuntimeError):  # it has ended since
-                    inlet.open_stream(timeout=_AGAIN_S)
-                    self.streams[source] = inlet, time.perf_counter()
+                with suppress(RuntimeError):  # it is not open at once: to wait would hold up the marks of others
+                    inlet.open_stream(timeout=0.0)
+                self.streams[source] = inlet, time.perf_counter()
 
 
 def _samples(inlet: Any) -> Iterator[tuple[str, float | None]]:  # noqa: ANN401 - pylsl has no types
