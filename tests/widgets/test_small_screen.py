@@ -118,7 +118,7 @@ def test_the_picture_of_a_scene_which_has_no_keys_is_no_tab_stop(qtbot):
 
 
 def test_steps_stance_and_floor_of_a_recording_lie_beside_each_other(qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.documents_folder", lambda: tmp_path)
     workspace = recordings_shown(qtbot, 640, 340)
     area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.steps))
     qtbot.waitUntil(lambda: area.horizontalScrollBar().maximum() > 0)

@@ -170,7 +170,7 @@ def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
 
 
 def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     qtbot.mouseClick(window.main_bar.record, Qt.MouseButton.LeftButton)
     path = window.controller.session.recording
     assert path.parent == tmp_path / "Underfoot"
@@ -422,7 +422,7 @@ def test_about_names_the_documentation_in_a_folder_whose_name_has_signs_of_rich_
 
 def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(window, qtbot, tmp_path, monkeypatch):
     control = Qt.KeyboardModifier.ControlModifier
-    monkeypatch.setattr("underfoot.widgets.session.controller.recordings_folder", lambda: tmp_path)
+    monkeypatch.setattr("underfoot.widgets.session.controller.documents_folder", lambda: tmp_path)
     notices = []
     window.controller.notified.connect(notices.append)
     window.controller.record(True)

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 
-from PySide6.QtCore import QFileInfo, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
 
@@ -363,9 +363,9 @@ class CalibrateWorkspace(ProjectingWorkspace):
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that does not exist yet can be named
         dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the folder's content stays
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
-        name, beside = f"{subject}-{self.tile.id}-{date.today().isoformat()}", Path(self._settings.folder)
+        name = f"{subject}-{self.tile.id}-{date.today().isoformat()}"
         names = (f"{name}-{k}" if k > 1 else name for k in count(1))
-        dialog.selectFile(next(name for name in names if not QFileInfo.exists(str(beside / name))))
+        dialog.selectFile(next(name for name in names if not dialog.directory().exists(name)))
         dialog.fileSelected.connect(lambda folder: then(Path(folder)))
         dialog.open()
 

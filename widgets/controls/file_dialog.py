@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+import platformdirs
+from PySide6.QtCore import QDir, Qt
 from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
 from underfoot.widgets import theme
@@ -17,6 +18,11 @@ _BUTTON_ICONS = {
     "detailModeButton": "details",
 }
 """Qt's names of its buttons, and their pictures."""
+
+
+def documents_folder() -> Path:
+    """Return the folder of the window's recordings, and of what else a person keeps without having chosen another."""
+    return Path(platformdirs.user_documents_dir()) / "Underfoot"
 
 
 def save_dialog(parent: QWidget, title: str, name: str, filter: str, suffix: str) -> QFileDialog:
@@ -37,8 +43,16 @@ def ask_file(parent: QWidget, title: str, filter: str, then: Callable[[Path], ob
 
 
 def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
-    """Return a dialog that begins in `folder` and shows the files that match `filter`; it is deleted when it closes."""
+    """Return a dialog that shows the files that match `filter`; it is deleted when it closes.
+
+    It begins in `folder`, or with a file in it. Without one it begins where the last dialog ended, and the first one in
+    the documents' folder, as far as that is there: the working directory is any, where a desktop started the program.
+    """
     dialog = QFileDialog(parent, title, folder, filter)
+    if not Path(folder).is_absolute() and dialog.directory() == QDir.current():
+        kept = documents_folder()
+        dialog.setDirectory(str(next((place for place in (kept, *kept.parents) if place.is_dir()), kept)))
+        dialog.selectFile(folder)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for name, icon in _BUTTON_ICONS.items():
         button = dialog.findChild(QToolButton, name)

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Set
 from pathlib import Path
 
 import numpy as np
-import platformdirs
 from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
@@ -12,6 +11,7 @@ from underfoot.engine.reports import COMMANDED, Outlines, Preview
 from underfoot.errors import UnderfootError
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.file_dialog import documents_folder
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.mark_actions import MarkActions
@@ -288,8 +288,7 @@ class SlotListening(QObject):
             titles = {self._open_patch.slot: self._patch.title}
             titles[other_slot(self._open_patch.slot)] = other.patch.title
             a, b = (titles[slot] for slot in SLOTS)
-            folder = Path(platformdirs.user_documents_dir()) / "Underfoot"
-            test = BlindTest(self._listening, (a, b), folder, self._canvas.window())
+            test = BlindTest(self._listening, (a, b), documents_folder(), self._canvas.window())
             if not changed_nodes(other.patch, self._patch) and not changed_nodes(self._patch, other.patch):
                 test.warn("A and B are the same: one can only guess. Change one of them, then compare.")
             test.open()

@@ -16,6 +16,7 @@ from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
+from underfoot.widgets.controls.file_dialog import documents_folder
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.panels import column, tool_button, with_header
 from underfoot.widgets.controls.scrolled import scrolling
@@ -33,7 +34,6 @@ from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.surveyor import Surveyor
 from underfoot.widgets.recordings.timeline import ZOOM, Timeline
 from underfoot.widgets.recordings.tracks import RecordingContent
-from underfoot.widgets.session.controller import recordings_folder
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
@@ -73,7 +73,7 @@ class RecordingsWorkspace(Workspace):
     def _parts(self, settings: Settings) -> Iterator[None]:
         self.reader = RecordingReader(self)
         self.follower = RecordingFollower(self.reader, self)
-        self.recordings = RecordingList(recordings_folder, settings.recordings, self._use_here)
+        self.recordings = RecordingList(documents_folder, settings.recordings, self._use_here)
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         yield

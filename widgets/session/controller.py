@@ -5,7 +5,6 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-import platformdirs
 from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
@@ -21,6 +20,7 @@ from underfoot.patch.effective import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.records.recording_format import name_now
+from underfoot.widgets.controls.file_dialog import documents_folder
 from underfoot.widgets.session.bridge import Bridge
 from underfoot.widgets.session.previews import Previews
 from underfoot.widgets.session.profile_folder import profile_folder
@@ -457,17 +457,12 @@ def unchanged(patch: Patch) -> Patch:
     return patch
 
 
-def recordings_folder() -> Path:
-    """Return the folder of the window's recordings."""
-    return Path(platformdirs.user_documents_dir()) / "Underfoot"
-
-
 def _reserved_recording() -> Path:
     """Return an empty new file named by the time; it has a number, too, if that was taken in this second.
 
     What another window records in this second may not be there yet, but its empty file is.
     """
-    folder = recordings_folder()
+    folder = documents_folder()
     folder.mkdir(parents=True, exist_ok=True)
     name = name_now()
     paths = (folder / f"{name}{'' if k == 1 else f' {k}'}.underfoot" for k in count(1))

@@ -9,7 +9,7 @@ def folder(tmp_path, monkeypatch):
     """Where the program records."""
     made = tmp_path / "recorded"
     made.mkdir()
-    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: made)
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.documents_folder", lambda: made)
     return made
 
 

@@ -17,7 +17,7 @@ from underfoot.widgets.recordings.exporting import ExportDialog
 @pytest.fixture
 def workspace(qtbot, tmp_path, monkeypatch):
     """The workspace on the screen, with six seconds of a walk open."""
-    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.documents_folder", lambda: tmp_path)
     made = recordings_shown(qtbot)
     used = {"t1": {"fsr": "2026-05-01 0f3c9a1b2d4e", "response": "2026-05-02 a07be6c51f98"}}
     about = {"calibrations": json.dumps(used)}

@@ -18,7 +18,7 @@ class Hasty(type(Path())):
 
 
 def test_a_file_that_goes_while_its_folder_is_listed_leaves_the_others(qtbot, folder, monkeypatch):
-    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: Hasty(folder))
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.documents_folder", lambda: Hasty(folder))
     for name in ("a", "gone", "z"):
         (folder / f"{name}.underfoot").write_bytes(b"?")
     workspace = recordings_shown(qtbot)

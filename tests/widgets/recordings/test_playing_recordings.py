@@ -101,7 +101,7 @@ def test_space_plays_and_stops_the_open_recording_and_what_was_silent_is_silent_
 
 def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(window, qtbot, tmp_path, monkeypatch):
     for module in ("widgets.session.controller", "widgets.recordings.workspace"):
-        monkeypatch.setattr(f"underfoot.{module}.recordings_folder", lambda: tmp_path / "recorded")
+        monkeypatch.setattr(f"underfoot.{module}.documents_folder", lambda: tmp_path / "recorded")
     monkeypatch.setattr("underfoot.records.renaming.PATIENCE_S", LONG_MS / 1000)  # the recorder may take its time
     said, controller = [], window.controller
     controller.notified.connect(said.append)

@@ -33,7 +33,7 @@ def controller(qtbot, tmp_path):
 
 
 def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved(controller, tmp_path, monkeypatch):
-    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     said = []
     controller.notified.connect(said.append)
     controller.record(True)
@@ -61,7 +61,7 @@ def test_a_recording_is_called_saved_once_its_file_is_there(controller, qtbot, t
     """
     now = SimpleNamespace(now=lambda: datetime(2026, 11, 29, 9, 30))
     monkeypatch.setattr("underfoot.records.recording_format.datetime", now)
-    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     path, said, shown = tmp_path, [], []
     controller.notified.connect(lambda line: said.append((line, path.exists())))
     controller.recording_file_changed.connect(lambda path: shown.append((path, controller.is_written(path))))
@@ -81,7 +81,7 @@ def test_a_recording_is_called_saved_once_its_file_is_there(controller, qtbot, t
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder in which nobody can write")
 def test_a_recording_that_fails_is_not_shown_as_going_on(controller, qtbot, tmp_path, monkeypatch):
     """The button stayed red, and named the file to which nothing was written any more."""
-    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     (tmp_path / "Underfoot").symlink_to("/proc")
     shown, said = [], []
     controller.recording_changed.connect(shown.append)
@@ -101,7 +101,7 @@ def refused(controller, qtbot, tmp_path, monkeypatch):
     leaves no file.
     """
     resource = pytest.importorskip("resource", reason="this system cannot limit the size of files")
-    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     with qtbot.waitSignals([controller.opened, controller.bridge.started], timeout=LONG_MS):
         controller.start()
 

@@ -304,6 +304,18 @@ def test_the_name_offered_for_a_patch_can_be_a_file_s_whatever_its_title(qtbot, 
     assert window.open_patch.path.exists()
 
 
+def test_the_first_save_offers_the_documents_and_not_where_the_program_was_started(qtbot, tmp_path, monkeypatch):
+    """A desktop starts it anywhere."""
+    monkeypatch.chdir(QFileDialog().directory().path())
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))  # nothing was recorded there yet
+    window = quiet_window(qtbot, tmp_path / "kept")
+    design(window).document.edit(noise_patch("Ice"), "All")
+    window.open_patch.save()
+    dialog = dialog_of(window, QFileDialog)
+    assert dialog.selectedFiles() == [str(tmp_path / "Ice.json")]
+    dialog.reject()
+
+
 def test_save_as_begins_with_the_name_of_the_file(qtbot, tmp_path):
     noise_patch("Hiss of rain").save(tmp_path / "hiss-3.json")
     window = quiet_window(qtbot, tmp_path / "kept", tmp_path / "hiss-3.json")
