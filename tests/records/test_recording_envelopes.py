@@ -175,6 +175,10 @@ def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlie
         assert load_cached_survey(other) is None
         peaks = [max(step.force_n) for step in kept.steps]
         np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
+    with closing(sqlite3.connect(earlier)) as base, base:
+        base.execute("insert into about values ('begun', '2026-11-24T10:00:00')")
+    with Recording(earlier) as again:  # on the same floor, as long, and in the place of the one before
+        assert load_cached_survey(again) is None
 
 
 def test_a_survey_of_a_part_is_not_kept_as_that_of_a_recording_that_has_grown(path, tmp_path, monkeypatch):

@@ -243,8 +243,12 @@ def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames
 
 
 def _place(recording: Recording, suffix: str) -> Path:
-    """Return the cache file for a recording in its present state and length; marks do not change it."""
-    said = f"{FORMAT}|{recording.path.resolve()}|{recording.span}|{recording.about['floor']}|{recording.about['patch']}"
+    """Return the cache file for a recording in its present state and length; marks do not change it.
+
+    When it was begun tells it from one that had its name before, on the same floor and as long.
+    """
+    told = (recording.about.get(key, "") for key in ("begun", "floor", "patch"))
+    said = "|".join(map(str, (FORMAT, recording.path.resolve(), recording.span, *told)))
     name = hashlib.sha256(said.encode()).hexdigest()[:24]
     return cache_folder() / "recordings" / f"{name}.{suffix}"
 
