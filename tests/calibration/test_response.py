@@ -15,7 +15,7 @@ from underfoot.calibration.results.response import result_of
 from underfoot.calibration.rig import Sound
 from underfoot.calibration.science.response import ResponseMeasurements, equalise, flatness_db, usable_band_hz
 from underfoot.calibration.science.sweep import exponential, train
-from underfoot.calibration.science.tones import DistortionOverLevel
+from underfoot.calibration.science.tones import DistortionOverLevel, harmonics
 from underfoot.calibration.science.transfer_function import measure
 from underfoot.engine.safety import Limits
 from underfoot.engine.shaker_rigs import SimulatedShaker
@@ -110,6 +110,27 @@ def test_a_stimulus_in_m_s2_plays_at_that_level():
     drive = equalise(profile.equaliser, asked) / profile.acceleration_per_unit
     given = rig.tile.respond(drive, RATE, "none")[RATE // 2 :]
     assert math.sqrt(2.0 * float(np.mean(given**2))) == pytest.approx(3.0, rel=0.06)
+
+
+@pytest.mark.parametrize(("seed", "load"), [(1, "none"), (2, "none"), (1, "standing")])
+def test_accelerations_are_within_the_uncertainty_that_is_stated(seed, load):
+    """Of tones up to the level of the sweeps, against what the simulated tile does, whose accelerometer is exact."""
+    result, rig = finished(seed) if load == "none" else finished(seed, load=load)
+    profile = result.apply(Profile(tile=TILE.id))
+    names = ("reference", "repeatability", "flatness", "linearity")
+    parts = [result.figures[f"acceleration_{name}_percent"] for name in names]
+    assert result.figures["acceleration_expanded_percent"] == pytest.approx(2.0 * math.hypot(*parts), rel=1e-5)
+    assert parts[0] == 5.0
+    assert profile.response.reference == "accelerometer, 100 m/s^2 a full-scale input, uncertain by 10 % (k = 2)"
+    expanded = 0.01 * 2.0 * math.hypot(*parts[1:])
+    off, time_s = [], np.arange(RATE // 2) / RATE
+    for hz, share in zip(np.geomspace(60.0, 700.0, 12), np.tile([0.03, 0.2, 1.0], 4), strict=True):
+        drive = equalise(profile.equaliser, np.sin(2.0 * math.pi * hz * time_s))
+        level = share * QUICK["level"] / np.abs(drive[RATE // 4 :]).max()
+        given = harmonics(rig.tile.respond(level * drive, RATE, load)[RATE // 4 :], hz, RATE, 2)[0]
+        off.append(given / (level * profile.acceleration_per_unit) - 1.0)
+    assert np.mean(np.abs(off) < expanded) > 0.9
+    assert math.sqrt(np.mean(np.square(off))) > 0.2 * expanded
 
 
 def test_loads_change_the_response_as_they_truly_do():
@@ -281,6 +302,7 @@ def test_from_two_recordings_alone():
     found = measure(sweep, tile.respond(sweep, RATE, "none") / 50.0, RATE)
     result = result_of(ResponseMeasurements({"none": found}, 50.0, RATE, 12))
     assert "computed, not measured again" in result.verdict
+    assert "acceleration_expanded_percent" not in result.figures
     profile = result.apply(Profile(tile=TILE.id))
     assert profile.response.made == date.today().isoformat()
     inner = np.geomspace(60.0, 700.0, 400)

@@ -29,6 +29,9 @@ LOUDEST = 0.45
 """Largest peak that is played: its mean square stays below the limit of the safety stage."""
 SENSITIVITY = 100.0
 """Default m/s^2 at full scale of the input: the range of the simulated accelerometer."""
+REFERENCE_PERCENT, MOST_PERCENT = 10.0, 50.0
+"""Expanded uncertainty of the accelerometer by default, the usual tolerance of a data sheet's sensitivity, and at most.
+"""
 SWEEP_HZ = (10.0, 2000.0)
 
 _PLACES = {
@@ -64,6 +67,9 @@ class ResponseCalibration(Calibration):
     sensitivity: float | None = option(
         "m/s^2 at full scale of the input; by default 1 for files, 100 on a target.", None
     )
+    reference_percent: float | None = option(
+        "Expanded uncertainty (k = 2) of the accelerometer, % of an acceleration; by default 10 on a target.", None
+    )
     order: int = option("Order of the equaliser: even, 2 to 24.", 14)
     level: float | None = option("Level on a target, in full scale: 0.01 to 0.45.", None)
     load: str = option(
@@ -79,6 +85,8 @@ class ResponseCalibration(Calibration):
             raise BadValue(f"--sensitivity is {self.sensitivity:g}; allowed: above 0, below 1e9 m/s^2")
         if self.order % 2 or not 2 <= self.order <= MOST_ORDER:
             raise BadValue(f"--order is {self.order}; allowed: even numbers 2 to {MOST_ORDER}")
+        if self.reference_percent is not None and not 0.0 <= self.reference_percent <= MOST_PERCENT:
+            raise BadValue(f"--reference-percent is {self.reference_percent:g}; allowed: 0 to {MOST_PERCENT:g} %")
         if self.load not in LOADS:
             raise BadValue(f"--load is {self.load}; allowed: {', '.join(LOADS)}")
 
@@ -86,7 +94,8 @@ class ResponseCalibration(Calibration):
         return ResponseProcedure(setup.tile, setup.rate_hz, setup.full_scale_m_s2 or SENSITIVITY)
 
     def answers(self, has_load_cell: bool) -> Answers:
-        given = {"order": self.order, "sensitivity": self.sensitivity, "level": self.level, "load": self.load}
+        names = ("order", "sensitivity", "reference_percent", "level", "load")
+        given = {name: getattr(self, name) for name in names}
         return {name: value for name, value in given.items() if value is not None}
 
     @property
@@ -106,9 +115,15 @@ class ResponseCalibration(Calibration):
         found, rate_hz = measure_files(self.sweep, self.recorded, self.channel)
         try:
             sensitivity = self.sensitivity or 1.0
-            result = result_of(
-                ResponseMeasurements({self.load: found}, sensitivity, rate_hz, self.order, load=self.load)
+            measured = ResponseMeasurements(
+                {self.load: found},
+                sensitivity,
+                rate_hz,
+                self.order,
+                load=self.load,
+                reference_percent=self.reference_percent,
             )
+            result = result_of(measured)
         except BadValue as error:
             raise BadFile(f"{self.sweep} and {self.recorded}: {error}") from None
         if self.sensitivity is None:
@@ -209,6 +224,7 @@ class ResponseProcedure(SoundProcedure):
                 again=self._measured["again"],
                 noise=self._noise,
                 load=self._settings["load"],
+                reference_percent=self._settings["reference_percent"],
             ),
             self._tile.id,
         )
@@ -305,6 +321,7 @@ def _setup_questions(sensitivity: float) -> tuple[Parameter, ...]:
     from underfoot.models.filtering.equaliser import MOST_ORDER
 
     doc = "Acceleration at which the input is at full scale, by the accelerometer's data sheet."
+    of_doc = "Expanded (k = 2), with its input and its mounting: some 3 % by a certificate, 10 % by a data sheet alone."
     load_doc = (
         "What is on the tile where the equaliser is to be flat: nobody, a person in its middle, or a foot on a corner."
     )
@@ -312,6 +329,12 @@ def _setup_questions(sensitivity: float) -> tuple[Parameter, ...]:
         ask(
             "sensitivity",
             Number(sensitivity, 1e-3, 1e6, unit="m/s^2", scale="log", label="Full scale of the input", doc=doc),
+        ),
+        ask(
+            "reference_percent",
+            Number(
+                REFERENCE_PERCENT, 0.0, MOST_PERCENT, unit="%", label="Uncertainty of the accelerometer", doc=of_doc
+            ),
         ),
         ask(
             "order",

@@ -29,7 +29,8 @@ class ResponseMeasurements:
     `loads` are responses by load on the tile ("none", "standing", "corner"), in recorded units per played unit, a
     recorded unit being `sensitivity` m/s^2. `order` is the equaliser's, `tones` the distortion over level, `again` the
     response measured through the equaliser, and `noise` the RMS of silence, in full scale. `sections` are the equaliser
-    designed for the response under `load`, which `again` was measured under, too.
+    designed for the response under `load`, which `again` was measured under, too. `reference_percent` is the
+    expanded uncertainty (k = 2) of the accelerometer, % of an acceleration; None where it was not given.
     """
 
     loads: Mapping[str, SweepMeasurement]
@@ -40,6 +41,7 @@ class ResponseMeasurements:
     again: SweepMeasurement | None = None
     noise: float = math.nan
     load: str = "none"
+    reference_percent: float | None = None
     sections: Floats = field(init=False)
 
     def __post_init__(self) -> None:
