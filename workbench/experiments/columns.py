@@ -22,7 +22,7 @@ DESCRIPTIONS = {
     "comparison_at": "The interval that the comparison was in, first or second.",
     "judged_more": "Of the question: more of what the factors count has the interval that is chosen, or not chosen.",
     "gain_db": "Level of the stimulus re its level in the protocol, in dB.",
-    "level_m_s2": "Peak acceleration of the stimulus, in m/s^2.",
+    "level_m_s2": "Peak acceleration of the stimulus, in m/s^2; empty where it is not known.",
     "level_db": "The same, without what the participant set in a stage before: the level that the method chose.",
     "staircase": "The staircase that chose the level, above or below, by where it began.",
     "run": "0, and one more after each false alarm that restarted the pair of staircases.",

@@ -20,8 +20,9 @@ from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
+from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.study import Page
-from underfoot.experiments.table import LEVEL, Row
+from underfoot.experiments.table import LEVEL, Row, level_cell
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Number, Parameter, declared_in
 
@@ -241,7 +242,7 @@ class Discriminator(Observer):
             share = (1.0 - mistakes) * self.truth["judged_more"] + 0.5 * mistakes
             return {f"share {name}": share for name in self.given["comparisons"]}
         for row in self._places.values():
-            pse, slope = self._at(float(row[LEVEL]))
+            pse, slope = self._at(float(row.get(LEVEL, 0.0)))
             value = f" {row[self._condition]}" if self._condition else ""  # the analysis's name
             half = "pse" if self.given["standard"] and not self._guesses else "threshold"
             found |= {f"{half}{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
@@ -252,20 +253,20 @@ class Discriminator(Observer):
             return "judged_more", "mistakes"
         if self._judges_level:
             return *(() if self._standard else ("threshold_m_s2",)), "level_spread", "mistakes"
-        vibrate = any(row[LEVEL] for row in self._places.values())
+        vibrate = any(row.get(LEVEL) for row in self._places.values())
         return *(_OF_NUMBERS if vibrate else ("pse_0", "slope_0")), "mistakes"
 
     def _chance(self, trial: Trial) -> float:
         """Return the probability that the comparison is judged more."""
         row = self._places.get(name := str(trial.facts["comparison"]))
         if row is not None:
-            pse, slope = self._at(float(row[LEVEL]))
+            pse, slope = self._at(float(row.get(LEVEL, 0.0)))
             felt = _normal(slope * (float(row[self._axis]) - pse))
             return GUESSED + (1.0 - GUESSED) * felt if self._guesses else felt
         if not self._axis:
             return self.truth["judged_more"]
         if not trial.correct:
-            return float(self.protocol.stimuli[name].peak_m_s2() > 0.0)
+            return float(self.protocol.stimuli[name].peak_m_s2() != 0.0)
         is_chosen = trial.correct in (YES, trial.facts.get("comparison_at"))
         return float(is_chosen != (trial.facts.get("judged_more") == "not chosen"))
 
@@ -273,7 +274,7 @@ class Discriminator(Observer):
         """Return PSE and slope at a level in m/s^2, in the unit of the axis."""
         if self._judges_level:
             standard = self._standard
-            pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]
+            pse = _known_m_s2(self.protocol.stimuli[standard]) if standard else self.truth["threshold_m_s2"]
             pse = max(pse, 1e-3)
             at, above = (self._on_axis(one) for one in (pse, pse * (1.0 + self.truth["level_spread"])))
             return at, 1.0 / (above - at)
@@ -295,8 +296,8 @@ class Discriminator(Observer):
         if self._axis == LEVEL:
             return level
         rows = self._places.values()
-        least = 0.1 * min(row[LEVEL] for row in rows if row[LEVEL])  # what stands for no vibration
-        known = sorted({(max(float(row[LEVEL]), least), float(row[self._axis])) for row in rows})
+        least = 0.1 * min(row[LEVEL] for row in rows if row.get(LEVEL))  # what stands for no vibration
+        known = sorted({(max(float(row.get(LEVEL, 0.0)), least), float(row[self._axis])) for row in rows})
         k = min(max(sum(one < level for one, _ in known), 1), len(known) - 1)
         (low, a), (high, b) = known[k - 1], known[k]
         return a + (b - a) * math.log(level / low) / math.log(high / low)
@@ -309,7 +310,12 @@ _OF_NUMBERS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
 def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
     """Return a row of each stimulus, as in the table of trials, without answers."""
     stimuli = {name: protocol.stimuli[name] for name in names}
-    return [{"stimulus": name, **one.factors, LEVEL: one.peak_m_s2()} for name, one in stimuli.items()]
+    return [{"stimulus": name, **one.factors, **level_cell(one)} for name, one in stimuli.items()]
+
+
+def _known_m_s2(stimulus: Stimulus) -> float:
+    """Return a stimulus's peak in m/s^2; 0 for one that is not known."""
+    return level_cell(stimulus).get(LEVEL, 0.0)
 
 
 class Rater(Observer):
@@ -328,7 +334,7 @@ class Rater(Observer):
         return {f"rating {name}": self._place(name) for name in self.given["rated"]}
 
     def _place(self, stimulus: str) -> float:
-        level = self.protocol.stimuli[stimulus].peak_m_s2()
+        level = _known_m_s2(self.protocol.stimuli[stimulus])
         more = self.truth["doubling"] * math.log2(1.0 + level)
         return float(self.truth["without"] + more)
 
@@ -355,7 +361,7 @@ class MagnitudeEstimator(Observer):
         return {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
 
     def _magnitude(self, stimulus: str) -> float:
-        return float(max(self.protocol.stimuli[stimulus].peak_m_s2(), 0.01) ** self.truth["exponent"])
+        return float(max(_known_m_s2(self.protocol.stimuli[stimulus]), 0.01) ** self.truth["exponent"])
 
 
 class Labeller(Observer):

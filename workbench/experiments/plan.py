@@ -1,5 +1,6 @@
 """The trials of one participant in advance, as they follow from seed, id and protocol."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -66,7 +67,8 @@ def _each(words: Sequence[str]) -> str:
 
 
 def _level(protocol: Protocol, one: Presentation) -> str:
-    return "0" if one.stimulus == NOTHING else f"{protocol.stimuli[one.stimulus].peak_m_s2(one.gain_db):.4g}"
+    peak_m_s2 = 0.0 if one.stimulus == NOTHING else protocol.stimuli[one.stimulus].peak_m_s2(one.gain_db)
+    return "not known" if math.isnan(peak_m_s2) else f"{peak_m_s2:.4g}"
 
 
 def _short(value: object) -> str:

@@ -48,10 +48,18 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     def peak_m_s2(self, gain_db: float = 0.0) -> float:
         """Return the peak acceleration at `gain_db` re its level, in m/s^2; 0 without a patch.
 
-        >>> round(Stimulus(patch="stimulus-td", level_m_s2=0.43).peak_m_s2(6.0206), 3)
+        A patch without `scaled_by` plays as it is: at its level or, without one, its measured peak; NaN for neither.
+
+        >>> round(Stimulus(patch="stimulus-td", scaled_by="gain.gain", level_m_s2=0.43).peak_m_s2(6.0206), 3)
         0.86
+        >>> Stimulus(patch="snow").peak_m_s2(), Stimulus(patch="snow", measured_m_s2=1.5).peak_m_s2(6.0206)
+        (nan, 1.5)
         """
-        return self.level_m_s2 * 10.0 ** (gain_db / 20.0) if self.patch else 0.0
+        if not self.patch:
+            return 0.0
+        if not self.scaled_by:
+            return self.level_m_s2 or self.measured_m_s2 or math.nan
+        return self.level_m_s2 * 10.0 ** (gain_db / 20.0)
 
     def at(self, gain_db: float, registry: Registry, folder: Path | None = None) -> Patch:
         """Return the patch with its settings, at `gain_db` re its level; an empty patch for no vibration."""

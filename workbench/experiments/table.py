@@ -1,5 +1,6 @@
 """The table of trials: one row per presented trial, with all variables of the analysis."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -74,17 +75,19 @@ def with_levels(rows: Sequence[Row], protocol: Protocol) -> list[Row]:
     """
     if any(LEVEL in row for row in rows):
         return list(rows)
-    return [{**row, LEVEL: level} if (level := _level_of(row, protocol)) is not None else row for row in rows]
+    return [{**row, **_level_of(row, protocol)} for row in rows]
 
 
-def _level_of(row: Row, protocol: Protocol) -> float | None:
-    """Return the level of a row's stimulus; None if the protocol does not have it."""
+def _level_of(row: Row, protocol: Protocol) -> dict[str, float]:
+    """Return the level of a row's stimulus; {} if the protocol does not have it."""
     stimulus, gain_db = protocol.stimuli.get(str(row.get("stimulus"))), row.get("gain_db", 0.0)
-    return None if stimulus is None or not isinstance(gain_db, int | float) else _level(stimulus, gain_db)
+    return {} if stimulus is None or not isinstance(gain_db, int | float) else level_cell(stimulus, gain_db)
 
 
-def _level(stimulus: Stimulus, gain_db: float) -> float:
-    return float(f"{stimulus.peak_m_s2(gain_db):.6g}")
+def level_cell(stimulus: Stimulus, gain_db: float = 0.0) -> dict[str, float]:
+    """Return a stimulus's level by its column; {} for one that is not known, which is not the level of nothing."""
+    peak_m_s2 = stimulus.peak_m_s2(gain_db)
+    return {} if math.isnan(peak_m_s2) else {LEVEL: float(f"{peak_m_s2:.6g}")}
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
@@ -166,7 +169,7 @@ def _row(
         if judged.stimulus != NOTHING:
             stimulus = protocol.stimuli[judged.stimulus]
             row["gain_db"] = judged.gain_db + gain_db
-            row[LEVEL] = _level(stimulus, judged.gain_db + gain_db)
+            row |= level_cell(stimulus, judged.gain_db + gain_db)
             mine = [name for name in protocol.factors if name in stimulus.factors and name not in row]
             row |= {name: stimulus.factors[name] for name in mine}  # whichever stimulus came first, in one order
     if other is not None:

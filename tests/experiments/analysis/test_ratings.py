@@ -1,0 +1,34 @@
+"""Ratings of conditions that have no factors, such as materials, and of patches whose level nobody has measured."""
+
+import pytest
+from made_studies import TD, made_protocol
+
+from underfoot.errors import BadFile
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.plan import plan_of
+from underfoot.experiments.simulation import simulated_rows
+
+pytest.importorskip("statsmodels")
+
+MATERIALS = {name: {"patch": "snow"} for name in ("wool", "felt", "cork", "ash")}
+
+
+def rated(stimuli, people=5):
+    """A protocol of three blocks, and the answers of simulated people."""
+    made = made_protocol("rating", {"blocks": 3, "rated": list(stimuli)}, stimuli)
+    return made, [row for person in range(people) for row in simulated_rows(made, person, 1, {})[0]]
+
+
+def test_a_patch_that_plays_as_it_is_has_no_level_unless_it_was_measured():
+    """It was 0 in tables: the first by name was taken for the plate that does not vibrate."""
+    as_it_is = {**MATERIALS, "paper": {"patch": "snow", "measured_m_s2": 1.5}}
+    made, rows = rated({**as_it_is, "X": {}, "TD": TD})
+    levels = {row["stimulus"]: row.get("level_m_s2") for row in rows}
+    assert levels == {**dict.fromkeys(MATERIALS), "paper": 1.5, "X": 0.0, "TD": TD["level_m_s2"]}
+    assert {line["level_m_s2"] for line in plan_of(made, "P1") if line["stimulus"] in MATERIALS} == {"not known"}
+    (found,) = analysed(rows, made, Settings())
+    assert [table.title for table in found.tables if table.title.startswith("Each")] == ["Each against X"]
+    assert [table for table in analysed(rated(as_it_is)[1], None, Settings())[0].tables if "Each" in table.title] == []
+    with pytest.raises(BadFile, match=r"reaches 40 m/s\^2 with loud; allowed: up to limit_m_s2"):
+        made_protocol("rating", {}, {"loud": {"patch": "snow", "measured_m_s2": 40.0}})
