@@ -1,5 +1,6 @@
 """Ratings of conditions that have no factors, such as materials, and of patches whose level nobody has measured."""
 
+import numpy as np
 import pytest
 from made_studies import TD, made_protocol
 
@@ -32,3 +33,23 @@ def test_a_patch_that_plays_as_it_is_has_no_level_unless_it_was_measured():
     assert [table for table in analysed(rated(as_it_is)[1], None, Settings())[0].tables if "Each" in table.title] == []
     with pytest.raises(BadFile, match=r"reaches 40 m/s\^2 with loud; allowed: up to limit_m_s2"):
         made_protocol("rating", {}, {"loud": {"patch": "snow", "measured_m_s2": 40.0}})
+
+
+def test_conditions_without_factors_are_compared_with_each_other_in_the_order_of_the_protocol():
+    """Sums of squares by hand."""
+    made, rows = rated(MATERIALS)
+    (found,) = analysed(rows, made, Settings())
+    means, effects = found.tables
+    assert [line[0] for line in means.rows] == list(MATERIALS)
+    cells = [
+        [row["rating"] for row in rows if (row["participant"], row["stimulus"]) == (f"S{k}", name)]
+        for k in range(1, 6)
+        for name in MATERIALS
+    ]
+    scores = np.mean(cells, axis=1).reshape(5, 4)
+    people, conditions = scores.mean(axis=1, keepdims=True), scores.mean(axis=0)
+    error = ((scores - people - conditions + scores.mean()) ** 2).sum()
+    f = (5 * ((conditions - scores.mean()) ** 2).sum() / 3) / (error / 12)
+    assert effects.title == "Effects of stimulus"
+    assert effects.rows[0][:4] == ("stimulus", "F", pytest.approx(f), "3, 12")
+    assert [drawing.title for drawing in found.drawings] == ["Rating by stimulus"]

@@ -33,7 +33,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         (str(person), str(stimulus)): float(np.mean([float(row["rating"]) for row in part]))
         for (person, stimulus), part in grouped(rows, "participant", "stimulus").items()
     }
-    conditions = sorted({stimulus for _, stimulus in means})
+    rated = {stimulus for _, stimulus in means}
+    conditions = [name for name in dict.fromkeys([*settings.given.get("rated", ()), *sorted(rated)]) if name in rated]
     lines = [(c, mean_interval("rating", [v for (_, s), v in means.items() if s == c])) for c in conditions]
     found.tables.append(estimates_table("Means over people", "condition", lines))
     people = sorted({person for person, _ in means})
@@ -43,12 +44,14 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks.append(f"Tests are of who has rated every condition. Left out of them: {rest}.")
         people = whole_people
     factors, kept = _factors([row for row in rows if str(row["participant"]) in people])
-    title = f"Effects of {', '.join(factors)}"
     if not _are_crossed(kept, factors):
-        found.remarks.append(f"{title}: the test needs all combinations of their values among the conditions")
+        effects = f"Effects of {', '.join(factors)}"
+        found.remarks.append(f"{effects}: the test needs all combinations of their values among the conditions")
         factors = ()
-    if factors:
+    if len({row["stimulus"] for row in kept}) > 1:
+        factors = factors or ("stimulus",)
         note = f"Thesis 6.4.1 tests the same. {_NOTE}" if set(factors) == set(thesis.RATED_FACTORS) else _NOTE
+        title = f"Effects of {', '.join(factors)}"
         found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), note)
     whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
     plain = _without_vibration(rows)
