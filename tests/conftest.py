@@ -24,6 +24,18 @@ def pytest_collect_file():
     return [one for one in (yield) if type(one) is pytest.Module]
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """One worker after another imports a file: the first one keeps its bytecode, which the others find.
+
+    In a new clone, to rewrite the assertions of all files takes a worker eight seconds.
+    """
+    if type(collector) is not pytest.Module:
+        return (yield)
+    with FileLock(collector.path.parent / "__pycache__" / f"{collector.path.stem}.lock", poll_interval=0.005):
+        return (yield)
+
+
 def pytest_collection_finish(session):
     gc.freeze()
     linecache.clearcache()  # of the sources of all docstrings: each example would look at each of these files
