@@ -32,7 +32,9 @@ def played(coefficients, force, cuts=(), state=None, frame=0):
     moved, found = np.zeros(force.size), []
     for i, j in pairwise([0, *sorted(cuts), force.size]):
         events = event_list(room=j - i)
-        elasto_plastic.run(force[i:j], stream_key("slip"), frame + i, coefficients, state, moved[i:j], events)
+        elasto_plastic.run(
+            force[i:j], stream_key("slip"), frame + i, coefficients, state, moved[i:j], events, moved[:0]
+        )
         found.append(rows_of(events))
     return moved, np.concatenate(found), state
 

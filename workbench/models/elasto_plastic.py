@@ -117,7 +117,7 @@ class Ground(Struct, frozen=True):
         design(self.parameters(), self.most_j, self.most_j, 1.0, float(rate_hz), coefficients)
         displacement, plastic = np.zeros((2, load.size))
         key = stream_key(seed_of(seed), "slip")
-        run_traced(load, key, 0, coefficients, state, displacement, events, plastic)
+        run(load, key, 0, coefficients, state, displacement, events, plastic)
         count = len(events)
         return Slips(displacement, plastic, events.time[:count] / rate_hz, events.strength[:count])
 
@@ -154,24 +154,6 @@ def design(
 
 
 @kernel
-def run(
-    force_n: Floats,
-    key: np.uint64,
-    frame: int,
-    coefficients: Memory,
-    state: Memory,
-    displacement_m: Floats,
-    events: Memory,
-) -> None:
-    """Run one tile from session frame `frame` on: `force_n` in, `displacement_m` out, both [frames].
-
-    Slips are appended to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by frame, so
-    that they do not depend on splits or sleep. `force_n` holds the value at the end of each frame; slips lie within it.
-    """
-    run_traced(force_n, key, frame, coefficients, state, displacement_m, events, displacement_m[:0])
-
-
-@kernel
 def tail(state: Memory, coefficients: Memory) -> float:
     """Return a bound of |displacement| without further force; infinite while worn ground waits for its renewal."""
     if state.worn > 0.0:
@@ -180,7 +162,7 @@ def tail(state: Memory, coefficients: Memory) -> float:
 
 
 @kernel
-def run_traced(
+def run(
     force_n: Floats,
     key: np.uint64,
     frame: int,
@@ -190,7 +172,12 @@ def run_traced(
     events: Memory,
     plastic_m: Floats,
 ) -> None:
-    """Run as `run` does, and fill the plastic displacement if `plastic_m` is not empty."""
+    """Run one tile from session frame `frame` on: `force_n` in, `displacement_m` out, both [frames].
+
+    Slips are appended to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by frame, so
+    that they do not depend on splits or sleep. `force_n` holds the value at the end of each frame; slips lie within it.
+    The plastic displacement is written if `plastic_m` is not empty.
+    """
     c, s = coefficients, state
     x, w, before, worn = s.displacement, s.speed, s.load, s.worn
     stiffness = c.plastic_stiffness

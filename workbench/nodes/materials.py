@@ -77,7 +77,8 @@ class FibreBundle(_Fibres):
         coefficients.holds = 1.0
 
     def run(force, key, frame, coefficients, state, strain, damage, energy, events):
-        bundle.run(force, key, frame, coefficients, state, bundle.Motion(strain, damage, energy), events)
+        motion = bundle.Motion(strain, damage, energy, strain[:0], strain[:0])
+        bundle.run(force, key, frame, coefficients, state, motion, events)
 
     def tail(state, coefficients):
         return bundle.tail(state, coefficients)
@@ -145,7 +146,8 @@ class FibreGrid(_Fibres):
         grid.design(c, coefficients)
 
     def run(force, x, y, key, frame, coefficients, state, strain, events):
-        grid.run(grid.Contact(force, x, y), key, frame, coefficients, state, strain, events)
+        untraced = grid.Trace(strain[:0].reshape(0, 1), strain[:0])
+        grid.run(grid.Contact(force, x, y), key, frame, coefficients, state, strain, events, untraced)
 
     def tail(state, coefficients):
         return grid.tail(state, coefficients)
@@ -206,7 +208,7 @@ class Slip:
         elasto_plastic.design(controls, most, 1.0, 0.5, rate, coefficients)
 
     def run(force, key, frame, coefficients, state, displacement, events):
-        elasto_plastic.run(force, key, frame, coefficients, state, displacement, events)
+        elasto_plastic.run(force, key, frame, coefficients, state, displacement, events, displacement[:0])
 
     def tail(state, coefficients):
         return elasto_plastic.tail(state, coefficients)

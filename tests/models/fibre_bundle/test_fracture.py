@@ -53,7 +53,7 @@ def played(coefficients, load, cuts=(), state=None, key=None, frame=0):
     for first, last in pairwise([0, *sorted(cuts), load.size]):
         events = event_list(room=last - first)
         here = slice(first, last)
-        motion = fracture.Motion(strain[here], *np.zeros((2, last - first)))
+        motion = fracture.Motion(strain[here], *np.zeros((2, last - first)), *np.zeros((2, 0)))
         fracture.run(load[here], key, frame + first, coefficients, state, motion, events)
         found.append(rows_of(events))
     return strain, np.concatenate(found), state
@@ -477,7 +477,7 @@ def test_damage_and_energy_come_out_frame_by_frame():
     traced = bundle.response(load, RATE, seed=4)
     coefficients, state = fracture.COEFFICIENTS.zeros(), fracture.STATE.zeros()
     bundle.design(RATE, 1.0, coefficients)
-    motion = fracture.Motion(*np.zeros((3, load.size)))
+    motion = fracture.Motion(*np.zeros((3, load.size)), *np.zeros((2, 0)))
     fracture.run(load, stream_key(4, "fracture"), 0, coefficients, state, motion, event_list(room=load.size))
     np.testing.assert_array_equal(motion.strain, traced.strain)
     np.testing.assert_array_equal(motion.energy, traced.energy)

@@ -14,13 +14,14 @@ from underfoot.errors import BadValue
 from underfoot.models.fibre_bundle import bundle
 from underfoot.models.fibre_bundle import grid as fracture_grid
 from underfoot.models.fibre_bundle.bundle import FibreBundle
-from underfoot.models.fibre_bundle.grid import Contact, FibreGrid
+from underfoot.models.fibre_bundle.grid import Contact, FibreGrid, Trace
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 
 RATE = 48000.0
 BUNDLE = {"scale": 2.5, "stiffness": 1.0, "mass": 1e-5, "damping": 0.003, "creep": 0.0}
 GRID = {"columns": 3, "rows": 2, "width_m": 0.3, "depth_m": 0.2, "print_m": 0.06, "coupling": 1.0, "rubble": 0.02}
+UNTRACED = Trace(np.empty((0, 1)), np.empty(0))
 
 
 def designed(model="exact", rate=RATE, fibres=500, renewal_s=0.01, **changes):
@@ -46,7 +47,7 @@ def played(coefficients, force, x_m, y_m, cells=6, cuts=(), state=None, frame=0)
     strain, found = np.zeros(force.size), []
     for i, j in pairwise([0, *sorted(cuts), force.size]):
         events, contact = event_list(room=j - i), Contact(force[i:j], x_m[i:j], y_m[i:j])
-        fracture_grid.run(contact, stream_key("grid"), frame + i, coefficients, state, strain[i:j], events)
+        fracture_grid.run(contact, stream_key("grid"), frame + i, coefficients, state, strain[i:j], events, UNTRACED)
         found.append(rows_of(events))
     return strain, np.concatenate(found), state
 
@@ -111,7 +112,7 @@ def test_one_cell_is_the_bundle():
     force, x_m, y_m = footstep(620.0)
     coefficients = designed(columns=1, rows=1)
     strain, events, _ = played(coefficients, force, x_m, y_m, cells=1)
-    one, found = bundle.Motion(*np.zeros((3, force.size))), event_list(room=force.size)
+    one, found = bundle.Motion(*np.zeros((3, force.size)), *np.zeros((2, 0))), event_list(room=force.size)
     bundle.run(force, stream_key("grid"), 0, coefficients.bundle, bundle.STATE.zeros(), one, found)
     assert len(found) > 20
     np.testing.assert_allclose(strain, one.strain, rtol=1e-9, atol=1e-12)

@@ -61,7 +61,7 @@ def _second_of(fibres: int) -> Callable[[], None]:
     step = np.sin(np.pi * up) * (1.0 + 0.35 * np.cos(4.0 * np.pi * (up - 0.25))) * (up < 1.0)
     load = 1.30 * fibres * step / step.max()
     coefficients, events = COEFFICIENTS.zeros(), event_list(room=RATE)
-    motion = bundle.Motion(*np.empty((3, RATE)))
+    motion = bundle.Motion(*np.empty((3, RATE)), *np.empty((2, 0)))
     FibreBundle(fibres, SHAPE, SCALE, 1.0, 1e-5, 0.003, renewal_s=10.0).design(RATE, 1.0, coefficients)
     coefficients.loudness, coefficients.softness, coefficients.holds = (0.5 * SCALE**2) ** -0.5, 0.5, 1.0
     key = stream_key(1, "bench")

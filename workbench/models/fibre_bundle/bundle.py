@@ -159,8 +159,8 @@ class FibreBundle(Struct, frozen=True):
         self.design(rate_hz, 1.0, coefficients)
         strain, damage, energy, failures, threshold = np.zeros((5, load.size))
         events = event_list(room=load.size)
-        key, motion = stream_key(seed_of(seed), "fracture"), Motion(strain, damage, energy)
-        run_traced(load, key, 0, coefficients, state, motion, events, Trace(failures, threshold))
+        key, motion = stream_key(seed_of(seed), "fracture"), Motion(strain, damage, energy, failures, threshold)
+        run(load, key, 0, coefficients, state, motion, events)
         return Fracture(strain, failures.astype(np.int64), energy, threshold, events.time[: len(events)] / rate_hz)
 
     def design(self, rate_hz: float, pressure: float, coefficients: Memory) -> None:
@@ -177,16 +177,14 @@ class FibreBundle(Struct, frozen=True):
 
 
 class Motion(NamedTuple):
-    """Output of a run [frames]: strain, the share of failed fibres (7.15), and the energy released in each frame."""
+    """Output of a run [frames]: strain, the share of failed fibres (7.15), and the energy released in each frame.
+
+    `failures` and `threshold` are not written if they are empty.
+    """
 
     strain: Floats
     damage: Floats
     energy: Floats
-
-
-class Trace(NamedTuple):
-    """Further output of a run, frame by frame; not written if both are empty."""
-
     failures: Floats
     threshold: Floats
 
@@ -196,6 +194,14 @@ _AHEAD = 8
 
 _WEAR_FRAMES = 4.0
 """Mean damage is updated, by the midpoint rule, each time the strain has advanced as far as in this many frames."""
+
+
+@kernel
+def tail(state: Memory, coefficients: Memory) -> float:
+    """Return a bound of |strain| without further load; infinite while a worn bundle waits for its renewal."""
+    if state.worn > 0.0:
+        return math.inf
+    return math.sqrt(state.strain**2 + state.speed**2 / coefficients.kappa)
 
 
 @kernel
@@ -214,30 +220,6 @@ def run(
     so that they do not depend on splits or sleep. `load` holds the value at the end of each frame; failures lie within
     it.
     """
-    nothing = load[:0]
-    run_traced(load, key, frame, coefficients, state, motion, events, Trace(nothing, nothing))
-
-
-@kernel
-def tail(state: Memory, coefficients: Memory) -> float:
-    """Return a bound of |strain| without further load; infinite while a worn bundle waits for its renewal."""
-    if state.worn > 0.0:
-        return math.inf
-    return math.sqrt(state.strain**2 + state.speed**2 / coefficients.kappa)
-
-
-@kernel
-def run_traced(
-    load: Floats,
-    key: np.uint64,
-    frame: int,
-    coefficients: Memory,
-    state: Memory,
-    motion: Motion,
-    events: Memory,
-    trace: Trace,
-) -> None:
-    """Run as `run` does, and fill a trace."""
     c, s, n = coefficients, state, load.size
     if s.designed != c.designs:
         s.breaking = threshold_strain(c, s.next_hazard) if s.worn > 0.0 else math.inf
@@ -256,9 +238,9 @@ def run_traced(
         if s.strain > s.breaking:
             failed = _fail(c, s, key, frame + i - 1, events)
             motion.energy[i - 1], motion.damage[i - 1] = energy_released(c, failed, s.strain), s.failed / c.pool
-        if trace.threshold.size:
-            trace.threshold[first:i] = before
-            trace.failures[i - 1], trace.threshold[i - 1] = failed, s.breaking
+        if motion.threshold.size:
+            motion.threshold[first:i] = before
+            motion.failures[i - 1], motion.threshold[i - 1] = failed, s.breaking
     s.breaking = min(s.breaking, NO_THRESHOLD)  # as finite as all states
     if not has_mean_damage(c) or s.worn == 0.0:
         s.wearing = 0.0

@@ -154,7 +154,7 @@ class FibreGrid(Struct, frozen=True):
         failures = np.zeros((load.size, cells))
         key, events = stream_key(seed_of(seed), "fracture grid"), event_list(room=load.size)
         contact = Contact(load, across, along)
-        run_traced(contact, key, 0, coefficients, state, strain, events, Trace(failures, energy))
+        run(contact, key, 0, coefficients, state, strain, events, Trace(failures, energy))
         return GridFracture(strain, failures.astype(np.int64), energy)
 
     def design(self, rate_hz: float, coefficients: Memory) -> None:
@@ -206,19 +206,6 @@ def design(parameters: Memory, coefficients: Memory) -> None:
 
 
 @kernel
-def run(
-    contact: Contact, key: np.uint64, frame: int, coefficients: Memory, state: Memory, strain: Floats, events: Memory
-) -> None:
-    """Run one tile from session frame `frame` on: force and position in, mean `strain` of the cells out.
-
-    The position is sampled at every 32nd session frame and where a contact begins. Failures are appended to `events`;
-    energies of all cells that fail in a frame add, at the time of the first. `key` is as in `bundle.run`.
-    """
-    trace = Trace(strain[:0].reshape(0, 1), strain[:0])
-    run_traced(contact, key, frame, coefficients, state, strain, events, trace)
-
-
-@kernel
 def tail(state: Memory, coefficients: Memory) -> float:
     """Return a bound of |mean strain| without further load; infinite while worn cells wait for their renewal.
 
@@ -240,7 +227,7 @@ def tail(state: Memory, coefficients: Memory) -> float:
 
 
 @kernel
-def run_traced(
+def run(
     contact: Contact,
     key: np.uint64,
     frame: int,
@@ -250,7 +237,11 @@ def run_traced(
     events: Memory,
     trace: Trace,
 ) -> None:
-    """Run as `run` does, and fill a trace."""
+    """Run one tile from session frame `frame` on: force and position in, mean `strain` of the cells out.
+
+    The position is sampled at every 32nd session frame and where a contact begins. Failures are appended to `events`;
+    energies of all cells that fail in a frame add, at the time of the first. `key` is as in `bundle.run`.
+    """
     c, s = coefficients.bundle, state
     cells = int(coefficients.columns) * int(coefficients.rows)
     if s.designed != c.designs:

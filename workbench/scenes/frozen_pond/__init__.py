@@ -109,9 +109,9 @@ class FrozenPond(Scene):
         foot = self._feet.setdefault(contact.id, _Foot(self.seed, contact.id))
         force_n = np.linspace(foot.force_n, contact.force_n, _SAMPLES + 1)[1:]
         foot.force_n = contact.force_n
-        events = self._events
+        events, moved = self._events, self._displacement
         events.count = 0.0
-        elasto_plastic.run(force_n, foot.key, first, self._coefficients, foot.ice, self._displacement, events)
+        elasto_plastic.run(force_n, foot.key, first, self._coefficients, foot.ice, moved, events, moved[:0])
         for k in range(len(events)):
             yield events.time[k] / RATE_HZ, float(events.strength[k])
 
