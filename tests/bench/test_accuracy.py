@@ -25,7 +25,7 @@ def test_every_point_has_its_own_error_and_time():
     assert [point.error for point in found.curves[0].points] == [0.5, 0.25, 0.125]
     assert [curve.naive for curve in found.curves] == [False, True]
     assert all(point.seconds > 0.0 for curve in found.curves for point in curve.points)
-    assert found.data()["curves"][0]["points"][2]["knob"] == 3.0
+    assert found.curves[0].points[2].knob == 3.0
 
 
 @pytest.mark.parametrize("make", [accuracy.modal_banks, accuracy.tones, accuracy.strain_rates])

@@ -49,4 +49,4 @@ def test_costs_are_told_by_the_second_of_sound_and_beside_a_foot_on_each():
     assert [cost.times_real_time for cost in found] == pytest.approx([10.0, 20.0, 200.0])
     assert [cost.share for cost in found] == pytest.approx([1.0, 0.25, 0.05])
     assert all(cost.program_times_real_time > cost.times_real_time for cost in found)
-    assert found[0].data()["spread"] == 0.02
+    assert found[0].spread == 0.02

@@ -20,6 +20,10 @@ from underfoot.models.signals.random import stream_key
 from underfoot.models.stick_slip import distribution
 
 RATE = 48_000
+HAMMER, DAMPING_S_M = (0.02, 1.0), 0.3
+"""Mass (kg) and velocity (m/s) of the hammer of all blows, and the damping of its contacts."""
+CONTACTS = {"soft": (1e4, 1.5), "medium": (1e7, 1.5), "hard": (1e11, 1.8)}
+"""Stiffness in N/m^a and exponent a."""
 
 Times = TypeVar("Times", float, NDArray[np.float64])
 
@@ -41,22 +45,33 @@ def relative_error(result: NDArray[np.float64], truth: NDArray[np.float64]) -> f
 
 def impacts(quick: bool) -> Iterable[Task]:
     """Yield the comparison of methods for the hammer of docs/models.md#impacts on ten modes."""
+    for name in CONTACTS:
+        yield blow(name, 960 if quick else 2400)
+
+
+def drawn_modes(count: int) -> ModalObject:
+    """Return frequencies, decays, masses and shapes of the struck object, slow decays first.
+
+    >>> frequencies, decays, masses, shapes = drawn_modes(10)
+    >>> bool((np.diff(decays) > 0.0).all()), frequencies.size
+    (True, 10)
+    """
     draw = np.random.default_rng(3)
-    frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
-    struck = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
-    for name, stiffness, exponent in (("soft", 1e4, 1.5), ("medium", 1e7, 1.5), ("hard", 1e11, 1.8)):
-        yield _blow(name, Hammer(0.02, 1.0, stiffness, exponent, 0.3), struck, 960 if quick else 2400)
+    frequencies = np.sort(draw.uniform(50.0, 5_000.0 if count <= 10 else 15_000.0, count))
+    decays = draw.uniform(5.0, 80.0, count)
+    masses, shapes = 0.1 * draw.uniform(0.3, 2.0, count), draw.uniform(0.3, 1.0, count)
+    order = np.argsort(decays)
+    return ModalObject(frequencies[order], decays[order], masses[order], shapes[order])
 
 
-def _blow(name: str, by: Hammer, struck: ModalObject, frames: int) -> Task:
-    """Return the comparison of methods for one hammer."""
-    times = np.arange(frames) / RATE
+def blow(name: str, frames: int) -> Task:
+    """Return the comparison of methods for a blow on ten modes, with one of `CONTACTS`."""
+    by, struck, times = Hammer(*HAMMER, *CONTACTS[name], DAMPING_S_M), drawn_modes(10), np.arange(frames) / RATE
     truth = naive.struck_object(by, struck, times, "DOP853", 1e-11, 0.25 / RATE)
 
     def by_substeps(substeps: float) -> NDArray[np.float64]:
-        values = np.array(struck)
         numbers = {"mass": by.mass_kg, "stiffness": by.stiffness, "exponent": by.exponent, "damping": by.damping_s_m}
-        row = rows.hit(values[:, np.argsort(values[1])], RATE, [(0.0, by.velocity_m_s)], **numbers, substeps=substeps)
+        row = rows.hit(struck, RATE, [(0.0, by.velocity_m_s)], **numbers, substeps=substeps)
         out = hammer.Response(np.empty(frames), np.empty(frames), np.empty(frames))
         hammer.ring(row.events, row.hammer, 0, row.object, row.state, out)
         return out.displacement

@@ -2,10 +2,9 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -83,10 +82,6 @@ class BlockStages:
     nodes: tuple[NodeCost, ...]
     left_out: tuple[str, ...]
     reading_ms: float
-
-    def data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return asdict(self)
 
 
 def block_stages(

@@ -1,9 +1,8 @@
 """Comparison of two runs of the bench: what got slower or faster, beyond the noise of both."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -70,10 +69,6 @@ class Changes:
     same: int
     only_before: tuple[str, ...]
     only_now: tuple[str, ...]
-
-    def data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return asdict(self)
 
     def lines(self) -> list[str]:
         """Return the lines of a terminal report."""

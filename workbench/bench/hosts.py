@@ -49,7 +49,7 @@ LINKS = {
 }
 
 
-def by_round_trips(link: NetworkLink, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
+def by_round_trips(link: NetworkLink, drift_ppm: float, seconds: float) -> NDArray[np.float64]:
     """Return the errors of another computer's clock, estimated from round trips, before each new round of probes.
 
     In seconds. Half of a round trip is taken as the delay, and the result holds until the next round.
@@ -57,7 +57,7 @@ def by_round_trips(link: NetworkLink, drift_ppm: float, seconds: float, seed: in
     >>> bool(abs(by_round_trips(NetworkLink(1e-3, 0.0), 50.0, 60.0)).max() < 0.251e-3)
     True
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(1)
     errors = []
     for _ in range(round(seconds / PROBE_S)):
         request_delays_s, reply_delays_s = link.request_delays_s(rng, PROBES), link.reply_delays_s(rng, PROBES)
@@ -67,12 +67,12 @@ def by_round_trips(link: NetworkLink, drift_ppm: float, seconds: float, seed: in
     return np.array(errors)
 
 
-def by_arrivals(link: NetworkLink, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
+def by_arrivals(link: NetworkLink, drift_ppm: float, seconds: float) -> NDArray[np.float64]:
     """Return the errors if only messages with their sender's time arrive, and Underfoot's clock for tiles maps them.
 
     The delay itself cannot be observed: it is part of the error.
     """
-    rng, clocks = np.random.default_rng(seed), DeviceClocks(1, float(RATE_HZ))
+    rng, clocks = np.random.default_rng(1), DeviceClocks(1, float(RATE_HZ))
     sent_s = np.arange(0.0, seconds, 1.0 / MESSAGE_HZ)
     shown_us = 1e6 * sent_s / (1.0 + 1e-6 * drift_ppm)
     errors = []

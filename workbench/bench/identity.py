@@ -66,7 +66,6 @@ class Identity:
     misses: int
     false_positives: int
     switches: int
-    fragments: int
     idf1: float
     matched: Mapping[int, Counter[int]]
 
@@ -82,27 +81,22 @@ def identity(truth: Tracks, found: Tracks) -> Identity:
     >>> truth = Tracks.of([0, 1, 2, 3], [7, 7, 7, 7], [0, 0, 0, 0], [0, 0, 0, 0])
     >>> found = Tracks.of([0, 1, 3, 3], [1, 1, 2, 3], [0, 0, 0, 5], [0, 0, 0, 0])
     >>> measured = identity(truth, found)
-    >>> measured.misses, measured.false_positives, measured.switches, measured.fragments
-    (1, 1, 1, 1)
+    >>> measured.misses, measured.false_positives, measured.switches
+    (1, 1, 1)
     >>> measured.mota, measured.idf1
     (0.25, 0.5)
     """
     together, matched = defaultdict[int, Counter[int]](Counter), defaultdict[int, Counter[int]](Counter)
-    last: dict[int, tuple[int, int]] = {}
-    misses = false_positives = switches = fragments = 0
-    seen: dict[int, int] = {}
+    last: dict[int, int] = {}
+    misses = false_positives = switches = 0
     for frame in np.union1d(truth.frame, found.frame).tolist():
         mine = np.arange(*np.searchsorted(truth.frame, [frame, frame + 1]))
         theirs = np.arange(*np.searchsorted(found.frame, [frame, frame + 1]))
         pairs = _matches(truth, found, mine, theirs, last, together)
         for one, other in pairs:
-            before = last.get(one)
-            switches += before is not None and before[0] != other
-            fragments += before is not None and seen[one] != before[1]
-            last[one] = other, frame
+            switches += last.get(one, other) != other
+            last[one] = other
             matched[one][other] += 1
-        for one in truth.id[mine].tolist():
-            seen[one] = frame
         misses += len(mine) - len(pairs)
         false_positives += len(theirs) - len(pairs)
     return Identity(
@@ -110,7 +104,6 @@ def identity(truth: Tracks, found: Tracks) -> Identity:
         misses,
         false_positives,
         switches,
-        fragments,
         2.0 * _best_assignment(together) / max(len(truth.id) + len(found.id), 1),
         matched,
     )
@@ -121,7 +114,7 @@ def _matches(
     found: Tracks,
     mine: NDArray[np.intp],
     theirs: NDArray[np.intp],
-    last: Mapping[int, tuple[int, int]],
+    last: Mapping[int, int],
     together: defaultdict[int, Counter[int]],
 ) -> list[tuple[int, int]]:
     """Return the matches of one frame; pairs within reach are counted in `together`."""
@@ -133,7 +126,7 @@ def _matches(
     for i, j in zip(*np.nonzero(is_near), strict=True):
         one, other = int(truth.id[mine[i]]), int(found.id[theirs[j]])
         together[one][other] += 1
-        if last.get(one, (-1, -1))[0] == other:
+        if last.get(one) == other:
             cost[i, j] -= 100.0
     chosen = zip(*linear_sum_assignment(cost), strict=True)
     return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if is_near[i, j]]
@@ -167,7 +160,6 @@ class WalkAccuracy:
     steps: int
     sided: int
     sides_right: int
-    persons: int
     person_idf1: float
 
 
@@ -225,6 +217,5 @@ def _accuracy(
         steps=len(steps),
         sided=len(sides),
         sides_right=sum(sides),
-        persons=len({found_id for _, found_id in persons}),
         person_idf1=2.0 * _best_assignment(together) / max(2 * len(persons) + len(steps) - len(stepped), 1),
     )

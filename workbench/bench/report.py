@@ -3,7 +3,7 @@
 import html
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +52,8 @@ class Bench:
             "cores": self.cores,
             "times": msgspec.to_builtins(self.times()),
             "reach": [requirement.data() for requirement in self.requirements],
-            "blocks": [cost.data() for cost in self.costs],
-            "accuracy": [comparison.data() for comparison in self.comparisons],
+            "blocks": [asdict(cost) for cost in self.costs],
+            "accuracy": [asdict(comparison) for comparison in self.comparisons],
             "stability": self.stability.data() if self.stability else None,
         }
 

@@ -1,7 +1,7 @@
 """`underfoot bench`: requirements, run time against error, whole blocks, and stability; or the thesis's figures."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import click
@@ -64,7 +64,7 @@ def bench(options: BenchOptions) -> None:
         write(found, report)
     since = None if before is None else changes(before, found.times())
     if options.as_json:
-        print(json.dumps(found.data() | ({} if since is None else {"compared": since.data()})))
+        print(json.dumps(found.data() | ({} if since is None else {"compared": asdict(since)})))
     else:
         print("\n".join([text(found), *([] if since is None else ["", *since.lines()])]))
     if found.stability and found.stability.failures:
@@ -76,7 +76,7 @@ def _stress(options: BenchOptions) -> None:
     from underfoot.bench.stress.outcome import Effort
 
     found = stress.run(options.stress or "", Effort(options.times, options.seconds, options.seed), tell)
-    as_data = {name: [one.data() for one in tried] for name, tried in found.items()}
+    as_data = {name: [asdict(one) for one in tried] for name, tried in found.items()}
     print(json.dumps(as_data) if options.as_json else stress.text(found))
     failed = sum(not one.passed for tried in found.values() for one in tried)
     if failed:

@@ -1,7 +1,7 @@
 """`underfoot cost`: where a block's time goes for one patch on one floor."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -65,7 +65,7 @@ def cost(options: CostOptions) -> None:
             folder=options.patch.parent,
             simulated=options.simulated,
         )
-    print(json.dumps(found.data()) if options.as_json else "\n".join(_lines(found)))
+    print(json.dumps(asdict(found)) if options.as_json else "\n".join(_lines(found)))
 
 
 def _print_error_curve(patch: "Patch", node: str, as_json: bool) -> None:

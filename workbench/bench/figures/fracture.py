@@ -68,14 +68,14 @@ def strengths(quick: bool) -> Figure:
         bundle = FibreBundle(FIBRES, model=model)
         curves = np.array([_stress_at(at, bundle.response(ramp(3000.0), RATE, seed)) for seed in range(count)])
         mean, spread = curves.mean(axis=0), 1.96 * curves.std(axis=0)
-        critical = _critical(model, count)
+        load = critical(model, 4 * count)
         lines = (
             series(name, at, mean, colour=colour),
             series("95 % of the bundles", at, mean + spread, "dashed", "alarm"),
             series("", at, mean - spread, "dashed", "alarm"),
-            series(f"critical load {critical:.0f}", [at[0], at[-1]], [critical] * 2, "dashed", "muted"),
+            series(f"critical load {load:.0f}", [at[0], at[-1]], [load] * 2, "dashed", "muted"),
         )
-        drawings.append((Drawing(f"{name}, mean of {count}", "strain", "stress borne", lines), critical))
+        drawings.append((Drawing(f"{name}, mean of {count}", "strain", "stress borne", lines), load))
     (exact, mean_of), quasi = (found for _, found in drawings), FibreBundle(FIBRES).critical_stress
     return Figure(
         "7.6",
@@ -141,11 +141,9 @@ def energies(quick: bool) -> Figure:
 
 def played(quick: bool) -> Figure:
     """Draw figure 7.15: 350 fibres under a foot, played through ten modes."""
-    walker = gait.Walker(variation=0.0)
-    step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
-    force = step.force_n(_TIME_S)
     bundle = FibreBundle(350, mass=1e-5, damping=0.003)
-    result = bundle.response(0.97 * bundle.critical_stress * force / force.max(), RATE, seed=2)
+    force, load = footstep(bundle)
+    result = bundle.response(load, RATE, seed=2)
     draw = np.random.default_rng(4)
     frequencies = np.sort(draw.uniform(150.0, 2_500.0, 10))
     modes = frequencies, 0.15 * frequencies, (frequencies / 150.0) ** -0.5
@@ -181,14 +179,17 @@ def played(quick: bool) -> Figure:
                 (series("", 1e3 * (_TIME_S[part] - _TIME_S[part][0]), ringing[part]),),
             ),
         ),
-        (
-            Compared("fibres", "350", "350"),
-            Compared("modes", "10", "10"),
-            Compared("rate", "48 kHz", "48 kHz"),
-            Compared("fibres that failed", "not given", f"{int(result.failures.sum())} in {events.size} events"),
-        ),
+        (Compared("fibres that failed", "not given", f"{int(result.failures.sum())} in {events.size} events"),),
         "The thesis prints neither load nor modes; the spectrogram is drawn as levels in four octaves.",
     )
+
+
+def footstep(bundle: FibreBundle) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the force of a step in N, and the load by it whose peak is 97 % of a bundle's quasi-static strength."""
+    walker = gait.Walker(variation=0.0)
+    step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
+    force = step.force_n(_TIME_S)
+    return force, 0.97 * bundle.critical_stress * force / force.max()
 
 
 def windows(result: Fracture) -> NDArray[np.float64]:
@@ -215,14 +216,14 @@ def _stress_at(at: NDArray[np.float64], result: Fracture) -> NDArray[np.float64]
     return np.maximum(intact[first], 0) * at
 
 
-def _critical(model: str, count: int) -> float:
-    """Return the terminal load at which half of the bundles, or the mean one, collapse within a second."""
+def critical(model: str, count: int) -> float:
+    """Return the terminal load at which half of the bundles, of `count`, or the mean one, collapse within a second."""
     low, high, bundle = 2650.0, 2950.0, FibreBundle(FIBRES, model=model)
     if model == "exact":
-        most = low + (high - low) * (np.arange(4 * count) + 0.5) / (4 * count)
+        most = low + (high - low) * (np.arange(count) + 0.5) / count
         broken = [bundle.response(ramp(m), RATE, seed=s).failures.sum() == FIBRES for s, m in enumerate(most)]
         return float(high - (high - low) * np.mean(broken))
-    while high - low > 0.5:
+    while high - low > 0.25:  # the mean bundle keeps its last fibre: far beyond its thresholds it has collapsed
         middle = 0.5 * (low + high)
         gone = bundle.response(ramp(middle), RATE).strain[-1] > 3.0 * SCALE
         low, high = (low, middle) if gone else (middle, high)

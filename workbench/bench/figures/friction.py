@@ -111,11 +111,7 @@ def durations(quick: bool) -> Figure:
     drawn = paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
     at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, 12.0, 61), drawn.size)
     simulated = series("exact paths", at, found, "dots", "force")
-    exact = series(
-        "exact",
-        distribution.points[distribution.points < 12.0],
-        distribution.density[distribution.points < 12.0],
-    )
+    exact = _drawn("exact", distribution, 12.0)
     white = white_upcrossings(_8_6, t=times, step=1.0)
     coloured = coloured_upcrossings(_8_6, t=times, correlation_time=_COLOUR_S)
     drawings = tuple(
@@ -176,11 +172,7 @@ def regimes(quick: bool) -> Figure:
         coloured = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S)
         lines = (
             series("exact paths", at, found, "dots", "force"),
-            series(
-                "exact",
-                distribution.points[distribution.points < t_end],
-                distribution.density[distribution.points < t_end],
-            ),
+            _drawn("exact", distribution, t_end),
             series(f"decoupled, noise of {_COLOUR_S} s", times, coloured.durations(), "dashed", "events"),
         )
         drawings.append(Drawing(f"Figure 8.7 {name}", "slip duration, s", "density, 1/s", lines))
@@ -229,10 +221,7 @@ def resonance(quick: bool) -> Figure:
     lines, rows = [], []
     for noise, colour in ((0.01, "muted"), (0.02, "vibration"), (0.04, "events"), (0.08, "contact"), (0.16, "force")):
         distribution = SlipDistribution.solve(_8_9._replace(noise=noise), 40.0, 1e-3)
-        seen = distribution.period.points < 40.0
-        lines.append(
-            series(f"D = {noise:g}", distribution.period.points[seen], distribution.period.density[seen], colour=colour)
-        )
+        lines.append(_drawn(f"D = {noise:g}", distribution.period, 40.0, colour))
         share = float(distribution.period.cdf_at(40.0))
         rows.append(Compared(f"cycles shorter than 40 s, D = {noise:g}", "none without noise", f"{share:.3f}"))
     return Figure(
@@ -280,14 +269,19 @@ def _periods(values: BlockOnBelt, t_end: float, count: int) -> tuple[SlipDistrib
     at, found = density(period[period < t_end], np.linspace(0.0, t_end, 81), count)
     times = np.linspace(0.04, t_end, 800)
     coloured = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S)
-    seen = distribution.period.points < t_end
     grid = np.linspace(0.1, t_end, 300)
     lines = (
         series("exact paths", at, found, "dots", "force"),
-        series("exact", distribution.period.points[seen], distribution.period.density[seen]),
+        _drawn("exact", distribution.period, t_end),
         series(f"decoupled, noise of {_COLOUR_S} s", grid, coloured.periods(grid), "dashed", "events"),
     )
     return distribution, lines
+
+
+def _drawn(name: str, distribution: Distribution, end: float, colour: str = "vibration") -> Series:
+    """Return the density of a distribution up to `end`."""
+    seen = distribution.points < end
+    return series(name, distribution.points[seen], distribution.density[seen], colour=colour)
 
 
 def _off(crossings: Upcrossings, distribution: Distribution) -> float:

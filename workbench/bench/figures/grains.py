@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench.figures.figure import Compared, Figure, density, slope
-from underfoot.bench.figures.fracture import FIBRES, RATE, WINDOW_S, ramp, windows
+from underfoot.bench.figures.fracture import FIBRES, RATE, WINDOW_S, footstep, ramp, windows
 from underfoot.drawing import Drawing, series
-from underfoot.models import gait
 from underfoot.models.fibre_bundle.bundle import FibreBundle, Fracture
 
 _TIME_S = np.arange(RATE) / RATE
@@ -97,11 +96,8 @@ def fluctuations(quick: bool) -> Figure:
 
 def under_a_foot(quick: bool) -> Figure:
     """Draw figure 7.14: a bundle of 2000 fibres under a footstep."""
-    walker = gait.Walker(variation=0.0)
-    step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
-    force = step.force_n(_TIME_S)
     bundle = FibreBundle(FIBRES, mass=1e-5, damping=0.003)
-    load = 0.97 * bundle.critical_stress * force / force.max()
+    _, load = footstep(bundle)
     energy = np.mean([windows(bundle.response(load, RATE, seed)) for seed in range(5 if quick else 20)], axis=0)
     time_s = WINDOW_S * np.arange(energy.size)
     rising = np.gradient(load[:: RATE // 200][: energy.size]) > 0.0

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from underfoot.bench import naive, rows
-from underfoot.bench.accuracy import relative_error
+from underfoot.bench import rows
+from underfoot.bench.accuracy import CONTACTS, DAMPING_S_M, HAMMER, blow, drawn_modes
 from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 from underfoot.layouts import Memory
@@ -14,10 +14,7 @@ from underfoot.models.modal import hammer
 from underfoot.models.modal.impact import Hammer, ModalObject, strike
 
 RATE = 48_000
-MASS_KG, VELOCITY_M_S, DAMPING_S_M = 0.02, 1.0, 0.3
-"""The hammer of all figures here."""
-CONTACTS = {"soft": (1e4, 1.5), "medium": (1e7, 1.5), "hard": (1e11, 1.8)}
-"""Stiffness in N/m^a and exponent a."""
+MASS_KG, VELOCITY_M_S = HAMMER
 _ASKED = {"soft": 1e-5, "medium": 1e-5, "hard": 1e-3}
 _ERROR_OF_100 = 2.1e-6
 _BEST_NS = {(10, "soft"): 9.5, (10, "medium"): 3.6, (10, "hard"): 4.8, (100, "medium"): 17.5}
@@ -25,21 +22,6 @@ _BEST_NS = {(10, "soft"): 9.5, (10, "medium"): 3.6, (10, "hard"): 4.8, (100, "me
 _BEST_FREE_NS, _BEST_LASTING_NS = {10: 2.3, 100: 10.0}, 37.0
 """The same for free ringing, by modes, and for a hammer of 100 N resting on 10 modes."""
 _PASS = 32
-
-
-def drawn_modes(count: int) -> ModalObject:
-    """Return frequencies, decays, masses and shapes of the struck object, slow decays first.
-
-    >>> frequencies, decays, masses, shapes = drawn_modes(10)
-    >>> bool((np.diff(decays) > 0.0).all()), frequencies.size
-    (True, 10)
-    """
-    draw = np.random.default_rng(3)
-    frequencies = np.sort(draw.uniform(50.0, 5_000.0 if count <= 10 else 15_000.0, count))
-    decays = draw.uniform(5.0, 80.0, count)
-    masses, shapes = 0.1 * draw.uniform(0.3, 2.0, count), draw.uniform(0.3, 1.0, count)
-    order = np.argsort(decays)
-    return ModalObject(frequencies[order], decays[order], masses[order], shapes[order])
 
 
 def requirements(quick: bool) -> Iterable[Requirement]:
@@ -52,13 +34,10 @@ def requirements(quick: bool) -> Iterable[Requirement]:
 
 def errors(seconds: float) -> Iterator[Requirement]:
     """Yield the relative L2 error of the displacement in `seconds` after a blow, for each contact, against a solver."""
-    times = np.arange(round(seconds * RATE)) / RATE
-    for name, (stiffness, exponent) in CONTACTS.items():
-        by = Hammer(MASS_KG, VELOCITY_M_S, stiffness, exponent, DAMPING_S_M)
-        truth = naive.struck_object(by, drawn_modes(10), times, "DOP853", 1e-11, 0.25 / RATE)
-        found = strike(by, drawn_modes(10), seconds, RATE, _ASKED[name]).displacement_m
-        what = f"error of the displacement, {name}, 10 modes"
-        yield Requirement("impacts", what, relative_error(found, truth), high=_ASKED[name])
+    for name, asked in _ASKED.items():
+        task = blow(name, round(seconds * RATE))
+        found = task.error(task.methods[0].run(asked), asked)
+        yield Requirement("impacts", f"error of the displacement, {name}, 10 modes", found, high=asked)
 
 
 def timings() -> Iterator[Timing]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.bench import naive
 from underfoot.bench.accuracy import relative_error
+from underfoot.bench.figures.signals import peak_ms, strain_rate_of_step
 from underfoot.bench.requirements.requirement import Requirement
 from underfoot.bench.timing import timed
 from underfoot.models.signals import envelopes, noise, rhythm, waveshaping
@@ -101,16 +102,10 @@ def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
 def of_envelopes() -> Iterator[Requirement]:
     """Yield when the strain rate's response to a step peaks, in ms, and its error against t exp(-w0 t)."""
     w0 = 2.0 * math.pi * envelopes.STRAIN_HZ
-    coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(RATE)
-    layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
-    envelopes.design_strain_rate(*layer, float(RATE), coefficients)
-    step = np.full(RATE, envelopes.FULL_FORCE_N)
-    envelopes.run_strain_rate(step, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
+    out = strain_rate_of_step()
     time_s = (np.arange(RATE) + 0.5) / RATE  # the bilinear step is between two frames
     truth = math.e * w0 * time_s * np.exp(-w0 * time_s)
-    yield Requirement(
-        "envelopes", "a step's response peaks after", 1e3 * (int(out.argmax()) + 0.5) / RATE, "ms", 12.71, 12.75
-    )
+    yield Requirement("envelopes", "a step's response peaks after", peak_ms(out), "ms", 12.71, 12.75)
     yield Requirement("envelopes", "error against t exp(-w0 t)", relative_error(out, truth), high=1e-5)
 
 

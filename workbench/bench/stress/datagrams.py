@@ -62,8 +62,9 @@ class _Link:
         return self.parser.feed(self.transport.read(), self.transport.senders, now_s).copy()
 
 
-def _frame(number: int, tile: int, reading: int) -> bytes:
-    return encode([tile, number & 0xFFFF, (1000 * number) & 0xFFFF_FFFF, *[reading] * 4])
+def _frame(number: int, reading: int) -> bytes:
+    """Return a frame of tile 0."""
+    return encode([0, number & 0xFFFF, (1000 * number) & 0xFFFF_FFFF, *[reading] * 4])
 
 
 def _forged(times: int) -> Outcome:
@@ -72,8 +73,8 @@ def _forged(times: int) -> Outcome:
     with _Link() as link:
         for number in range(0, times, _BATCH):
             for at in range(number, number + _BATCH):
-                link.send(0, _frame(at, 0, 1000))
-                link.send(1, _frame(at + 1, 0, _FORGED))
+                link.send(0, _frame(at, 1000))
+                link.send(1, _frame(at + 1, _FORGED))
             samples = link.read(1e-3 * number)
             forged += int((samples["readings"][:, 0] == _FORGED).sum())
             taken += len(samples)
@@ -86,11 +87,11 @@ def _forged(times: int) -> Outcome:
 def _taken_over() -> Outcome:
     """Test that a tile that restarts with another address is accepted after a silence."""
     with _Link() as link:
-        link.send(0, _frame(1, 0, 1000))
+        link.send(0, _frame(1, 1000))
         first = len(link.read(0.0))
-        link.send(1, _frame(2, 0, 2000))
+        link.send(1, _frame(2, 2000))
         at_once = len(link.read(0.5 * HELD_S))
-        link.send(1, _frame(3, 0, 2000))
+        link.send(1, _frame(3, 2000))
         later = len(link.read(1.5 * HELD_S))
     found = f"left out after {0.5 * HELD_S:g} s of silence, taken after {1.5 * HELD_S:g} s"
     return Outcome("a tile that comes back from another address", 1, found, (first, at_once, later) == (1, 0, 1))

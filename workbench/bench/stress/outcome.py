@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -17,10 +16,6 @@ class Outcome:
     times: int
     found: str
     passed: bool
-
-    def data(self) -> dict[str, Any]:
-        """Return the outcome as plain data."""
-        return {"what": self.what, "times": self.times, "found": self.found, "passed": self.passed}
 
 
 @dataclass(frozen=True)
