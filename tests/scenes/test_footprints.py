@@ -2,6 +2,8 @@
 
 from itertools import combinations
 
+import numpy as np
+
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
@@ -10,7 +12,7 @@ from underfoot.scenes import discover
 from underfoot.scenes.footprints import WORDS_M
 from underfoot.scenes.moments import Moment
 from underfoot.scenes.rehearsal import rehearse
-from underfoot.scenes.shapes import Text
+from underfoot.scenes.shapes import Polygon, Text
 
 
 def test_lengths_of_steps_are_read_where_a_walker_treads_again_and_again():
@@ -37,3 +39,19 @@ def test_of_feet_that_land_together_each_has_its_own_step():
     of_second, of_first = Step(1, "t4", "left", 1.0, *[1.0] * 8), Step(2, "t3", "right", 0.9, *[1.0] * 8)
     list(scene.step(Moment(2.5, steps=(of_second, of_first))))
     assert [one.step for one in scene.prints] == [of_first, of_second]
+
+
+def test_a_left_sole_is_the_mirror_image_of_a_right_one_with_the_toes_ahead_and_inwards():
+    def sole(side):
+        scene, foot = discover()["footprints"](default_floor()), OngoingContact(1, 0.3, 0.2, 300.0, (0,), 1.0)
+        list(scene.step(Moment(1.01, (foot,))))
+        known = Step(1, "t1", side, 1.0, *[1.0] * 8, heading_deg=90.0)
+        list(scene.step(Moment(2.5, (foot,), steps=(known,))))
+        return np.concatenate([shape.points_m for shape in scene.shapes() if isinstance(shape, Polygon)])
+
+    left, right = sole("left") - (0.3, 0.2), sole("right") - (0.3, 0.2)
+    np.testing.assert_allclose(left, right * (-1.0, 1.0), atol=1e-12)
+    np.testing.assert_allclose(np.ptp(left, axis=0), (0.1, 0.28), atol=0.005)
+    toe, heel = left[np.argmax(left[:, 1])], left[np.argmin(left[:, 1])]
+    assert toe[1] > 0.13 > -0.13 > heel[1]
+    assert toe[0] > 0.0 > heel[0]

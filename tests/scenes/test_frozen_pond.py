@@ -14,6 +14,7 @@ from underfoot.scenes import discover
 from underfoot.scenes.frozen_pond import LEAST_J, MOST_J
 from underfoot.scenes.frozen_pond.cracks import Cracks
 from underfoot.scenes.rehearsal import rehearse
+from underfoot.scenes.shapes import Lines
 
 FLOOR = default_floor()
 POND = discover()["frozen-pond"]
@@ -99,3 +100,14 @@ def test_another_seed_cracks_otherwise():
     same, again, other = (pond.cracks.lines_m for pond in cracks)
     assert np.array_equal(same, again)
     assert not np.array_equal(same, other)
+
+
+def test_cracks_sink_into_the_ice_before_they_close():
+    pond = POND(FLOOR, {"most_lines": 100})
+    rehearse(pond, SimulatedFloor(FLOOR), 8.0)
+    assert pond.cracks.count > 100
+    aged = [shape for shape in pond.shapes() if isinstance(shape, Lines)][:4]
+    assert np.array_equal(np.concatenate([shape.ends_m for shape in aged]), pond.cracks.lines_m)
+    assert np.array_equal(aged[-1].ends_m, pond.cracks.latest_m(pond.cracks.count - 6))
+    assert [len(shape.ends_m) for shape in aged] == [50, 25, 19, 6]
+    assert [shape.opacity for shape in aged] == sorted({shape.opacity for shape in aged})

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
@@ -27,10 +27,15 @@ LEFT, RIGHT, EITHER, WORDS = "#3fc1c9", "#f0a63c", "#7ed491", "#dfe5ec"
 MOST_PRINTS = 60
 APART_S = 0.3
 """Longest time between the beginnings of a print and of its step, which is of feet as they turned out to be."""
-BALL = 0.19
+BALL = 0.22
 """Distance of the ball's centre from the sole's, as a share of its length."""
-SOLE_M = (0.27, 0.09)
+SOLE_M = (0.29, 0.105)
 """Length and width of a drawn sole."""
+SOLE = (
+    ((50, -12), (47, -36), (36, -50), (22, -49), (-4, -24), (-7, 2), (-4, 34), (10, 46), (24, 50), (37, 41), (46, 20)),
+    ((-17, -24), (-30, -33), (-42, -29), (-49, -8), (-49, 14), (-42, 33), (-30, 37), (-17, 34), (-13, 5)),
+)
+"""Corners of a left shoe's sole and heel, which are rounded: to the toes and outwards, in % of its length and width."""
 WORDS_M = (0.12, 0.035)
 """Space for the text of a step length."""
 
@@ -111,8 +116,7 @@ class Footprints(Scene):
 
     def shapes(self) -> Iterable[Shape]:
         for one in self.prints:
-            left = 1.0 - (self._now_s - one.ended_s) / self.given["fades_s"] if one.ended_s < math.inf else 1.0
-            yield from _shapes_of(one, min(max(left, 0.0), 1.0))
+            yield from _shapes_of(one, self._left(one) ** 2)  # at once behind the new ones, and gone slowly
         yield from self._lengths()
         low, high = self.floor.bounds_m()
         yield Text(0.5 * (low[0] + high[0]), high[1] - 0.035, counted(self.steps, "step"), 0.03, WORDS)
@@ -127,7 +131,11 @@ class Footprints(Scene):
             x, y = x + BALL * SOLE_M[0] * math.cos(heading_rad), y + BALL * SOLE_M[0] * math.sin(heading_rad)
             if all(abs(x - other[0]) > WORDS_M[0] or abs(y - other[1]) > WORDS_M[1] for other in places):
                 places.append((x, y))
-                yield Text(x, y, f"{0.1 * one.step.step_length_mm:.0f} cm", 0.018, "#ffffff")
+                yield Text(x, y, f"{0.1 * one.step.step_length_mm:.0f} cm", 0.018, "#ffffff", self._left(one))
+
+    def _left(self, one: Print) -> float:
+        """Return the share of its fading that is left to a print: 1 while the foot stands."""
+        return min(max(1.0 - max(self._now_s - one.ended_s, 0.0) / self.given["fades_s"], 0.0), 1.0)
 
     @property
     def state(self) -> str:
@@ -159,21 +167,24 @@ def _shapes_of(one: Print, opacity: float) -> Iterable[Shape]:
     x, y = one.at_m.tolist()
     step = one.step
     if step is None or not math.isfinite(step.heading_deg):
-        yield Disc(x, y, 0.045, EITHER, 0.8 * opacity)
+        yield Disc(x, y, 0.045, EITHER, 0.25 * opacity)
+        yield Disc(x, y, 0.045, EITHER, opacity, rim_m=0.004)
         yield Lines(np.array([[one.first_m, (one.contact.x_m, one.contact.y_m)]]), WORDS, 0.006, 0.6 * opacity)
         return
     colour = {"left": LEFT, "right": RIGHT}.get(step.side, EITHER)
     heading_rad = math.radians(step.heading_deg)
-    for part in _sole(x, y, heading_rad):
-        yield Polygon(part, colour, 0.85 * opacity)
+    turn = np.array([[math.cos(heading_rad), math.sin(heading_rad)], [-math.sin(heading_rad), math.cos(heading_rad)]])
+    for part in _ROUNDED:
+        yield Polygon(part * (1.0, -1.0 if step.side == "right" else 1.0) @ turn + (x, y), colour, 0.85 * opacity)
 
 
-def _sole(x: float, y: float, heading_rad: float) -> tuple[NDArray[np.float64], ...]:
-    """Return ball and heel of a sole at a place: an ellipse each, shape (n, 2)."""
-    angle = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
-    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
-    turn = np.array([[cos, sin], [-sin, cos]])
-    length, width = SOLE_M
-    ball = np.stack([0.3 * length * np.cos(angle) + BALL * length, 0.5 * width * np.sin(angle)], axis=1)
-    heel = np.stack([0.18 * length * np.cos(angle) - 0.3 * length, 0.36 * width * np.sin(angle)], axis=1)
-    return ball @ turn + (x, y), heel @ turn + (x, y)
+def _rounded(corners: ArrayLike) -> NDArray[np.float64]:
+    """Return a closed outline without its corners, in metres: each is cut at a quarter of its sides (Chaikin)."""
+    points = 0.01 * np.array(corners) * SOLE_M
+    for _ in range(2):
+        after = np.roll(points, -1, axis=0)
+        points = np.stack([0.75 * points + 0.25 * after, 0.25 * points + 0.75 * after], axis=1).reshape(-1, 2)
+    return points
+
+
+_ROUNDED = tuple(_rounded(corners) for corners in SOLE)

@@ -43,6 +43,7 @@ class Cracks:
 
     def __init__(self, low_m: Point, high_m: Point, most: int) -> None:
         self._low, self._high = np.array(low_m), np.array(high_m)
+        self.most = most
         self._ends = np.zeros((most, 2, 2))
         self.count = 0
         """Lines that ever were."""
@@ -51,13 +52,12 @@ class Cracks:
 
     @property
     def lines_m(self) -> NDArray[np.float64]:
-        """The present lines by their ends: shape (n, 2, 2)."""
-        return self._ends[: min(self.count, len(self._ends))].copy()
+        """The present lines by their ends, the oldest first: shape (n, 2, 2)."""
+        return self.latest_m(0)
 
     def latest_m(self, first: int) -> NDArray[np.float64]:
         """Return the present lines from number `first` on, counted over all that ever were: shape (n, 2, 2)."""
-        most = len(self._ends)
-        return self._ends[np.arange(max(first, self.count - most), self.count) % most]
+        return self._ends[np.arange(max(first, self.count - self.most), self.count) % self.most]
 
     def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: SeededRandom) -> float:
         """Grow the cracks by one event under a foot; return the length added.
@@ -70,7 +70,7 @@ class Cracks:
         nearest = min(self.seeds, key=lambda seed: math.dist(seed.at_m, under_m), default=None)
         if nearest is None or math.dist(nearest.at_m, under_m) > spacing_m:
             self.seeds.append(_seed(under_m, draws))
-            del self.seeds[: -len(self._ends)]
+            del self.seeds[: -self.most]
             return 0.0
         ran_m = 0.0
         for front in nearest.fronts:
@@ -87,7 +87,7 @@ class Cracks:
         begin = np.array(front.at_m)
         end = np.clip(begin + length_m * np.array(front.way), self._low, self._high)
         front.is_at_edge = bool(((end <= self._low) | (end >= self._high)).any())
-        self._ends[self.count % len(self._ends)] = begin, end
+        self._ends[self.count % self.most] = begin, end
         self.count += 1
         front.at_m = float(end[0]), float(end[1])
         return math.dist(begin, end)
