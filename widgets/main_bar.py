@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from underfoot.engine.reports import Health
 from underfoot.quantities import counted, first_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.panels import one_of_several
 from underfoot.widgets.level_slider import LevelSlider
@@ -165,14 +166,15 @@ class MainBar(QWidget):
     def set_audio_problem(self, reason: str) -> None:
         """Show in the audio button that a card that was chosen does not play, and the reason; "" if all play."""
         self.audio.setIcon(theme.icon("speaker-off", theme.ALARM) if reason else theme.icon("speaker", theme.MUTED))
-        self.audio.setToolTip(f"{reason[:1].upper()}{reason[1:]}\n{_AUDIO}" if reason else _AUDIO)
+        audio = with_native_keys(_AUDIO)
+        self.audio.setToolTip(f"{reason[:1].upper()}{reason[1:]}\n{audio}" if reason else audio)
         self.audio.setAccessibleDescription(reason)
 
     def set_recording(self, text: str) -> None:
         """Show a description of the recording; "" if there is none."""
         self.record.setChecked(bool(text))
         theme.set_role(self.record, "alarm" if text else "")
-        self.record.setToolTip(text or "Record forces and vibration (Ctrl+R)")
+        self.record.setToolTip(text or with_native_keys("Record forces and vibration (Ctrl+R)"))
 
     def set_level(self, db: float) -> None:
         """Show the output level, without emitting `level_chosen`."""
@@ -262,7 +264,7 @@ class MainBar(QWidget):
         self.menu = QToolButton()
         self.menu.setProperty("role", "flat")
         self.menu.setIcon(theme.icon("menu", theme.MUTED))
-        self.menu.setToolTip("Files, edits and help (Alt+M)")
+        self.menu.setToolTip(with_native_keys("Files, edits and help (Alt+M)"))
         self.menu.setAccessibleName("Menu")
         self.menu.setShortcut("Alt+M")
         self.menu.setMenu(menu)

@@ -24,6 +24,7 @@ from underfoot.floor.tile_parameters import TileParameters
 from underfoot.parameters import Choice, Number, declared_in
 from underfoot.quantities import number
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.controls.scrolled import scroll_in
 from underfoot.widgets.controls.tables import make_read_only, offer_copy
@@ -77,7 +78,7 @@ class PlatePage(QWidget):
         theme.wrap(about, self.verdict)
         self.table = _table()
         self.back, self.report = QPushButton("Back"), QPushButton("Save a report…")
-        self.back.setToolTip("To the calibrations (Alt+Left)")
+        self.back.setToolTip(with_native_keys("To the calibrations (Alt+Left)"))
         self.report.setToolTip("A page with table and picture, in a folder")
         self.drawings = DrawingColumn()
         self._lay_out(form, (self.title, about), (self.report, self.back))

@@ -23,6 +23,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, plays_sound
 from underfoot.widgets.calibrate.result_view import ResultView
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scroll_in
 from underfoot.widgets.controls.tab_order import set_tab_order
@@ -351,7 +352,9 @@ class Wizard(QWidget):
         )
         self.backing = _button(
             "Back",
-            "The previous page, or place; what was measured since is discarded, other places stay (Alt+Left)",
+            with_native_keys(
+                "The previous page, or place; what was measured since is discarded, other places stay (Alt+Left)"
+            ),
             self._back,
         )
         self.backing.setShortcut("Alt+Left")

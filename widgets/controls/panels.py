@@ -10,6 +10,7 @@ from underfoot.drawing.look import heat_table
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.header_row import HeaderRow
+from underfoot.widgets.controls.key_names import with_native_keys
 
 
 def with_header(
@@ -47,7 +48,7 @@ def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> Q
     button = QToolButton()
     button.setProperty("role", "tab" if checkable else "flat")
     button.setText(text)
-    button.setToolTip(tip)
+    button.setToolTip(with_native_keys(tip))
     button.setAccessibleName(text if any(map(str.isalnum, text)) else tip)  # a sign alone is not read out
     button.setCheckable(checkable)
     if icon:
@@ -69,7 +70,7 @@ def chip(
     button.setCheckable(checkable)
     button.setChecked(checked)
     button.setProperty("role", "chip")
-    button.setToolTip(tip)
+    button.setToolTip(with_native_keys(tip))
     return button
 
 
@@ -79,7 +80,7 @@ def one_of_several(text: str, tip: str, role: str = "tab", parent: QWidget | Non
     """
     button = QPushButton(text, parent)
     button.setProperty("role", role)
-    button.setToolTip(tip)
+    button.setToolTip(with_native_keys(tip))
     button.setCheckable(True)
     button.setAutoExclusive(True)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -76,7 +76,7 @@ def _name_step(action: QAction, word: str, text: str) -> None:
     """Set an action's text to `word` and the name of its undo step."""
     words = f"{word}: {_lower_first(text)}" if text else word
     action.setText(literal(words))
-    action.setToolTip(f"{words} ({action.shortcut().toString()})")
+    action.setToolTip(f"{words} ({action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)})")
 
 
 def _lower_first(text: str) -> str:

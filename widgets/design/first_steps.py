@@ -7,6 +7,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 
 STEPS = {
     "play": "Press Space: a simulated person walks over the floor, and each step sounds.",
@@ -79,7 +80,7 @@ class FirstSteps(QFrame):
         left = self.remaining
         self._count.setText("FIRST STEPS  " + "".join("○" if name in left else "●" for name in STEPS))
         text = STEPS[left[0]] if left else ALL_DONE_TEXT
-        self.text.setText(SILENT_TEXT if self._is_silent and text == STEPS["play"] else text)
+        self.text.setText(with_native_keys(SILENT_TEXT if self._is_silent and text == STEPS["play"] else text))
         theme.set_role(self.text, "" if left else "good")
 
     def _dismiss(self) -> None:

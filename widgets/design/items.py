@@ -13,6 +13,7 @@ from underfoot.patch.patch import PlacedNode
 from underfoot.patch.wiring import Wire, port_name
 from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.design.marks import below_far_marks, button_at, is_inactive, paint_far_marks, paint_marks
 from underfoot.widgets.design.node_geometry import (
     PAD,
@@ -199,7 +200,7 @@ class NodeItem(QGraphicsItem):
             names = ", ".join(row.text for row in self.description.drivable if row.end not in self.driven)
             self.setToolTip(f"A wire may also drive: {names}")
         elif self.button_at(event.scenePos()):
-            self.setToolTip("Hear this node alone (A; Shift+A on all tiles)")
+            self.setToolTip(with_native_keys("Hear this node alone (A; Shift+A on all tiles)"))
         elif event.pos().y() < TITLE:
             doc, title = pretty_text(self.description.doc), self.description.title
             cut = QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title) > WIDEST_TITLE

@@ -20,6 +20,7 @@ from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design import preset_drops
 from underfoot.widgets.design.headed_list import HeadedList, Index
@@ -140,7 +141,8 @@ class PresetList(HeadedList):
         menu = Menu(self)
         star = "Take from ★" if item.data(_IS_STARRED) else "Keep under ★"
         menu.addAction("Open\tReturn", partial(self.chosen.emit, preset))
-        menu.addAction("Put into the patch\tShift+Return", partial(self.insertion_requested.emit, preset))
+        putting = with_native_keys("Put into the patch\tShift+Return")
+        menu.addAction(putting, partial(self.insertion_requested.emit, preset))
         menu.addAction(f"{star}\t*", partial(self.starred.emit, preset))
         if preset.is_user_preset:
             menu.addAction("Delete…\tDel", partial(self.deletion_requested.emit, preset))

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QVBoxLayout, QWidget
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset, all_presets, ranked
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.panels import chip, one_of_several
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
@@ -150,9 +151,8 @@ class PresetPanel(QWidget):
         self._auditioned = self.list.current()
         if self._auditioned is not None:
             self.audition_changed.emit(self._auditioned)
-            self.notified.emit(
-                f"Hearing {self._auditioned.title}. Enter opens it, Shift+Enter puts it into your patch, Esc goes back."
-            )
+            keys = with_native_keys("Enter opens it, Shift+Enter puts it into your patch, Esc goes back.")
+            self.notified.emit(f"Hearing {self._auditioned.title}. {keys}")
 
     def _enter(self, with_shift: bool) -> None:
         """Open the current preset, or else the first; with Shift, insert it into the patch."""

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QDialogButtonBox, QGridLayout, QScrollArea, QVBoxL
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.key_names import with_native_keys
 
 _SUN_KEY = re.compile(r"F(1[3-9]|[23]\d)")
 
@@ -33,7 +34,7 @@ class ShortcutsDialog(Dialog):
             for what, key in keys:
                 row = grid.rowCount()
                 grid.addWidget(theme.label(what), row, 0)
-                grid.addWidget(theme.label(key, "muted"), row, 1)
+                grid.addWidget(theme.label(with_native_keys(key), "muted"), row, 1)
         grid.setRowStretch(grid.rowCount(), 1)
         grid.setColumnStretch(1, 1)
         area = QScrollArea()

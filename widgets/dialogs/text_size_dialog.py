@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.key_names import with_native_keys
 
 SAMPLE = "Level −12.0 dB"
 
@@ -20,7 +21,7 @@ class TextSizeDialog(Dialog):
         self.sample = theme.label(SAMPLE)
         explained = theme.paragraph(
             "Text, rows and nodes have this size when Underfoot has started again. What is open comes back, saved or"
-            " not, and can still be undone; only the sound pauses. Ctrl++ and Ctrl+- choose on.",
+            + with_native_keys(" not, and can still be undone; only the sound pauses. Ctrl++ and Ctrl+- choose on."),
             "muted",
         )
         buttons = QDialogButtonBox()

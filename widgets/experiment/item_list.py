@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.scrolled import scroll_area
 
 LIST_PX = 28 * theme.GRID
@@ -58,7 +59,7 @@ class ItemList(QWidget):
                 (self.down, "Alt+Down", f"Move the {what} down"),
             )
         ):
-            button.setToolTip(f"{says} ({key})")
+            button.setToolTip(with_native_keys(f"{says} ({key})"))
             button.setAccessibleName(says)
             shortcut = QShortcut(QKeySequence(key), self.list)
             shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)

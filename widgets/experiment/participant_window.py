@@ -13,6 +13,7 @@ from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarg
 from underfoot.widgets import theme
 from underfoot.widgets.controls.announcing import announce
 from underfoot.widgets.controls.full_screen import FullScreenWindow
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.scrolled import Scrolled
 from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held, questions_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
@@ -232,7 +233,7 @@ def _hint(runner: Runner, form: AnswerForm) -> str:
             return "Press Space, or click."
         case Phase.ANSWERING if runner.may_play:
             left = counted(page.plays - runner.plays, "time")
-            key = "Ctrl+Space" if form.fields else "Space"  # in a text field, Space is a character
+            key = with_native_keys("Ctrl+Space") if form.fields else "Space"  # in a text field, Space is a character
             return f"{form.hint_text} {key} plays it again, {left} more."
         case Phase.ANSWERING:
             return form.hint_text

@@ -29,6 +29,7 @@ from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.panels import one_of_several
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scroll_area
@@ -71,7 +72,7 @@ class ProtocolEditor(QWidget):
         self.title = theme.label("", "title")
         self.save_button, self.close_button = QPushButton("Save"), QPushButton("Close")
         self.save_button.setProperty("role", "primary")
-        self.save_button.setToolTip("Save the protocol, and go on with it (Ctrl+S)")
+        self.save_button.setToolTip(with_native_keys("Save the protocol, and go on with it (Ctrl+S)"))
         self.close_button.setToolTip("Back to the studies; what was saved is chosen there (Esc)")
         self.problem, self.note = theme.paragraph("", "alarm"), theme.paragraph("", "muted")
         self.history = DraftHistory(self)

@@ -34,6 +34,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.file_dialog import ask_file, file_dialog
 from underfoot.widgets.controls.inline_edit import InlineEdit
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
@@ -377,7 +378,7 @@ class RecordingList(QWidget):
         for item in self._items():
             known = f"{item.text()} {item.data(_WORDS) or ''}".casefold()
             item.setHidden(not all(word in known for word in words))
-        self.empty_text.setText(NOT_FOUND if self.list.count() else NOTHING)
+        self.empty_text.setText(NOT_FOUND if self.list.count() else with_native_keys(NOTHING))
         self.empty_text.setVisible(all(item.isHidden() for item in self._items()))
         self.delete.setEnabled(bool(self.chosen_paths()))
 

@@ -17,6 +17,7 @@ from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.file_dialog import documents_folder
+from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.panels import column, tool_button, with_header
 from underfoot.widgets.controls.scrolled import scrolling
@@ -90,7 +91,7 @@ class RecordingsWorkspace(Workspace):
         yield from self._build()
         yield
         self._connect()
-        self.axis.show_content(None, NOTHING)
+        self.axis.show_content(None, with_native_keys(NOTHING))
         self._enable()
 
     # --- as a workspace ---
@@ -331,10 +332,9 @@ class RecordingsWorkspace(Workspace):
     def _use_here(self, path: Path) -> str:
         """Return why a recording can be neither renamed nor deleted now, with what to do; "" if it can."""
         if self.follower.is_written(path):
-            return f"{path.name} is being recorded; stop that with Ctrl+R first"
-        if self.exporting.is_reading(path):
-            return f"{path.name} is being exported; stop that, or wait until it is done"
-        return ""
+            return with_native_keys(f"{path.name} is being recorded; stop that with Ctrl+R first")
+        exported = f"{path.name} is being exported; stop that, or wait until it is done"
+        return exported if self.exporting.is_reading(path) else ""
 
     def _show_renamed(self, old: Path, new: Path) -> None:
         self._renaming = None
@@ -370,7 +370,7 @@ class RecordingsWorkspace(Workspace):
         if set(paths) & set(self.comparison.paths):
             self._show_opened_page()
         if any(map(self._is_open, paths)):
-            self._close_recording(NOTHING)
+            self._close_recording(with_native_keys(NOTHING))
             self.reader.close_file()
 
     def _show_menu(self, on_axis: Iterable[tuple[str, str, Callable[[], object]]], place: QPoint) -> None:
