@@ -34,8 +34,10 @@ def framed(drawing, width=640, height=400, margins=None):
 
 def test_a_drawing_has_its_title_labels_and_legend_around_the_axes():
     lines = tuple(series(name, [0, 1], [0, 1]) for name in ("first", "second", ""))
+    lines += (Series("one of many", *lines[0].x[None].repeat(2, 0), in_legend=False),)
     frame = framed(Drawing("Title", "time, s", "level, m/s^2", lines))
     words = texts(frame)
+    assert "one of many" not in words
     assert {"Title", "time, s →", "↑ level, m/s²", "first", "second"} <= words.keys()
     assert words["Title"].y < words["first"].y == words["second"].y < words["↑ level, m/s²"].y < frame.area.top
     assert words["time, s →"].y > words["0"].y > frame.area.bottom

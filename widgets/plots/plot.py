@@ -150,7 +150,7 @@ def _frame_key_of(drawing: Drawing) -> FrameKey | None:
     legend = tuple(
         (series.name, series.style, series.colour, series.right)
         for series in drawing.series
-        if series.name or series.right
+        if series.has_key or series.right
     )
     axes = (drawing.x, drawing.y, drawing.right, drawing.x_log, drawing.y_log, drawing.equal)
     return (drawing.title, *axes, *given, *legend)

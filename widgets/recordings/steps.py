@@ -172,32 +172,40 @@ class RecordedSteps(QWidget):
         selected = self.table.selected_steps()
         if len(selected) == 1 and (number := self._number_of(selected[0])) != self._choice:
             self._choice = number
-            self._draw()
             self.chosen.emit(number)
+        self._draw()
 
     def _number_of(self, step: Step) -> int:
         return next(number for number in self._visible if self._steps[number].step is step)
 
     def _draw(self) -> None:
-        curves = [self._steps[number].force_n for number in self._visible if len(self._steps[number].force_n) == STANCE]
+        steps = [self._steps[number] for number in self._visible]
         chosen = self._steps[self._choice] if 0 <= self._choice < len(self._steps) else None
-        self.plot.show_drawing(stance_drawing(curves, chosen, self._waits_for or "no steps"))
+        selected = set(map(id, self.table.selected_steps()))
+        if len(selected) > 1:
+            steps, chosen = [one for one in steps if id(one.step) in selected], None
+        self.plot.show_drawing(stance_drawing(steps, chosen, self._waits_for or "no steps"))
 
 
-def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = None, note: str = "") -> Drawing:
-    """Return a drawing of stance curves, with their mean and a band of one standard deviation; or a note without any.
+def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: str = "") -> Drawing:
+    """Return a drawing of the curves of steps, with mean and a band of one standard deviation; or a note without any.
 
-    >>> [one.name for one in stance_drawing([np.zeros(101), np.ones(101)]).series if one.name]
-    ['± 1 SD', 'mean of 2']
+    >>> from underfoot.floor.footsteps import Step
+    >>> steps = [Stance(Step(k, "t1", "left", k, 600.0, *[0.0] * 7), (100.0 * k,) * 101) for k in (1, 2)]
+    >>> [one.name for one in stance_drawing(steps).series]
+    ['± 1 SD', 'step 1', 'step 2', 'mean of 2']
     """
     series = []
-    if len(curves):
-        mean = stance_curve(curves)
-        if len(curves) > 1:
+    known = [one for one in steps if len(one.force_n) == STANCE]
+    if known:
+        mean = stance_curve([one.force_n for one in known])
+        if len(known) > 1:
             series.append(band(mean, "± 1 SD"))
-        for curve in curves[:: max(1, -(-len(curves) // MAX_CURVES))]:
-            series.append(Series("", PERCENT, np.array(curve), colour="faint"))
-        series.append(Series(f"mean of {len(curves)}", PERCENT, mean.mean_n, colour="force"))
+        for one in known[:: max(1, -(-len(known) // MAX_CURVES))]:
+            if one is not chosen:
+                name = f"step {one.step.step}"
+                series.append(Series(name, PERCENT, np.array(one.force_n), colour="faint", in_legend=False))
+        series.append(Series(f"mean of {len(known)}", PERCENT, mean.mean_n, colour="force"))
     if chosen is not None and len(chosen.force_n) == STANCE:
         series.append(Series(f"step {chosen.step.step}", PERCENT, np.array(chosen.force_n), colour="contact"))
     largest = max((float(np.max(one.y)) for one in series), default=0.0)

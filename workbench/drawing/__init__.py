@@ -21,12 +21,13 @@ Range = tuple[float, float]
 class Series(Struct, frozen=True):
     """One set of points: `x` and `y` of equal length n; `to` [n, 2], the ends of arrows.
 
-    - `name`: label in the legend; "" leaves it out.
+    - `name`: label in the legend, and in tables; "" leaves it out.
     - `style`: "line", "dashed" or "dots"; "arrows" from each point to its end; "stems" up to each point from the
       bottom of the plot; "heat" fills between the line and the left end of the x axis, in the colours of a heat map;
       "area" fills the outline given by the points, faintly.
     - `colour`: a name in `COLOURS`.
     - `right`: whether `y` belongs to the axis on the right.
+    - `in_legend`: whether the legend has its name: of many alike it has none, while a table tells them apart.
 
     Points that are not finite are left out, and break a line; so are points at or below 0 on a logarithmic axis.
     """
@@ -38,6 +39,12 @@ class Series(Struct, frozen=True):
     colour: str = "vibration"
     to: NDArray[np.float64] | None = None
     right: bool = False
+    in_legend: bool = True
+
+    @property
+    def has_key(self) -> bool:
+        """Whether the legend names it."""
+        return bool(self.name) and self.in_legend
 
 
 class ReferenceLine(Struct, frozen=True):

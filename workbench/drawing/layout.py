@@ -126,7 +126,7 @@ def _legend_inside(drawing: Drawing, area: Box, measure: Measure) -> Iterator[Sh
 
     One series has none, and what is wider than two thirds of the axes is left out.
     """
-    named = [series for series in drawing.series if series.name and not series.right]
+    named = [series for series in drawing.series if series.has_key and not series.right]
     room = area.width * 2.0 / 3.0
     rows = _legend_rows(named, room, measure)
     if len(named) < 2 or len(rows) != 1:
@@ -158,7 +158,7 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     for line in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, bold=True)):
         shapes.append(Text(line, _PAD, top + 16.0, "text", "start", TITLE_PX, bold=True))
         top += _TITLE_LINE_PX
-    for row in _legend_rows([series for series in drawing.series if series.name], room, measure):
+    for row in _legend_rows([series for series in drawing.series if series.has_key], room, measure):
         for left, one in row:
             shapes += _legend_entry(one, left, top)
         top += _LINE_PX
