@@ -121,7 +121,7 @@ def test_c3d_of_more_frames_than_a_header_can_tell_is_whole(tmp_path):
     assert ezc3d.c3d(str(output))["parameters"]["ANALOG"]["RATE"]["value"] == [1000.0]
 
 
-def test_c3d_that_no_header_can_tell_is_refused(tmp_path):
+def test_c3d_and_mat_of_more_than_a_header_can_tell_are_refused(tmp_path):
     floor = default_floor(15, 17)
     said = {"patch": Patch(title="Made").dumps().decode(), "folder": "", "floor": floor.dumps().decode()}
     writer = Writer(tmp_path / "day.underfoot", said | {"rate": "48000", "force_rate": "1000.0", "target": "simulator"})
@@ -133,7 +133,9 @@ def test_c3d_that_no_header_can_tell_is_refused(tmp_path):
     writer.close()
     with Recording(tmp_path / "day.underfoot") as recording, pytest.raises(BadFile, match="allowed: 2097 s"):
         formats()[".c3d"].write(ExportSource(recording), tmp_path / "day.c3d")
-    assert not (tmp_path / "day.c3d").exists()
+    with Recording(tmp_path / "day.underfoot") as recording, pytest.raises(BadFile, match=r"allowed: 2\.1 GB"):
+        formats()[".mat"].write(ExportSource(recording), tmp_path / "day.mat")
+    assert [file.name for file in tmp_path.iterdir()] == ["day.underfoot"]
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".h5", ".mat", ".c3d", ".wav"])
