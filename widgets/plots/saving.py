@@ -1,9 +1,9 @@
-"""Saving of a plot to a file, as a picture or as numbers."""
+"""Saving of a plot to a file, as a picture or as numbers; and copying of the picture."""
 
 from pathlib import Path
 
 from PySide6.QtCore import QBuffer, QByteArray
-from PySide6.QtGui import QContextMenuEvent, QImage, QImageWriter
+from PySide6.QtGui import QContextMenuEvent, QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QWidget
 
 from underfoot.drawing import Drawing
@@ -22,8 +22,9 @@ KINDS = (("Picture", ".svg"), ("Picture", ".png"), ("Data", ".csv"))
 
 
 def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None:
-    """Show a menu to save a plot."""
+    """Show a menu to copy or save a plot."""
     menu = Menu(plot)
+    menu.addAction("Copy picture").triggered.connect(lambda: QGuiApplication.clipboard().setImage(_picture(plot)))
     for kind, suffix in KINDS:
         text = f"Save {kind.lower()} ({suffix})…"
         menu.addAction(text).triggered.connect(lambda _=False, suffix=suffix: _ask(plot, drawing, suffix))
@@ -37,13 +38,17 @@ def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
     elif path.suffix.lower() == ".csv":
         write_file(path, csv(drawing).encode())
     else:
-        image = QImage(plot.size() * PICTURE_SCALE, QImage.Format.Format_RGB32)
-        image.setDevicePixelRatio(PICTURE_SCALE)
-        plot.render(image)
         buffer = QBuffer()
         buffer.open(QBuffer.OpenModeFlag.WriteOnly)
-        QImageWriter(buffer, QByteArray(b"png")).write(image)
+        QImageWriter(buffer, QByteArray(b"png")).write(_picture(plot))
         write_file(path, bytes(buffer.data().data()))
+
+
+def _picture(plot: QWidget) -> QImage:
+    image = QImage(plot.size() * PICTURE_SCALE, QImage.Format.Format_RGB32)
+    image.setDevicePixelRatio(PICTURE_SCALE)
+    plot.render(image)
+    return image
 
 
 def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:

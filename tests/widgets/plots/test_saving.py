@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QColor, QContextMenuEvent, QImage, QPainter
+from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox, QToolButton
 
@@ -28,12 +28,25 @@ def plot(qtbot):
     return made
 
 
-@pytest.mark.parametrize("suffix", [suffix for _, suffix in saving.KINDS])
-def test_the_menu_saves_what_is_shown(plot, tmp_path, suffix):
+def ask(plot, words):
+    """Choose what has these words in the plot's context menu."""
     QApplication.sendEvent(plot, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(9, 9), QPoint(9, 9)))
     menu = plot.findChild(QMenu)
-    next(action for action in menu.actions() if suffix in action.text()).trigger()
+    next(action for action in menu.actions() if words in action.text()).trigger()
     menu.close()
+
+
+def test_the_menu_copies_the_picture_that_it_would_save(plot, tmp_path):
+    ask(plot, "Copy picture")
+    saving.save(plot, DRAWING, tmp_path / "creep.png")
+    format = QImage.Format.Format_RGB32
+    copied = QGuiApplication.clipboard().image().convertToFormat(format)
+    assert copied == QImage(str(tmp_path / "creep.png")).convertToFormat(format)
+
+
+@pytest.mark.parametrize("suffix", [suffix for _, suffix in saving.KINDS])
+def test_the_menu_saves_what_is_shown(plot, tmp_path, suffix):
+    ask(plot, suffix)
     dialog = plot.findChild(QFileDialog)
     back = dialog.findChild(QToolButton, "backButton").icon().pixmap(32).toImage()
     assert back == theme.icon("arrow-left", theme.TEXT).pixmap(32).toImage()
@@ -67,8 +80,7 @@ def test_a_file_that_cannot_be_written_is_said(plot, tmp_path, qtbot):
     for _, suffix in saving.KINDS:
         with pytest.raises(BadFile, match="cannot be written"):
             saving.save(plot, DRAWING, tmp_path / "missing" / f"a{suffix}")
-    QApplication.sendEvent(plot, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(9, 9), QPoint(9, 9)))
-    plot.findChild(QMenu).actions()[0].trigger()
+    ask(plot, ".svg")
     plot.findChild(QFileDialog).fileSelected.emit(str(tmp_path / "<b>missing" / "a.svg"))
     box = plot.findChild(QMessageBox)
     assert "<b>missing" in box.text()
