@@ -8,6 +8,7 @@ from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.rig import PressRequest
 from underfoot.errors import BadMeasurement
+from underfoot.floor.profile import Profile
 
 QUICK = {"loadings": 2, "hold_s": 2.0, "full_scale_n": 400.0}
 
@@ -20,7 +21,11 @@ def test_a_sum_that_is_off_in_the_middle_is_not_good_though_each_sensor_is():
 
     good, bad = run(FsrProcedure(TILE), Hand(), QUICK), run(FsrProcedure(TILE), Hand(counts), QUICK)
     assert good.good
-    assert good.figures["foot_expanded_percent"] < 1.0
+    assert good.figures["foot_expanded_percent"] == pytest.approx(1.0, abs=0.05)  # all of it the load cell's
+    named = "load cell, uncertain by 3 % of full scale (k = 2)"
+    worse = run(FsrProcedure(TILE), Hand(), QUICK | {"reference_percent": 3.0})
+    assert worse.figures["foot_expanded_percent"] == pytest.approx(3.0, abs=0.05)
+    assert worse.apply(Profile(tile="t1")).fsr.reference == named
     assert not bad.good
     assert bad.figures["foot_error_percent"] == pytest.approx(10.0, rel=0.05)
     assert "It was 10.0 % off in the middle; 5 % is allowed." in bad.verdict

@@ -102,6 +102,7 @@ class PagedProcedure:
             return
         if page.wants_press:
             raise BadValue(f"{page.title}: this page takes a press, not an answer")
+        values = {name: value for name, value in values.items() if value is not None}
         unknown = set(values) - {ask.name for ask in page.questions}
         if unknown:
             raise BadValue(f"{page.title} does not ask for {sorted(unknown)[0]}")

@@ -21,7 +21,7 @@ from underfoot.errors import DeviceError
 from underfoot.parameters import Parameter
 
 Answers = Mapping[str, Any]
-"""Answers to pages, by name; each value is checked by its parameter."""
+"""Answers to pages, by name; each value is checked by its parameter, and None is its default."""
 
 
 @dataclass(frozen=True)

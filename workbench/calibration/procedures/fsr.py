@@ -13,6 +13,7 @@ from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasure
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
 from underfoot.calibration.paged import EMPTY_TILE, PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress
+from underfoot.calibration.reference import OF_FORCE, require_given, uncertain_by
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
@@ -64,6 +65,7 @@ class FsrCalibration(Calibration):
     file_options = ("pairs",)
 
     pairs: Path | None = option("CSV of readings with reference forces: time_s,tile,sensor,reading,force_n.", None)
+    reference_percent: float | None = option(OF_FORCE.doc, None)
     divider_ohm: float | None = option("Resistor in series with a sensor; also tries the curve R = Rs/F + R0.", None)
     divider_falling: bool = option("The reading falls with force.", False)
 
@@ -71,6 +73,7 @@ class FsrCalibration(Calibration):
         super().check(target)
         if self.divider_ohm is not None and not self.divider_ohm > 0.0:
             raise BadValue(f"--divider-ohm is {self.divider_ohm:g}; allowed: above 0")
+        require_given(OF_FORCE, self.reference_percent)
 
     def procedure(self, setup: MeasurementSetup) -> "FsrProcedure":
         suggested = LOAD_CELL if setup.has_load_cell else KNOWN_WEIGHTS
@@ -79,7 +82,7 @@ class FsrCalibration(Calibration):
     def answers(self, has_load_cell: bool) -> Answers:
         if not has_load_cell:
             raise BadValue("--cell is missing; allowed: a load cell, as 9.1:0.05:120; weights are typed in the window")
-        return {"reference": LOAD_CELL}
+        return {"reference": LOAD_CELL, "reference_percent": self.reference_percent}
 
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
         from underfoot.calibration.results.fsr import result_of
@@ -90,7 +93,8 @@ class FsrCalibration(Calibration):
 
         def analyse(profile: "Profile") -> Result:
             try:
-                return result_of(linearise(pairs, self._divider()), f"pairs of {path.name}")
+                reference = f"pairs of {path.name}{uncertain_by(self.reference_percent, '% of full scale')}"
+                return result_of(linearise(pairs, self._divider()), reference)
             except BadValue as error:
                 raise BadFile(f"{path}: {error}") from None
 
@@ -128,14 +132,14 @@ class FsrProcedure(PagedProcedure):
         self, tile: "Tile", divider: "VoltageDivider | None" = None, reference: str = LOAD_CELL, cell: str = LOAD_CELL
     ) -> None:
         self._tile, self._divider, self._cell = tile, divider, cell
-        self._full_n = DEFAULT_FULL_N
+        self._full_n, self._reference_percent = DEFAULT_FULL_N, OF_FORCE.default
         self._reference = reference
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
         super().__init__(Page("setup", "Forces", instruction, questions=_setup_questions(reference)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the steps of all sensors, with a load cell or with known weights."""
-        self._reference = answers["reference"]
+        self._reference, self._reference_percent = answers["reference"], answers["reference_percent"]
         if self._reference == LOAD_CELL:
             self._full_n = answers["full_scale_n"]
             sensors = [self._by_load_cell(j, answers["loadings"], answers["hold_s"]) for j in range(4)]
@@ -186,13 +190,14 @@ class FsrProcedure(PagedProcedure):
                 break
         found = linearise(self._pairs(shares), self._divider, hysteresis=self._reference == LOAD_CELL)
         found = replace(found, foot=self._foot(found))
-        result = result_of(found, self._cell if self._reference == LOAD_CELL else self._reference)
+        name = self._cell if self._reference == LOAD_CELL else self._reference
+        result = result_of(found, name + uncertain_by(self._reference_percent, "% of full scale"))
         tares = {step.sensor: _at_rest(readings) for step, readings, _ in self._step_data_of_sensors() if step.is_tare}
-        drifts = drift_warnings([sensor.curve for sensor in found.sensors], tares, found.full_scale_n)
         pressed = [
             ("foot", "time_s,r1,r2,r3,r4,force_n", np.column_stack([one.time_s, one.values, self._load_cell(one)]))
             for one in self._pressed_by_foot()
         ]
+        drifts = drift_warnings(found.curves, tares, found.full_scale_n)
         warnings = (*result.warnings, *share_warnings(shares), *drifts)
         return replace(result, warnings=warnings, raw=(*result.raw, *pressed))
 
@@ -444,7 +449,7 @@ class FsrProcedure(PagedProcedure):
         tare = next(readings for step, readings, _ in reversed(self._step_data_of_sensors()) if step.is_tare)
         force_n = self._load_cell(pressed[0]) - self._zero_n(tare, 0.0)
         every = reduce(Readings.followed_by, (data.readings for data in self.step_data()))
-        return check_foot([sensor.curve for sensor in found.sensors], found.full_scale_n, every, force_n)
+        return check_foot(found.curves, found.full_scale_n, every, force_n, self._reference_percent)
 
     def _share_of_others(self, found: "Linearisation", j: int) -> float:
         """Return the share of the loads over sensor `j` that the other sensors carry, by the curves `found`."""
@@ -459,7 +464,7 @@ class FsrProcedure(PagedProcedure):
         values = np.concatenate([readings.values for readings, _ in loaded])[::10]
         load = np.concatenate([self._load_cell(readings) for readings, _ in loaded])[::10]
         time_s = np.concatenate([readings.time_s for readings, _ in loaded])[::10]
-        return share_of_others([sensor.curve for sensor in found.sensors], j, time_s, values, load)
+        return share_of_others(found.curves, j, time_s, values, load)
 
 
 def _setup_questions(reference: str) -> tuple[Parameter, ...]:
@@ -471,6 +476,7 @@ def _setup_questions(reference: str) -> tuple[Parameter, ...]:
     often = "How often each sensor is loaded, with a load cell."
     return (
         ask("reference", Choice(reference, options=REFERENCES, doc=compared)),
+        OF_FORCE,
         ask("full_scale_n", full),
         ask("loadings", Count(3, low=1, high=20, label="Loadings of each sensor", doc=often)),
         ask("hold_s", Number(10.0, 2.0, 100.0, unit="s", doc="How long a force is held, to measure creep.")),

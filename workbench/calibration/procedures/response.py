@@ -9,6 +9,7 @@ import numpy as np
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.paged import SoundProcedure, Step
 from underfoot.calibration.procedure import Answers, Page
+from underfoot.calibration.reference import OF_ACCELERATION, require_given
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
@@ -29,9 +30,6 @@ LOUDEST = 0.45
 """Largest peak that is played: its mean square stays below the limit of the safety stage."""
 SENSITIVITY = 100.0
 """Default m/s^2 at full scale of the input: the range of the simulated accelerometer."""
-REFERENCE_PERCENT, MOST_PERCENT = 10.0, 50.0
-"""Expanded uncertainty of the accelerometer by default, the usual tolerance of a data sheet's sensitivity, and at most.
-"""
 SWEEP_HZ = (10.0, 2000.0)
 
 _PLACES = {
@@ -67,9 +65,7 @@ class ResponseCalibration(Calibration):
     sensitivity: float | None = option(
         "m/s^2 at full scale of the input; by default 1 for files, 100 on a target.", None
     )
-    reference_percent: float | None = option(
-        "Expanded uncertainty (k = 2) of the accelerometer, % of an acceleration; by default 10 on a target.", None
-    )
+    reference_percent: float | None = option(OF_ACCELERATION.doc, None)
     order: int = option("Order of the equaliser: even, 2 to 24.", 14)
     level: float | None = option("Level on a target, in full scale: 0.01 to 0.45.", None)
     load: str = option(
@@ -85,8 +81,7 @@ class ResponseCalibration(Calibration):
             raise BadValue(f"--sensitivity is {self.sensitivity:g}; allowed: above 0, below 1e9 m/s^2")
         if self.order % 2 or not 2 <= self.order <= MOST_ORDER:
             raise BadValue(f"--order is {self.order}; allowed: even numbers 2 to {MOST_ORDER}")
-        if self.reference_percent is not None and not 0.0 <= self.reference_percent <= MOST_PERCENT:
-            raise BadValue(f"--reference-percent is {self.reference_percent:g}; allowed: 0 to {MOST_PERCENT:g} %")
+        require_given(OF_ACCELERATION, self.reference_percent)
         if self.load not in LOADS:
             raise BadValue(f"--load is {self.load}; allowed: {', '.join(LOADS)}")
 
@@ -95,8 +90,7 @@ class ResponseCalibration(Calibration):
 
     def answers(self, has_load_cell: bool) -> Answers:
         names = ("order", "sensitivity", "reference_percent", "level", "load")
-        given = {name: getattr(self, name) for name in names}
-        return {name: value for name, value in given.items() if value is not None}
+        return {name: getattr(self, name) for name in names}
 
     @property
     def skips_optional(self) -> bool:
@@ -321,7 +315,6 @@ def _setup_questions(sensitivity: float) -> tuple[Parameter, ...]:
     from underfoot.models.filtering.equaliser import MOST_ORDER
 
     doc = "Acceleration at which the input is at full scale, by the accelerometer's data sheet."
-    of_doc = "Expanded (k = 2), with its input and its mounting: some 3 % by a certificate, 10 % by a data sheet alone."
     load_doc = (
         "What is on the tile where the equaliser is to be flat: nobody, a person in its middle, or a foot on a corner."
     )
@@ -330,12 +323,7 @@ def _setup_questions(sensitivity: float) -> tuple[Parameter, ...]:
             "sensitivity",
             Number(sensitivity, 1e-3, 1e6, unit="m/s^2", scale="log", label="Full scale of the input", doc=doc),
         ),
-        ask(
-            "reference_percent",
-            Number(
-                REFERENCE_PERCENT, 0.0, MOST_PERCENT, unit="%", label="Uncertainty of the accelerometer", doc=of_doc
-            ),
-        ),
+        OF_ACCELERATION,
         ask(
             "order",
             Count(14, low=2, high=MOST_ORDER, label="Order of the equaliser", doc="Order of the equaliser, even."),

@@ -30,7 +30,7 @@ METHOD = (
     "standard deviation between loadings, noise that of one reading of the empty tile. The spread of the sensors is "
     "half of the range of the forces at which they read the same, in % of their mean, at half of full scale. Creep "
     "is compensated by first-order lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis). "
-    "What the reference itself is off by is not in these figures."
+    "What the reference itself is off by is in the uncertainty of a foot's force alone."
 )
 _OF_COMPENSATED = (
     "The error with hysteresis compensated is of loadings as those of the fit, and of the force that the load cell "
@@ -44,9 +44,9 @@ _OF_COMPENSATED = (
 """Measured with `FsrProcedure` and `SimulatedHand`, seeds 1 to 39, and readings of forces over each sensor."""
 _OF_FOOT = (
     "The force of a foot is the sum of the four sensors. Its expanded uncertainty (k = 2) is twice the root of the sum "
-    "of two squares: by how much the sum was off the load cell under a load in the middle (root mean square), where "
-    "errors of what others bear add up; and the sum of the errors of the four sensors, as a foot loads them alike. The "
-    "standard uncertainty of the reference comes to these as a third square. On 30 simulated tiles 99.8 % of the "
+    "of three squares: by how much the sum was off the load cell under a load in the middle (root mean square), where "
+    "errors of what others bear add up; the sum of the errors of the four sensors, as a foot loads them alike; and "
+    "half of the load cell's own expanded uncertainty. On 30 simulated tiles 99.8 % of the "
     "samples of footsteps of 500 to 1000 N were within it (98.8 % on the worst tile), and 99.2 % (92.4 %) of people "
     "who stand for 6 s again and again, so that creep adds up."
 )
@@ -112,6 +112,7 @@ def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
         several.append(("foot_expanded_percent", foot.expanded_percent, "% of full scale"))
         several.append(("foot_error_percent", foot.error_percent, "% of full scale"))
         several.append(("foot_scatter_percent", foot.scatter_percent, "% of full scale"))
+        several.append(("foot_reference_percent", foot.reference_percent, "% of full scale"))
     several.append(("spread_percent", spread_percent([found.sensors[j].curve for j in found.calibrated]), "%"))
     for j in found.calibrated:
         several.append((f"error_percent_{j + 1}", found.sensors[j].curve.error_percent, "% of full scale"))
@@ -132,7 +133,7 @@ def verdict_of(found: Linearisation) -> str:
         expanded = foot.expanded_percent
         text += (
             f" The force of a foot, the sum of all sensors, is uncertain by {expanded:.1f} % of full scale "
-            f"({0.01 * expanded * found.full_scale_n:.0f} N; k = 2, without the reference's own)."
+            f"({0.01 * expanded * found.full_scale_n:.0f} N; k = 2)."
         )
         if foot.error_percent > ALLOWED_PERCENT:
             text += f" It was {foot.error_percent:.1f} % off in the middle; {ALLOWED_PERCENT:.0f} % is allowed."
@@ -197,7 +198,7 @@ def _has_fallen(sensor: SensorFit) -> bool:
 
 def part_of(found: Linearisation, reference: str) -> Fsr:
     """Return the profile's part."""
-    first, second, third, fourth = (sensor.curve for sensor in found.sensors)
+    first, second, third, fourth = found.curves
     return Fsr(
         made=date.today().isoformat(),
         reference=reference,

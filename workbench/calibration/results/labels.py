@@ -12,7 +12,7 @@ _UNITS = {
     "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N", "m": "m", "s": "s",
 }  # fmt: skip
 """Units as suffixes of the names of figures."""
-_ERRORS = re.compile("(error|bound|hysteresis|repeatability|expanded|scatter)_percent")
+_ERRORS = re.compile("(error|bound|hysteresis|repeatability|expanded|scatter|reference)_percent")
 """Figures in % that are errors; others, as spread and distortion, are of something else."""
 _WORDS = {
     "round_trip_99_ms": "round_trip,_99 %",
@@ -23,6 +23,7 @@ _WORDS = {
     "foot_expanded_percent": "foot:_expanded_uncertainty_(k_=_2)",
     "foot_error_percent": "foot:_error_in_the_middle",
     "foot_scatter_percent": "foot:_errors_of_the_four_sensors",
+    "foot_reference_percent": "foot:_the_load_cell's_own",
     "footstep_less_percent": "how_much_less_a_footstep_may_read",
     "spread_percent": "spread_of_the_sensors",
     "worst_error_percent": "largest_error",

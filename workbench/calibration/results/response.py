@@ -8,6 +8,7 @@ from datetime import date
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.calibration.reference import uncertain_by
 from underfoot.calibration.result import Result
 from underfoot.calibration.results.labels import title_of
 from underfoot.calibration.science.acceleration_uncertainty import acceleration_uncertainty
@@ -254,7 +255,8 @@ def _part(found: ResponseMeasurements, values: Mapping[str, float], after: str, 
     magnitude = found.sensitivity * np.interp(grid, basis.frequencies_hz, basis.magnitude)
     return Response(
         made=date.today().isoformat(),
-        reference=f"accelerometer, {found.sensitivity:g} m/s^2 a full-scale input{_own_uncertainty(found)}",
+        reference=f"accelerometer, {found.sensitivity:g} m/s^2 a full-scale input"
+        + uncertain_by(found.reference_percent, "%"),
         error=round(values[after], 4),
         error_allowed=ALLOWED_DB,
         error_unit="dB",
@@ -269,12 +271,6 @@ def _part(found: ResponseMeasurements, values: Mapping[str, float], after: str, 
         band_hz=(values["usable_low_hz"], values["usable_high_hz"]),
         load=found.load,
     )
-
-
-def _own_uncertainty(found: ResponseMeasurements) -> str:
-    """Return in words what was given as the accelerometer's own uncertainty; nothing where none was."""
-    percent = found.reference_percent
-    return "" if percent is None else f", uncertain by {percent:g} % (k = 2)"
 
 
 def drawings_of(found: ResponseMeasurements) -> tuple[Drawing, ...]:

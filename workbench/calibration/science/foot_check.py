@@ -4,6 +4,7 @@ What other sensors bear of a load over one of them is taken off as they measure 
 whatever the error of a share. In the middle the errors of the four shares add up: there it shows.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -30,24 +31,29 @@ class FootCheck:
     `error_percent` is by how much the sum of the four was off the reference under a load in the middle (root mean
     square), `scatter_percent` the sum of the four sensors' errors on held-out loadings. These add up as they are (JCGM
     100:2008, 5.2.2, r = 1), and not as independent ones: a foot loads the four alike, and what their models miss of
-    hysteresis and creep has one sign.
+    hysteresis and creep has one sign. `reference_percent` is what the load cell itself is off by.
     """
 
     error_percent: float
     scatter_percent: float
+    reference_percent: float
 
     @property
     def expanded_percent(self) -> float:
-        """Expanded uncertainty, k = 2, % of full scale; without what the reference is off by.
+        """Expanded uncertainty, k = 2, % of full scale.
 
-        >>> FootCheck(3.0, 4.0).expanded_percent
-        10.0
+        >>> FootCheck(2.0, 3.0, 6.0).expanded_percent
+        14.0
         """
-        return _COVERAGE * float(np.hypot(self.error_percent, self.scatter_percent))
+        return _COVERAGE * math.hypot(self.error_percent, self.scatter_percent, self.reference_percent)
 
 
-def check_foot(curves: Sequence[Curve], full_n: float, readings: Readings, force_n: Floats) -> FootCheck:
+def check_foot(
+    curves: Sequence[Curve], full_n: float, readings: Readings, force_n: Floats, reference_percent: float
+) -> FootCheck:
     """Return how far the sum of sensors with these `curves` is off the forces (n,) of a load that they bear together.
+
+    `reference_percent` is the expanded uncertainty (k = 2) of the load cell, % of full scale.
 
     `readings` are those from the rested tile on, the last n of them of this load: what the sensors have crept before is
     taken off as a session does. Where the load comes and goes does not count.
@@ -59,7 +65,8 @@ def check_foot(curves: Sequence[Curve], full_n: float, readings: Readings, force
     ]
     off = (np.sum(newtons, axis=0)[-force_n.size :] - force_n)[force_n > _HELD * force_n.max()]
     errors = [curve.error_percent if (of := curve.compensation) is None else of.error_percent for curve in curves]
-    return FootCheck(100.0 * float(np.sqrt(np.mean(off**2))) / full_n, float(np.sum(errors)))
+    error_percent = 100.0 * float(np.sqrt(np.mean(off**2))) / full_n
+    return FootCheck(error_percent, float(np.sum(errors)), reference_percent / _COVERAGE)
 
 
 def require_shared(change: Floats) -> None:

@@ -100,6 +100,11 @@ class Linearisation:
     foot: FootCheck | None = None
 
     @property
+    def curves(self) -> list[Curve]:
+        """Curves of the sensors."""
+        return [sensor.curve for sensor in self.sensors]
+
+    @property
     def calibrated(self) -> tuple[int, ...]:
         """Sensors that have a curve, from 0."""
         return tuple(j for j, sensor in enumerate(self.sensors) if not sensor.curve.uncalibrated)
@@ -112,7 +117,7 @@ class Linearisation:
     @property
     def good(self) -> bool:
         """Whether all sensors are calibrated over nearly full scale, within the allowed error, as is their sum."""
-        errors = [sensor.curve.error_percent for sensor in self.sensors]
+        errors = [curve.error_percent for curve in self.curves]
         errors += [] if self.foot is None else [self.foot.error_percent]
         return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self.saturated
 

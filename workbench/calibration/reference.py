@@ -1,0 +1,43 @@
+"""What a reference itself is off by: its expanded uncertainty (k = 2), as its certificate or data sheet says."""
+
+from underfoot.parameters import Number, Parameter, ask
+
+OF_FORCE = ask(
+    "reference_percent",
+    Number(
+        1.0,
+        0.0,
+        20.0,
+        unit="%",
+        label="Uncertainty of the reference",
+        doc="Expanded uncertainty of the reference (k = 2), % of the largest force: some 0.1 % of a weighing cell, "
+        "1 % of a load cell that was set by a weight, 0.05 % of weights of class M, 3 % of a gym's.",
+    ),
+)
+OF_ACCELERATION = ask(
+    "reference_percent",
+    Number(
+        10.0,
+        0.0,
+        50.0,
+        unit="%",
+        label="Uncertainty of the accelerometer",
+        doc="Expanded uncertainty of the accelerometer, its input and its mounting (k = 2): some 3 % by a certificate, "
+        "10 % by a data sheet alone.",
+    ),
+)
+
+
+def require_given(reference: Parameter, given: float | None) -> None:
+    """Raise `BadValue` for an uncertainty out of its range; one that was not `given` (None) is its default."""
+    if given is not None:
+        reference.check(given)
+
+
+def uncertain_by(given: float | None, unit: str) -> str:
+    """Return in words, for the name of a reference, its expanded uncertainty; nothing where none was `given`.
+
+    >>> f"load cell{uncertain_by(1.0, '% of full scale')}"
+    'load cell, uncertain by 1 % of full scale (k = 2)'
+    """
+    return "" if given is None else f", uncertain by {given:g} {unit} (k = 2)"
