@@ -22,7 +22,7 @@ from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.study import Page
-from underfoot.experiments.table import LEVEL, Row, level_cell
+from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Number, Parameter, declared_in
 
@@ -310,12 +310,14 @@ _OF_NUMBERS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
 def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
     """Return a row of each stimulus, as in the table of trials, without answers."""
     stimuli = {name: protocol.stimuli[name] for name in names}
-    return [{"stimulus": name, **one.factors, **level_cell(one)} for name, one in stimuli.items()]
+    levels = {name: {} if math.isnan(one.peak_m_s2()) else {LEVEL: one.peak_m_s2()} for name, one in stimuli.items()}
+    return [{"stimulus": name, **one.factors, **levels[name]} for name, one in stimuli.items()]
 
 
 def _known_m_s2(stimulus: Stimulus) -> float:
     """Return a stimulus's peak in m/s^2; 0 for one that is not known."""
-    return level_cell(stimulus).get(LEVEL, 0.0)
+    peak = stimulus.peak_m_s2()
+    return 0.0 if math.isnan(peak) else peak
 
 
 class Rater(Observer):

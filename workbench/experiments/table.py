@@ -81,10 +81,10 @@ def with_levels(rows: Sequence[Row], protocol: Protocol) -> list[Row]:
 def _level_of(row: Row, protocol: Protocol) -> dict[str, float]:
     """Return the level of a row's stimulus; {} if the protocol does not have it."""
     stimulus, gain_db = protocol.stimuli.get(str(row.get("stimulus"))), row.get("gain_db", 0.0)
-    return {} if stimulus is None or not isinstance(gain_db, int | float) else level_cell(stimulus, gain_db)
+    return {} if stimulus is None or not isinstance(gain_db, int | float) else _level_cell(stimulus, gain_db)
 
 
-def level_cell(stimulus: Stimulus, gain_db: float = 0.0) -> dict[str, float]:
+def _level_cell(stimulus: Stimulus, gain_db: float) -> dict[str, float]:
     """Return a stimulus's level by its column; {} for one that is not known, which is not the level of nothing."""
     peak_m_s2 = stimulus.peak_m_s2(gain_db)
     return {} if math.isnan(peak_m_s2) else {LEVEL: float(f"{peak_m_s2:.6g}")}
@@ -169,7 +169,7 @@ def _row(
         if judged.stimulus != NOTHING:
             stimulus = protocol.stimuli[judged.stimulus]
             row["gain_db"] = judged.gain_db + gain_db
-            row |= level_cell(stimulus, judged.gain_db + gain_db)
+            row |= _level_cell(stimulus, judged.gain_db + gain_db)
             mine = [name for name in protocol.factors if name in stimulus.factors and name not in row]
             row |= {name: stimulus.factors[name] for name in mine}  # whichever stimulus came first, in one order
     if other is not None:
