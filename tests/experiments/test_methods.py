@@ -9,9 +9,12 @@ from made_studies import TD, first_answers, made_protocol, preset_protocol, tria
 from msgspec import structs
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.bayesian import quest_of
 from underfoot.experiments.methods.staircases import Staircase, move
 from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of
 from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -141,6 +144,44 @@ def test_a_false_alarm_begins_both_staircases_anew():
     assert {t.facts["run"] for t in found if t.block > 1 and "run" in t.facts} == {0}
     again = [t for t in found if t.block == 1 and t.facts.get("run") == 1 and "level_db" in t.facts]
     assert abs(again[0].facts["level_db"]) >= 8.0
+
+
+def test_pairs_of_staircases_follow_each_other_in_an_order_of_ones_own():
+    given = {"followed": list("abcd"), "standard": "X", "reversals": 2, "last": 2}
+    protocol, orders = made_protocol("staircases", given, dict.fromkeys("abcdX", TD)), set()
+    for person in range(8):
+        found = trials(walked(Study(protocol, f"P{person}")))
+        assert len({(t.block, t.facts["comparison"]) for t in found}) == 4
+        orders.add(order := "".join(dict.fromkeys(t.facts["comparison"] for t in found)))
+        assert sorted(order) == list("abcd")
+    assert len(orders) > 4
+
+
+def test_staircases_of_all_stimuli_take_turns_and_a_false_alarm_begins_all_of_the_block_anew():
+    middles, caught = {"low": -2.0, "mid": 1.0, "high": 4.0}, []
+    parameters = {"followed": list(middles), "pairs": 2, "interleaved": "all", "catch_share": 0.1}
+    protocol = made_protocol("staircases", parameters, dict.fromkeys(middles, TD))
+
+    def answers(page):
+        facts = page.trial.facts
+        if facts.get("catch") and page.trial.number > 30 and not caught:
+            caught.append(page.trial.number)
+            return {"felt": "yes"}
+        return {"felt": "yes" if facts.get("level_db", -100.0) > middles.get(facts.get("comparison"), 0.0) else "no"}
+
+    study = Study(protocol, "P1")
+    found = [t for t in trials(walked(study, answers)) if not t.facts.get("catch")]
+    each = Counter((t.block, t.facts["comparison"], t.facts["staircase"]) for t in found)
+    assert len(each) == 2 * 3 * 2
+    turns = [a.facts["comparison"] != b.facts["comparison"] for a, b in pairwise(found[:60])]
+    assert 0.5 < sum(turns) / len(turns) < 0.85  # two of three others
+    again = [t for t in found if t.facts["run"] == 1]
+    assert {t.block for t in again} == {1}
+    assert {(t.facts["comparison"], t.facts["staircase"]) for t in again} == {key[1:] for key in each}
+    estimates = analysed(rows_of(protocol, "P1", study.entries), protocol, Settings())[0].tables[0].rows
+    assert {line[1]: line[2] for line in estimates} == {
+        f"threshold {name}": pytest.approx(middle, abs=1.5) for name, middle in middles.items()
+    }
 
 
 def test_a_participant_who_always_says_yes_comes_to_an_end():

@@ -25,7 +25,7 @@ DESCRIPTIONS = {
     "level_m_s2": "Peak acceleration of the stimulus, in m/s^2; empty where it is not known.",
     "level_db": "The same, without what the participant set in a stage before: the level that the method chose.",
     "staircase": "The staircase that chose the level, above or below, by where it began.",
-    "run": "0, and one more after each false alarm that restarted the pair of staircases.",
+    "run": "0, and one more after each false alarm that restarted the staircases of the block.",
     "catch": "true where nothing was presented, and it was not said so.",
     "announced": "true where nothing was presented, and it was said so.",
     "interval": "Answer: first or second.",

@@ -63,10 +63,10 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
         move(one, said_yes, given)
         if len(one.reversals_db) > turns:
             run.turned_at.append(len(run.levels_db) - 1)
-    newest: dict[tuple[str, int], int] = {}
-    for key, (number, _, _) in states.items():
-        newest[key[:2]] = max(number, newest.get(key[:2], 0))
-    return {key: run for key, (number, _, run) in states.items() if number == newest[key[:2]]}
+    newest: dict[int, int] = {}
+    for (_, block, _), (number, _, _) in states.items():
+        newest[block] = max(number, newest.get(block, 0))
+    return {key: run for key, (number, _, run) in states.items() if number == newest[key[1]]}
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:

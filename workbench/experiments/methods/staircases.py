@@ -15,16 +15,17 @@ from underfoot.experiments.method import Method, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
-from underfoot.parameters import Count, Number, Numbers, Parameter, Text
+from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
 
 if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
 
 ABOVE, BELOW = "above", "below"
+PAIR, ALL = "pair", "all"
 PSE, THRESHOLD = "pse", "threshold"
 """What the level tends to: beside a standard that vibrates the point of subjective equality, else the threshold."""
 MOST_RESTARTS = 20
-"""Number of restarts of a pair after false alarms; afterwards they are ignored."""
+"""Number of restarts of a block after false alarms; afterwards they are ignored."""
 
 
 @dataclass
@@ -45,7 +46,8 @@ _TRIALS_OF_REVERSAL = 1.6
 
 
 class Staircases(Method):
-    """Pairs of staircases, one from above and one from below, randomly interleaved; a block is one pair.
+    """Pairs of staircases, one from above and one from below, randomly interleaved; a block is one pair, or one of each
+    stimulus. A yes to nothing begins those of the block anew.
 
     Each stimulus has `pairs` pairs. With a standard, a trial has two intervals, and yes means that the comparison was
     judged greater; if nothing vibrates in the standard, yes means that it was found. Without one, yes means that the
@@ -57,6 +59,9 @@ class Staircases(Method):
     followed = StimulusNames((), doc="Whose level moves.")
     standard = StimulusName("", doc="What it is compared with; none: one interval, yes or no.")
     pairs = Count(1, 1, 20, doc="Pairs of staircases of each stimulus, from above and from below.")
+    interleaved = Choice(
+        PAIR, options=(PAIR, ALL), doc="What takes turns at random in a block: one pair, or one of all stimuli."
+    )
     above_db = Numbers((8.0, 15.0), -60.0, 60.0, doc="From where to where one begins, re the level.", least=2, most=2)
     below_db = Numbers((-15.0, -8.0), -60.0, 60.0, doc="And the other.", least=2, most=2)
     steps_db = Numbers((10.0, 3.0), 0.01, 40.0, doc="How far it goes: first, and after each change.", unit="dB")
@@ -78,11 +83,12 @@ class Staircases(Method):
     ) -> None:
         super().__init__(given, stimuli, draws, turn)
         names = [name for name in given["followed"] for _ in range(given["pairs"])]
-        self._queue = draws.shuffled(names) if given["standard"] else names
+        pairs = [(name,) for name in (draws.shuffled(names) if given["standard"] else names)]
+        self._blocks = [tuple(given["followed"])] * given["pairs"] if given["interleaved"] == ALL else pairs
         self._block = self._number = self._restarts = 0
-        self._pair: dict[str, Staircase] = {}
+        self._staircases: dict[tuple[str, str], Staircase] = {}
         self._trial: Trial | None = None
-        self._begin_pair()
+        self._begin_block()
 
     @classmethod
     def check_together(cls, given: Mapping[str, Any]) -> None:
@@ -118,11 +124,13 @@ class Staircases(Method):
 
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
-        pairs = given["pairs"] * len(given["followed"])
+        blocks, pairs = given["pairs"], given["pairs"] * len(given["followed"])
         up = given["up_steps"]
         answers = 0.5 * (given["down_after"] + given["up_after"]) * _TRIALS_OF_REVERSAL * (1.0 + up) ** 2 / (4.0 * up)
         moving = (1.0 - given["catch_share"]) * (1.0 - 1.0 / given["empty_every"] if given["empty_every"] else 1.0)
-        return round(2 * pairs * given["reversals"] * answers / max(moving, 0.1)), pairs
+        return round(2 * pairs * given["reversals"] * answers / max(moving, 0.1)), blocks if given[
+            "interleaved"
+        ] == ALL else pairs
 
     @property
     def trial(self) -> Trial | None:
@@ -130,10 +138,11 @@ class Staircases(Method):
 
     @property
     def share(self) -> float:
-        total = len(self.given["followed"]) * self.given["pairs"]
-        wanted = 2 * self.given["reversals"]
-        done = sum(self._progress(staircase) for staircase in self._pair.values()) if self._pair else 0
-        return min((max(self._block - 1, 0) + done / wanted) / total, 1.0) if self._trial is not None else 1.0
+        if self._trial is None:
+            return 1.0
+        wanted = len(self._staircases) * self.given["reversals"]
+        done = sum(self._progress(staircase) for staircase in self._staircases.values())
+        return min((self._block - 1 + done / wanted) / len(self._blocks), 1.0)
 
     def answer(self, answers: Answers) -> None:
         trial = self._awaited()
@@ -141,27 +150,32 @@ class Staircases(Method):
         if trial.facts.get("catch"):
             if said_yes and self._restarts < MOST_RESTARTS:
                 self._restarts += 1
-                self._pair = self._fresh_pair()
+                self._begin_staircases()
         elif not trial.facts.get("announced"):
-            move(self._pair[str(trial.facts["staircase"])], said_yes, self.given)
+            facts = trial.facts
+            move(self._staircases[str(facts["comparison"]), str(facts["staircase"])], said_yes, self.given)
         if not self._open():
-            self._begin_pair()
+            self._begin_block()
         else:
             self._trial = self._next()
 
-    def _begin_pair(self) -> None:
-        """Begin the next pair; end the method after the last pair."""
-        if not self._queue:
-            self._trial, self._pair = None, {}
+    def _begin_block(self) -> None:
+        """Begin the next block; end the method after the last one."""
+        if self._block == len(self._blocks):
+            self._trial = None
             return
-        self._stimulus, self._queue = self._queue[0], self._queue[1:]
         self._block, self._restarts = self._block + 1, 0
-        self._pair = self._fresh_pair()
+        self._begin_staircases()
         self._trial = self._next()
 
-    def _fresh_pair(self) -> dict[str, Staircase]:
+    def _begin_staircases(self) -> None:
+        """Begin both staircases of each stimulus of the block."""
         starts = {ABOVE: self.given["above_db"], BELOW: self.given["below_db"]}
-        return {name: Staircase(self.draws.uniform(*range_db)) for name, range_db in starts.items()}
+        self._staircases = {
+            (stimulus, which): Staircase(self.draws.uniform(*range_db))
+            for stimulus in self._blocks[self._block - 1]
+            for which, range_db in starts.items()
+        }
 
     def _next(self) -> Trial:
         """Return a trial of a randomly drawn open staircase, or a catch trial."""
@@ -172,13 +186,13 @@ class Staircases(Method):
         if self.draws.happens(self.given["catch_share"]):
             nothing = (Presentation(NOTHING),)
             return Trial(self._number, self._block, nothing, facts={"catch": True, "run": self._restarts})
-        which = self.draws.one_of(self._open())
-        level = round(self._pair[which].level_db, 6)
-        comparison = Presentation(self._stimulus, level)
+        stimulus, which = self.draws.one_of(self._open())
+        level = round(self._staircases[stimulus, which].level_db, 6)
+        comparison = Presentation(stimulus, level)
         facts: dict[str, int | float | str] = {
             "staircase": which,
             "run": self._restarts,
-            "comparison": self._stimulus,
+            "comparison": stimulus,
             "level_db": level,
         }
         if not self.given["standard"]:
@@ -188,8 +202,9 @@ class Staircases(Method):
         facts["comparison_at"] = FIRST if first else SECOND
         return Trial(self._number, self._block, both if first else both[::-1], facts=facts)
 
-    def _open(self) -> list[str]:
-        return [name for name, staircase in self._pair.items() if self._progress(staircase) < self.given["reversals"]]
+    def _open(self) -> list[tuple[str, str]]:
+        wanted = self.given["reversals"]
+        return [key for key, staircase in self._staircases.items() if self._progress(staircase) < wanted]
 
     def _progress(self, staircase: Staircase) -> int:
         """Return the number of reversals so far; the full number for an abandoned staircase."""
