@@ -83,7 +83,7 @@ def target_text(target: Target) -> str:
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
     if target.kind in TRANSPORTS:
-        return f"{TRANSPORTS[target.kind].label}  {target.source.removeprefix(f'{LASTING_NAMES}/')}"
+        return f"{TRANSPORTS[target.kind].label}  {target.source.replace(f'{LASTING_NAMES}/', '')}"
     what = display_name(Path(target.simulation)) if target.simulation else "Simulated floor"
     grid = grid_of(target.floor)
     where = f"{grid[0]} × {grid[1]}" if grid else target.floor.title or counted(len(target.floor.tiles), "tile")

@@ -4,12 +4,13 @@ import os
 import sys
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import serial
 from made_frames import rows
 from serial.tools import list_ports
 
-from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.framing.wire_format import csv_lines, encode, rows_of
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.devices.transports import serial as serial_ports
 from underfoot.devices.transports import transport_of
@@ -110,6 +111,8 @@ def test_what_lay_in_the_buffer_is_dropped():
         ("", "port is ''; allowed: a port's name"),
         ("/dev/ttyUSB0@fast", "allowed: PORT or PORT@BAUD"),
         ("/dev/ttyUSB0@1", "baud is 1; allowed: 50 to 20000000"),
+        ("/dev/ttyUSB0,", "port is '/dev/ttyUSB0,'; allowed: a port's name"),
+        ("COM3,COM3", "port is 'COM3,COM3'; allowed: each port once"),
     ],
 )
 def test_ports_that_cannot_be_are_refused(address, message):
@@ -122,3 +125,41 @@ def test_what_is_no_port_is_said_to_be_none(tmp_path):
     for address, why in ((tmp_path, "it is a folder"), (tmp_path / "walk.csv", "it is no serial port")):
         with pytest.raises(DeviceError, match=f"cannot be opened: {why}$"):
             transport_of("serial", str(address)).open()
+
+
+@pytest.mark.parametrize("form", [encode, csv_lines])
+def test_several_ports_are_read_as_one_line_of_which_a_part_may_go_away(form, until, monkeypatch):
+    """Of boards with a port each one alone was read. Their frames come in pieces, now of the one, now of the other."""
+    monkeypatch.setattr(serial_ports, "_AGAIN_S", 0.0)
+    boards, heard = [PtySender() for _ in range(3)], set()
+    line = SerialTransport(",".join(board.name for board in boards))
+    reader = TransportReader(line, lambda samples, when: heard.update(map(tuple, rows_of(samples)[:, :2].tolist())))
+
+    def sent(first, tiles):
+        """Send 20 frames of each of these tiles; return the last ones."""
+        data = {tile: form(rows(20, 1, first) + np.array([tile, 0, 0, 0, 0, 0, 0])) for tile in tiles}
+        for at in range(0, max(map(len, data.values())), 17):
+            for tile in tiles:
+                boards[tile].send(data[tile][at : at + 17], [])
+        return {(tile, first + 19) for tile in tiles}
+
+    reader.start()
+    try:
+        until(lambda: reader.is_open, "all are open")
+        last = sent(0, (0, 1, 2))
+        until(lambda: last <= heard, "all came")
+        boards[1].unplug()
+        last = sent(20, (0, 2))
+        until(lambda: last <= heard, "the others come")
+        boards[1].plug()
+        until(lambda: sent(40, (1,)) and heard & {(1, 59)}, "it is back")
+        assert reader.parser.counts.corrupted == 0
+        assert line.sender_name(reader.parser.senders_of(2)[0]) == f"serial:{boards[2].name}"
+        assert not reader.notices
+        for board in boards:
+            board.unplug()
+        until(lambda: "went away: it was unplugged; waiting for it" in reader.trouble, "all are gone")
+    finally:
+        reader.close()
+        for board in boards:
+            board.close()

@@ -5,11 +5,14 @@ import os
 import re
 import select
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from underfoot.devices.framing.wire_format import FRAME_BYTES
 from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport
 from underfoot.errors import BadValue, DeviceError, in_one_line, require
 
@@ -23,6 +26,9 @@ USB.
 LASTING_NAMES = Path("/dev/serial/by-id")
 """Folder of links to the ports by the boards behind them, where the system makes such (udev)."""
 _PATIENCE_S = 0.05
+_LOOK_S, _AGAIN_S = 0.0005, 1.0
+"""Of several ports: pause in which nothing has come, and time after which one that is gone is opened again."""
+_LONGEST_BYTES = 4096  # without the end of a frame or line
 _TAKEN = "another program has it, or Underfoot itself, as for a plate or a trigger"
 _UNPLUGGED = re.compile("returned no data|(ClearCommError|GetOverlappedResult|ReadFile|WriteFile) failed")
 """What pyserial says of a port that is always ready but returns nothing, and on Windows of one that is gone."""
@@ -96,42 +102,128 @@ class PtySender(Sender):
         self._folder.cleanup()
 
 
-class SerialTransport(Transport):
-    """The port at `path`, opened exclusively.
+class _Port:
+    """The port at `path`, which is opened exclusively; `timeout_s` is the longest wait of `read`."""
 
-    >>> SerialTransport.of("/dev/ttyUSB0@115200").baud
-    115200
+    def __init__(self, path: str, baud: int, timeout_s: float) -> None:
+        import serial  # here: not all commands need a port; and not in `open`, when a session is already running
+
+        self._pyserial = serial
+        self._path, self._baud, self._timeout_s = path, baud, timeout_s
+        self.name = f"serial:{path}"
+        self._serial: Serial | None = None
+        self._rest, self._is_joined, self._again_s = b"", False, 0.0
+
+    def open(self) -> None:
+        """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
+        self._rest, self._is_joined = b"", False
+        try:
+            with opening(f"{self.name} cannot be opened"):
+                self._serial = self._pyserial.Serial(self._path, self._baud, timeout=self._timeout_s, exclusive=True)
+                if sys.platform == "linux":  # pyserial supports it only there
+                    with suppress(ValueError):  # chips without that timer refuse
+                        self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
+                self._serial.reset_input_buffer()
+        except DeviceError:
+            self.close()
+            raise
+
+    def read(self) -> bytes:
+        """Return the bytes received; raise `DeviceError` if the port is gone."""
+        port = self._serial
+        if port is None:
+            raise DeviceError(f"{self.name} is not open")
+        try:
+            first = port.read(max(1, port.in_waiting))  # requesting more would wait for it
+            return first + port.read(port.in_waiting)  # otherwise the rest would wait until the next read
+        except (OSError, TypeError) as error:
+            raise DeviceError(f"{self.name} went away: {port_reason(error)}") from None
+
+    def read_whole(self, now_s: float) -> bytes:
+        """Return the whole frames or lines received, the first one since it was opened left out: it may be a part.
+
+        If it is gone it is closed, with a `DeviceError`; one that is closed is opened again, each `_AGAIN_S`.
+        """
+        if self._serial is None:
+            if now_s < self._again_s:
+                return b""
+            self._again_s = now_s + _AGAIN_S
+            self.open()
+        try:
+            came = self._rest + self.read()
+        except DeviceError:
+            self.close()
+            raise
+        end = _end_of_frames(came)
+        self._rest = came[end:]
+        begin = 0 if self._is_joined or not end else came.index(came[end - 1]) + 1
+        self._is_joined |= end > 0
+        return came[begin:end]
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is open."""
+        return self._serial is not None
+
+    def close(self) -> None:
+        """Release the port."""
+        if self._serial is not None:
+            with suppress(OSError):
+                self._serial.close()
+            self._serial = None
+
+
+def _end_of_frames(data: bytes) -> int:
+    """Return where the last frame or line ends in `data`; 0 if none does.
+
+    >>> [_end_of_frames(data) for data in (b"frame\\0par", b"0,1,1000,1,2,3,4\\n0,2,2000,", b"\\npart of frame")]
+    [6, 17, 0]
+    """
+    if zero := data.rfind(0) + 1:
+        return zero
+    if len(data) < FRAME_BYTES:  # which may be a part of a frame, and its newline a number
+        return 0
+    return data.rfind(10) + 1 or len(data) * (len(data) > _LONGEST_BYTES)
+
+
+class SerialTransport(Transport):
+    """The ports of `paths`, with commas between, opened exclusively. Each is a sender of its own.
+
+    All have to be there when it is opened; one that goes away later is opened again while the others are read.
+
+    >>> SerialTransport.of("/dev/ttyUSB0,/dev/ttyUSB1@115200").name
+    'serial:/dev/ttyUSB0,/dev/ttyUSB1'
     """
 
-    scheme, address_form = "serial", "PORT[@BAUD]"
-    help = "a serial port"
+    scheme, address_form = "serial", "PORT[,PORT...][@BAUD]"
+    help = "a serial port, or several"
     label = "Serial port"
     title = "Tiles on a serial port"
     dialog_help = (
-        "A port, or PORT@BAUD for another rate than 1,000,000 baud. `underfoot emulate --pty` names one to try."
+        "A port, or several with commas between; PORT@BAUD for another rate than 1,000,000 baud. "
+        "`underfoot emulate --pty` names one to try."
     )
     sender = PtySender
     doubt = "is the baud rate right?"
 
-    def __init__(self, path: str, baud: int = _BAUD) -> None:
-        require(bool(path), "port", path, "a port's name, as /dev/ttyACM0 or COM3")
+    def __init__(self, paths: str, baud: int = _BAUD) -> None:
+        self._paths = tuple(path.strip() for path in paths.split(","))
+        require(all(self._paths), "port", paths, "a port's name, as /dev/ttyACM0 or COM3, or several")
+        require(len({*self._paths}) == len(self._paths), "port", paths, "each port once")
         require(50 <= baud <= 20_000_000, "baud", baud, "50 to 20000000")
-        import serial  # here: not all commands need a port; and not in `open`, when a session is already running
-
-        self._pyserial = serial
-        self.path, self.baud = path, baud
-        self.name = f"serial:{path}"
-        self._serial: Serial | None = None
+        self.name = f"serial:{paths}"
+        timeout_s = READ_TIMEOUT_S if len(self._paths) == 1 else 0.0
+        self._ports = tuple(_Port(path, baud, timeout_s) for path in self._paths)
 
     @classmethod
     def of(cls, address: str) -> Self:
-        """Parse `PORT` or `PORT@BAUD`."""
-        path, at, baud = address.rpartition("@")
+        """Parse `PORT` or `PORT@BAUD`, or several ports."""
+        paths, at, baud = address.rpartition("@")
         if not at:
             return cls(address)
         if not baud.isdecimal():
             raise BadValue(f"port is {address!r}; allowed: PORT or PORT@BAUD, as /dev/ttyUSB0@115200")
-        return cls(path, int(baud))
+        return cls(paths, int(baud))
 
     @classmethod
     def suggestions(cls) -> list[str]:
@@ -145,39 +237,49 @@ class SerialTransport(Transport):
 
     @property
     def device(self) -> str:
-        """The port behind links, at any rate."""
-        return os.path.realpath(self.path)
+        """The ports behind links, at any rate."""
+        return ",".join(sorted(map(os.path.realpath, self._paths)))
 
     def open(self) -> None:
         """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
         try:
-            with opening(f"{self.name} cannot be opened"):
-                self._serial = self._pyserial.Serial(self.path, self.baud, timeout=READ_TIMEOUT_S, exclusive=True)
-                if sys.platform == "linux":  # pyserial supports it only there
-                    with suppress(ValueError):  # chips without that timer refuse
-                        self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
-                self._serial.reset_input_buffer()
+            for port in self._ports:
+                port.open()
         except DeviceError:
             self.close()
             raise
 
     def read(self) -> bytes:
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
-        port = self._serial
-        if port is None:
-            raise DeviceError(f"{self.name} is not open")
-        try:
-            first = port.read(max(1, port.in_waiting))  # requesting more would wait for it
-            return first + port.read(port.in_waiting)  # otherwise the rest would wait until the next read
-        except (OSError, TypeError) as error:
-            raise DeviceError(f"{self.name} went away: {port_reason(error)}") from None
+        if len(self._ports) == 1:
+            return self._ports[0].read()
+        until_s = time.perf_counter() + READ_TIMEOUT_S
+        while not any(pieces := self._pieces()) and time.perf_counter() < until_s:
+            time.sleep(_LOOK_S)
+        self.senders = [(end, number) for number, end in enumerate(accumulate(map(len, pieces)))]
+        return b"".join(pieces)
+
+    def _pieces(self) -> list[bytes]:
+        """Return what came over each of several ports; raise `DeviceError` if all are gone."""
+        pieces, failure = list[bytes](), None
+        for port in self._ports:
+            try:
+                pieces.append(port.read_whole(time.perf_counter()))
+            except DeviceError as error:
+                pieces.append(b"")
+                failure = error
+        if failure is not None and not any(port.is_open for port in self._ports):
+            raise failure
+        return pieces
+
+    def sender_name(self, number: int) -> str:
+        """Return the name of one of the ports."""
+        return self._ports[number].name
 
     def close(self) -> None:
-        """Release the port."""
-        if self._serial is not None:
-            with suppress(OSError):
-                self._serial.close()
-            self._serial = None
+        """Release the ports."""
+        for port in self._ports:
+            port.close()
 
 
 def _files_in(folder: Path) -> list[Path]:
