@@ -72,6 +72,7 @@ def test_a_floor_of_another_size_is_asked_for(window, qtbot):
     assert dialog.isVisible()
     type_into(qtbot, dialog.rows, "3", Qt.Key.Key_Tab)
     assert dialog.extent.text() == "96 tiles, 30.5 cm square: 9.915 m along x, 0.925 m along y"
+    assert dialog.extent.sizeHint().width() <= dialog.extent.width(), "it is longer than the first one, and was cut"
     type_into(qtbot, dialog.rows, "50")
     qtbot.mouseClick(dialog.use, Qt.MouseButton.LeftButton)
     assert dialog.isVisible()

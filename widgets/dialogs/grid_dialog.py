@@ -25,7 +25,7 @@ class GridDialog(Dialog):
         super().__init__("Simulated floor", parent)
         self.rows = editor_for(ask("rows", Count(rows, 1, 32, doc="along y")))
         self.columns = editor_for(ask("columns", Count(columns, 1, 32, doc="along x")))
-        self.extent = theme.label("", "muted")
+        self.extent = theme.paragraph("", "muted")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.use = buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.accepted.connect(self.accept)
