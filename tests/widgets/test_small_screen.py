@@ -5,7 +5,16 @@ from itertools import combinations
 import pytest
 from on_screen import show
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
-from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
 from recordings_shown import recordings_shown
 from study_hand import Hand
 
@@ -208,3 +217,16 @@ class Seen(QObject):
     def eventFilter(self, watched, event):
         self.count += event.type() == self.kind
         return False
+
+
+def test_a_menu_higher_than_the_screen_scrolls(qtbot):
+    """Its second column was cut, in which the keys are."""
+    menu = QMenu()
+    qtbot.addWidget(menu)
+    for _ in range(QApplication.primaryScreen().availableGeometry().height() // 16):
+        menu.addAction("Quit").setShortcut("Ctrl+Q")
+    menu.popup(QPoint())
+    assert {menu.actionGeometry(action).x() for action in menu.actions()} == {
+        menu.actionGeometry(menu.actions()[0]).x()
+    }
+    menu.close()
