@@ -258,6 +258,11 @@ class PatchScene(QGraphicsScene):
             return [id for id in self.nodes if id in chosen]
         return [node.id for node in self.patch.nodes if self.group_view.shown_as.get(node.id) in chosen]
 
+    def selected_sub_patch(self) -> GroupNodeItem | None:
+        """Return the selected sub-patch; None for another selection, or a larger one."""
+        chosen = self.selected()
+        return self.group_nodes.get(chosen[0]) if len(chosen) == 1 else None
+
     def members(self, ids: Iterable[str]) -> list[str]:
         """Return the nodes and notes in these items."""
         wanted = set(ids)

@@ -16,6 +16,7 @@ from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import node_id
 from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import column
 from underfoot.widgets.controls.scrolled import scrolling
@@ -343,7 +344,9 @@ class DesignWorkspace(Workspace):
 
     def _selected(self, ids: list[str]) -> None:
         self._inspect(ids)
-        self.previews.choose(ids)
+        sub_patch = self.canvas.patch_scene.selected_sub_patch()
+        ports = sub_patch.geometry.ports if sub_patch is not None else ()
+        self.previews.choose([node_id(placed.name) for placed in ports if placed.side == "out"][:1] or ids)
 
     def show_slot(self, slot: str, patch: Patch) -> None:
         """Edit this slot from now on, which holds this patch."""
@@ -355,11 +358,9 @@ class DesignWorkspace(Workspace):
             self.canvas.fit_view(all_nodes=True)
 
     def _inspect(self, ids: Sequence[str]) -> None:
-        scene = self.canvas.patch_scene
-        chosen = scene.selected()
-        group = chosen[0] if len(chosen) == 1 and chosen[0] in scene.group_nodes else ""
+        sub_patch = self.canvas.patch_scene.selected_sub_patch()
         had_focus = self.inspector.isAncestorOf(self.window().focusWidget() or self)
-        self.inspector.show_selection(self.patch(), ids, group)
+        self.inspector.show_selection(self.patch(), ids, sub_patch.node.id if sub_patch is not None else "")
         if had_focus and not self.inspector.isAncestorOf(self.window().focusWidget() or self):
             self.canvas.setFocus()  # its field is gone, with the page of another selection
 

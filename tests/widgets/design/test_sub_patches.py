@@ -47,6 +47,13 @@ def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(
     assert set(row.canvas.patch_scene.selected()) == {"through", "through1"}
 
 
+def test_a_selected_sub_patch_is_previewed_by_its_output(row, qtbot):
+    """It had the preview of the node that was selected before, or 'select a node'."""
+    with qtbot.waitSignal(row.previews.preview_requested) as asked:
+        collapse(row, "through", "through1")
+    assert asked.args[0] == "through1"
+
+
 def test_ports_of_a_sub_patch_that_would_have_one_label_tell_whose_they_are(row):
     row.set_patch(row.patch().disconnect([("through.out", "through1.signal")]))
     ports = collapse(row, "through", "through1").geometry.ports
