@@ -150,7 +150,7 @@ class RecordingsWorkspace(Workspace):
     def _compare(self, paths: Sequence[Path]) -> None:
         """Compare several recordings, or the feet of one."""
         if len(paths) > MOST:
-            self.notified.emit(f"{len(paths)} recordings are chosen; up to {MOST} can be compared.")
+            self.notified.emit(f"{len(paths)} are chosen; up to {MOST} are compared here, more by underfoot compare.")
             return
         self._show_page(self.comparison)
         self.comparison.compare(paths, self.follower.is_written)

@@ -156,6 +156,17 @@ def test_steps_that_nobody_has_looked_for_are_found_and_what_is_damaged_is_left_
     assert view.copy_button.isEnabled()
 
 
+def test_of_more_than_a_table_is_read_of_it_says_what_compares_them(two, qtbot, folder):
+    for k in range(11):
+        (folder / f"{k}.underfoot").write_bytes((folder / "before.underfoot").read_bytes())
+    two.recordings.refresh()
+    qtbot.waitUntil(lambda: two.recordings.list.count() == 13)
+    with qtbot.waitSignal(two.notified) as said:
+        QTest.keyClick(two.recordings.list, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    assert said.args == ["13 are chosen; up to 12 are compared here, more by underfoot compare."]
+    assert not two.comparison.isVisible()
+
+
 def test_all_that_are_chosen_are_deleted_at_once_and_no_longer_compared(two, qtbot, folder):
     click(two, "after", Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil(lambda: len(two.comparison.table.groups) == 2)
