@@ -61,6 +61,9 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
     # A mean of one step has no band.
     drawn = comparison_drawing(groups).series
     assert [one.style for one in drawn] == ["area", "area", "line", "line", "line"]
+    names = [group.name for group in groups]
+    assert [one.name for one in drawn] == [*(f"{name} ± 1 SD" for name in names[:2]), *names]  # in saved data
+    assert [one.name for one in drawn if one.has_key] == names
     np.testing.assert_array_equal(drawn[0].y, band(groups[0].stance).y)
     many = comparison_drawing([groups[0]] * 5)  # five bands would hide the means
     assert [one.style for one in many.series] == ["line"] * 5

@@ -200,7 +200,7 @@ def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: 
     if known:
         mean = stance_curve([one.force_n for one in known])
         if len(known) > 1:
-            series.append(band(mean, "± 1 SD"))
+            series.append(band(mean))
         for one in known[:: max(1, -(-len(known) // MAX_CURVES))]:
             if one is not chosen:
                 name = f"step {one.step.step}"

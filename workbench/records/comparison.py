@@ -129,10 +129,11 @@ def stance_curve(curves: Sequence[Sequence[float]]) -> StanceCurve:
     return StanceCurve(len(kept), mean_n, kept.std(axis=0, ddof=1) if len(kept) > 1 else unknown)
 
 
-def band(curve: StanceCurve, name: str = "", colour: str = "force") -> Series:
+def band(curve: StanceCurve, name: str = "± 1 SD", colour: str = "force", *, in_legend: bool = True) -> Series:
     """Return the outline of one standard deviation around a mean."""
     outline = np.concatenate([curve.mean_n + curve.sd_n, (curve.mean_n - curve.sd_n)[::-1]])
-    return Series(name, np.concatenate([PERCENT, PERCENT[::-1]]), outline, "area", colour)
+    across = np.concatenate([PERCENT, PERCENT[::-1]])
+    return Series(name, across, outline, "area", colour, in_legend=in_legend)
 
 
 def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawing:
@@ -141,7 +142,11 @@ def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawi
     shown = [(k, group) for k, group in enumerate(groups) if group.stance.count]
     looks = {k: (_COLOURS[k % len(_COLOURS)], "dashed" if k >= len(_COLOURS) else "line") for k, _ in shown}
     has_bands = len(shown) <= _MOST_BANDS
-    series += [band(group.stance, colour=looks[k][0]) for k, group in shown if has_bands and group.stance.count > 1]
+    series += [
+        band(group.stance, f"{group.name} ± 1 SD", looks[k][0], in_legend=False)
+        for k, group in shown
+        if has_bands and group.stance.count > 1
+    ]
     series += [Series(group.name, PERCENT, group.stance.mean_n, looks[k][1], looks[k][0]) for k, group in shown]
     largest = max((float(np.max(one.y)) for one in series), default=0.0)
     return Drawing(
