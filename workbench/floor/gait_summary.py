@@ -22,15 +22,14 @@ LEAST_STRIDES = 30
 """Fewest strides of which the variation is stated: the standard deviation of 30 is off by a sixth, sqrt(3 / 4 n), as
 each shares steps with its neighbours."""
 
-KEPT_STANCES = 1000
-"""Stances of a person of which medians are taken: as many as ten minutes have."""
+KEPT_STEPS = 1000
+"""Steps of a person of which medians are taken: as many as ten minutes have."""
 
 MOST_LINES = 8
 """Most persons with a line each; more are summed up in one."""
 
 _GONE_S = 60.0
 """A person who has not stepped for this long has left, or counts as another: longer than a walk can be lost."""
-_SIDES = ("left", "right", "unknown")
 
 
 @dataclass(frozen=True)
@@ -38,10 +37,11 @@ class PersonGait:
     """Means over a person's steps; NaN if not known. The cadence is one over the mean step time: steps by the minute.
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
-    their mean; 0 where they are alike. That of the length leaves out steps on the spot, which with the step before lead
-    less than `LEAST_STRIDE_M`, as it divides by the length. That of the stance is of the medians of the latest
-    `KEPT_STANCES`: of means, one foot that paused for some seconds would make a limp. The variation of the stride time,
-    two steps, is its coefficient of variation (standard deviation over mean), known from `LEAST_STRIDES` on.
+    their mean; 0 where they are alike. It is of the medians of the latest `KEPT_STEPS`: of means, one foot that paused
+    for some seconds, or the short steps of one foot in the turns at the ends of a walkway, would make a limp. That of
+    the length leaves out steps on the spot, which with the step before lead less than `LEAST_STRIDE_M`, as it divides
+    by the length. The variation of the stride time, two steps, is its coefficient of variation (standard deviation over
+    mean), known from `LEAST_STRIDES` on.
     """
 
     person: int
@@ -133,30 +133,28 @@ class GaitTotals:
 
 
 class _Sums:
-    """Sums of the figures of some steps, by side, and how many of each are known."""
+    """Sums of the figures of some steps, and how many of each are known."""
 
     def __init__(self) -> None:
         self.steps = 0
         self.last_s = -math.inf
         self._last_length_mm = self._last_step_s = math.nan
-        self._stances: deque[tuple[str, float]] = deque(maxlen=KEPT_STANCES)
+        # The side, and stance and length; of the lengths those that lead on.
+        self._latest: deque[tuple[str, tuple[float, float]]] = deque(maxlen=KEPT_STEPS)
         self._strides = np.zeros(3)  # sums of the stride times to the powers 0, 1 and 2
-        # The seventh figure is the length of steps that lead on.
-        self._sum = np.zeros((len(_SIDES), 7))
-        self._known = np.zeros((len(_SIDES), 7))
+        self._sum = np.zeros(6)
+        self._known = np.zeros(6)
 
     def add(self, step: Step) -> None:
         """Take a step."""
         lengths = (step.step_length_mm, step.step_width_mm)
         leads_on = self._last_length_mm + step.step_length_mm >= 1e3 * LEAST_STRIDE_M
-        onwards_mm = step.step_length_mm if leads_on else math.nan
+        self._latest.append((step.side, (step.contact_ms, step.step_length_mm if leads_on else math.nan)))
         step_s = 60.0 / step.cadence_per_min
-        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms, onwards_mm])
-        if math.isfinite(step.contact_ms):
-            self._stances.append((step.side, step.contact_ms))
-        side, known = _SIDES.index(step.side), np.isfinite(figures)
-        self._sum[side, known] += figures[known]
-        self._known[side] += known
+        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms])
+        known = np.isfinite(figures)
+        self._sum[known] += figures[known]
+        self._known += known
         self.steps += 1
         self.last_s = max(self.last_s, step.start_s)
         stride_s = self._last_step_s + step_s
@@ -172,15 +170,16 @@ class _Sums:
 
     def mean_gait(self) -> PersonGait:
         """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
-        step_s, *means = _ratio(self._sum.sum(axis=0), self._known.sum(axis=0))[:6].tolist()
+        step_s, *means = _ratio(self._sum, self._known).tolist()
         return PersonGait(0, self.steps, 60.0 / step_s, *means)
 
     def gait(self, person: int) -> PersonGait:
         """Return the means and asymmetries, as those of `person`."""
-        left, right, _ = _ratio(self._sum, self._known)
-        stances = ([ms for side, ms in self._stances if side == wanted] for wanted in ("left", "right"))
-        left[3], right[3] = (float(np.median(ms)) if ms else math.nan for ms in stances)
-        length, stance = (200.0 * _ratio(np.abs(left - right), left + right))[[6, 3]].tolist()
+        left, right = (
+            np.array([_median(pair[place] for side, pair in self._latest if side == wanted) for place in (0, 1)])
+            for wanted in ("left", "right")
+        )
+        stance, length = (200.0 * _ratio(np.abs(left - right), left + right)).tolist()
         return replace(
             self.mean_gait(),
             person=person,
@@ -203,6 +202,11 @@ def _added(of_person: dict[int, _Sums], steps: Iterable[Step]) -> dict[int, _Sum
         if step.person:
             of_person.setdefault(step.person, _Sums()).add(step)
     return of_person
+
+
+def _median(values: Iterable[float]) -> float:
+    known = [value for value in values if math.isfinite(value)]
+    return float(np.median(known)) if known else math.nan
 
 
 def _ratio(value: NDArray[np.float64], by: NDArray[np.float64]) -> NDArray[np.float64]:
