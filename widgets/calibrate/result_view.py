@@ -3,6 +3,7 @@
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.drift import drift
 from underfoot.floor.profile import Part
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
@@ -37,7 +38,8 @@ class ResultView(QWidget):
         self.title.setText(result.title)
         self.verdict.setText(pretty_text(result.verdict))
         theme.set_role(self.verdict, "good" if result.good else "alarm")
-        self.warnings.setText("\n".join(f"•  {pretty_text(line)}" for line in result.warnings))
-        self.warnings.setVisible(bool(result.warnings))
+        lines = [*result.warnings, *filter(None, [drift(result.part, before)])]
+        self.warnings.setText("\n".join(f"•  {pretty_text(line)}" for line in lines))
+        self.warnings.setVisible(bool(lines))
         old = None if before is None else before.measured
         self.table.show_quantities(result.quantities, "this time", old, "" if before is None else f"of {before.made}")

@@ -58,13 +58,16 @@ class TileOptions:
 
         What was measured is not lost with a file: each is written, and all is printed, before `BadFile` is raised.
         """
+        from underfoot.calibration.results.drift import drift
+
         new, failure = result.apply(known), None
         for write in (self._write_report, self._write_profile):
             try:
                 write(result, new)
             except BadFile as error:
                 failure = failure or error
-        self._print(result)
+        changed = drift(result.part, known.part(result.kind))
+        self._print(replace(result, warnings=(*result.warnings, *filter(None, [changed]))))
         if failure is not None:
             raise failure
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from underfoot.calibration.files.measurements import table
 from underfoot.calibration.result import Result
+from underfoot.calibration.results.drift import drift
 from underfoot.calibration.results.labels import label_of, title_of, unit_of
 from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
@@ -92,4 +93,6 @@ def _compared(kind: str, profile: Profile) -> list[str]:
         values = [part.measured.get(name, math.nan) for part in parts]
         cells = "".join(f"<td>{html.escape(quantity(x, unit)) if math.isfinite(x) else '–'}</td>" for x in values)
         rows.append(f"<tr><td>{html.escape(label_of(name))}</td>{cells}</tr>")
-    return ["<h2>Compared with the ones before</h2><table>", *rows, "</table>"]
+    changed = drift(now, parts[-2])
+    told = [f"<p>{_prose(changed)}</p>"] if changed else []
+    return ["<h2>Compared with the ones before</h2>", *told, "<table>", *rows, "</table>"]
