@@ -52,6 +52,7 @@ def said(*options):
 def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
     profile, report = tmp_path / "t1.json", tmp_path / "report"
     options = [*wavs, "--sensitivity", str(SENSITIVITY), "--profile", str(profile), "--report", str(report), "--json"]
+    options += ["--reference-percent", "3", "--conditions", "352C33 no. 1742, 21 °C"]
     figures = json.loads(said(*options))
     found = Profile.load(profile)
     assert found.tile == "t1"
@@ -66,6 +67,8 @@ def test_from_files_to_a_profile_and_a_report(wavs, tmp_path):
     assert np.abs(20.0 * np.log10(true)).max() < 1.0
     assert found.equaliser.shape == (7, 6)
     page = (report / "response.html").read_text()
+    assert found.response.reference.endswith("50 m/s^2 a full-scale input, uncertain by 3 % (k = 2)")
+    assert "<th>conditions</th><td>352C33 no. 1742, 21 °C</td>" in page
     assert page.count("<svg") == 4
     assert f"<th>calibration</th><td>{found.response.identity}</td>" in page
     assert page.count("m/s²") >= 3  # among the drawings, the figures and the verdict

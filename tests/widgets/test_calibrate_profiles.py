@@ -104,6 +104,17 @@ def test_a_serial_number_is_typed_before_and_after_a_calibration(driver, qtbot):
     assert (driver.workspace.tile.id, choice.serial.text()) == ("t2", "")
 
 
+def test_what_is_noted_of_instruments_and_temperature_goes_with_results_and_is_kept(driver, qtbot):
+    driver.click(driver.workspace.choice.conditions)
+    qtbot.keyClicks(driver.workspace.choice.conditions, "cell no. 88, 21 degrees\r")
+    driver.begin()
+    driver.go("result")
+    driver.click(driver.wizard.saving)
+    driver.wait(lambda: driver.written)
+    assert Profile.load(driver.file()).response.conditions == "cell no. 88, 21 degrees"
+    assert driver.settings.conditions == "cell no. 88, 21 degrees"
+
+
 def test_a_profile_that_is_too_old_is_flagged(driver):
     old = Response(
         made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"

@@ -51,6 +51,10 @@ class ChoicePanel(QWidget):
         self.serial.setPlaceholderText("Serial number")
         self.serial.setAccessibleName("Serial number of the tile")
         self.serial.setToolTip("The tile's serial number, for its profile and reports")
+        self.conditions = Field(role="")
+        self.conditions.setPlaceholderText("Instruments, temperature")
+        self.conditions.setAccessibleName("Conditions of calibrations")
+        self.conditions.setToolTip("Instruments with their serial numbers, temperature: goes with the next results")
         self.cards: dict[str, KindCard] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()
@@ -68,6 +72,7 @@ class ChoicePanel(QWidget):
         layout.addWidget(self.map)
         layout.addWidget(self._tile)
         layout.addWidget(self.serial)
+        layout.addWidget(self.conditions)
         layout.addWidget(theme.label("CALIBRATION", "heading"))
         for key, name in kinds:
             card = KindCard(name)

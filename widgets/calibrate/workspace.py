@@ -329,7 +329,13 @@ class CalibrateWorkspace(ProjectingWorkspace):
     # --- results ---
 
     def _save(self, result: Result) -> None:
-        self.profiles.save(self.tile.id, result.with_origin(simulated=self._is_simulated))
+        self.profiles.save(self.tile.id, self._with_origin(result))
+
+    def _with_origin(self, result: Result) -> Result:
+        return result.with_origin(simulated=self._is_simulated, conditions=self._settings.conditions)
+
+    def _note(self, conditions: str) -> None:
+        self._settings.conditions = conditions.strip()
 
     def _saved(self, tile: str, kind: str) -> None:
         if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):
@@ -374,7 +380,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
             profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
-        result = result.with_origin(simulated=self._is_simulated)
+        result = self._with_origin(result)
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report
@@ -406,6 +412,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.choice.kind_chosen.connect(self._choose_kind)
         self.choice.earlier_chosen.connect(self._compare)
         self.choice.restore_requested.connect(lambda index: self.profiles.restore(self.tile.id, index))
+        self.choice.conditions.show_text(self._settings.conditions)
+        self.choice.conditions.committed.connect(self._note)
         self.choice.serial_given.connect(lambda serial: self.profiles.set_serial(self.tile.id, serial))
         self.overview.begin_requested.connect(self.begin)
         self.overview.reference_given.connect(self._save_reference)

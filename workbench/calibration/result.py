@@ -40,14 +40,13 @@ class Result:
     is_simulated: bool = False
     """Whether the tile was simulated, which the report says."""
 
-    def with_origin(self, *, simulated: bool) -> "Result":
+    def with_origin(self, *, simulated: bool, conditions: str = "") -> "Result":
         """Return the result with whether its tile was simulated, also in its part: hardware with the profile is told.
 
-        A part says nothing of hardware.
+        So are the `conditions` that a person noted. A part says nothing of hardware, and nothing of no note.
         """
-        if not simulated:
-            return self
-        return replace(self, is_simulated=True, part=self.part and structs.replace(self.part, simulated=True))
+        told = {name: value for name, value in (("simulated", simulated), ("conditions", conditions)) if value}
+        return replace(self, is_simulated=simulated, part=self.part and structs.replace(self.part, **told))
 
     def apply(self, profile: "Profile") -> "Profile":
         """Return the profile with this result; the previous values are kept in its history."""

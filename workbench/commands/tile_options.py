@@ -28,6 +28,7 @@ class TileOptions:
     tile: str = option("The tile; by default the only one in the file, or the floor's first.", "")
     serial: str = option("The tile's serial number, stored in its profile.", "")
     operator: str = option("Operator's name for the report; by default the account name.", "")
+    conditions: str = option("Instruments with their serial numbers, temperature, for profile and report.", "")
     seed: int = option("Seed of the simulated tile and hand.", 1)
     profile: Path | None = option("Profile JSON to read and write; its other parts are kept.", None, is_written=True)
     report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
@@ -60,6 +61,7 @@ class TileOptions:
         """
         from underfoot.calibration.results.drift import drift
 
+        result = result.with_origin(simulated=result.is_simulated, conditions=self.conditions)
         new, failure = result.apply(known), None
         for write in (self._write_report, self._write_profile):
             try:

@@ -44,6 +44,7 @@ NOMINAL_ACCELERATION = 20.0
 class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What every part has: its date and reference, its error, and whether the error is acceptable.
 
+    `conditions` are what a person noted of it: instruments with their serial numbers, temperature.
     `error` is in `error_unit`, measured on data that was not used to fit, and not known without a unit; `error_allowed`
     is what the verdict allows. `figures` are all that was measured, by name with the unit in it. `simulated` if the
     tile was.
@@ -59,6 +60,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     verdict: str = ""
     figures: dict[str, float] = msgspec.field(default_factory=dict)
     simulated: bool | msgspec.UnsetType = msgspec.UNSET
+    conditions: str | msgspec.UnsetType = msgspec.UNSET
     errs: ClassVar[str] = "errs by"
     """The words before its error."""
     error_names: ClassVar[tuple[str, ...]]

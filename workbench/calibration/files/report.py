@@ -55,6 +55,7 @@ def _body(result: Result, profile: Profile, operator: str) -> list[str]:
         ("tile", f"{profile.tile}, simulated" if result.is_simulated else profile.tile),
         ("serial number", profile.serial or "not given"),
         ("reference", part.reference if part is not None else ""),
+        ("conditions", part.conditions or "not given" if part is not None else ""),
         ("calibration", part.identity if part is not None else ""),
         *made_by(operator),
     ]
