@@ -60,16 +60,9 @@ void loop() {
     }
 
     if (AS_TEXT) {
-        Serial.print(TILE);
-        Serial.print(',');
-        Serial.print(sequence);
-        Serial.print(',');
-        Serial.print(now);
-        for (uint8_t i = 0; i < 4; i++) {
-            Serial.print(',');
-            Serial.print(readings[i]);
-        }
-        Serial.print('\n');
+        char line[TILE_LINE_SIZE];
+        tile_line_encode(line, TILE, sequence, now, readings);
+        Serial.print(line);
     } else {
         uint8_t frame[TILE_FRAME_SIZE];
         Serial.write(frame, tile_frame_encode(frame, TILE, sequence, now, readings));

@@ -1,4 +1,5 @@
 #include "tile_frame.h"
+#include <stdio.h>
 
 enum { FORCES = 1, ACCELERATION = 2, CHECKED = 17, RAW = CHECKED + 4 };
 
@@ -57,4 +58,15 @@ size_t tile_frame_encode(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t s
 size_t tile_frame_encode_acceleration(uint8_t out[TILE_FRAME_SIZE], uint16_t tile, uint16_t sequence,
                                       uint32_t microseconds, const uint16_t readings[4]) {
     return encode(out, ACCELERATION, tile, sequence, microseconds, readings);
+}
+
+size_t tile_line_encode(char out[TILE_LINE_SIZE], uint16_t tile, uint16_t sequence, uint32_t microseconds,
+                        const uint16_t readings[4]) {
+    const int length = snprintf(out, TILE_LINE_SIZE, "%u,%u,%lu,%u,%u,%u,%u", (unsigned)tile, (unsigned)sequence,
+                                (unsigned long)microseconds, (unsigned)readings[0], (unsigned)readings[1],
+                                (unsigned)readings[2], (unsigned)readings[3]);
+    uint8_t check = 0;
+    for (int i = 0; i < length; i++)
+        check ^= (uint8_t)out[i];
+    return (size_t)(length + snprintf(out + length, (size_t)(TILE_LINE_SIZE - length), "*%02X\n", (unsigned)check));
 }

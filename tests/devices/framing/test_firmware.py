@@ -36,7 +36,14 @@ def encode(tmp_path_factory):
         size = of(out, *row[:3], (u16 * 4)(*row[3:]))
         return out.raw[:size]
 
-    run.acceleration = lambda row: run(row, shaken)
+    def line(row):
+        out = ctypes.create_string_buffer(52)
+        size = as_text(out, *row[:3], (u16 * 4)(*row[3:]))
+        return out.value[:size]
+
+    as_text = ctypes.CDLL(str(library)).tile_line_encode
+    as_text.restype, as_text.argtypes = function.restype, function.argtypes
+    run.acceleration, run.line = lambda row: run(row, shaken), line
     return run
 
 
@@ -46,6 +53,7 @@ def test_the_firmware_s_frames_are_ours(encode):
     rows[0], rows[1] = 0, wire_format.MAX_VALUES
     sent = b"".join(encode(row) for row in rows.tolist())
     assert sent == wire_format.encode(rows)
+    assert b"".join(encode.line(row) for row in rows.tolist()) == wire_format.csv_lines(rows)
 
 
 def test_the_parser_decodes_what_the_firmware_sends(encode):
@@ -70,4 +78,5 @@ def test_the_sketch_sends_by_that_function():
     sketch = (SKETCH / "tile.ino").read_text()
     assert '#include "tile_frame.h"' in sketch
     assert "tile_frame_encode(frame, TILE, sequence, now, readings)" in sketch
+    assert "tile_line_encode(line, TILE, sequence, now, readings)" in sketch
     assert "tile_frame_encode_acceleration(frame, TILE, shaken_sequence, now, shaken)" in sketch

@@ -2,6 +2,7 @@
 
 import tracemalloc
 import zlib
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_frames import frames_of, packed, rows, stuffed
 
-from underfoot.devices.framing.parser import FrameCounts, Parser
+from underfoot.devices.framing.parser import WINDOW, FrameCounts, Parser
 from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, rows_of
 from underfoot.errors import BadValue
 
@@ -292,3 +293,22 @@ def test_ten_thousand_chunks_leave_nothing_behind():
         tracemalloc.stop()
     assert after - before < 256
     assert peak - before < 2048
+
+
+def test_no_damaged_character_of_a_line_with_a_checksum_is_another_sample():
+    """A damaged digit was a wrong force. The asterisk may be the one: the line then ends in more digits."""
+    parser = Parser()
+    parser.feed(csv_lines([0, 0, 0, 300, 301, 302, 4]))
+    for number, (at, damage) in enumerate(product(range(28), b"0195,*x\n"), start=1):
+        rows = [[0, count, 1000 * count, 300, 301, 302, 4] for count in (2 * number, 2 * number + 1)]
+        sent = bytearray(csv_lines(rows))
+        sent[at] = damage
+        assert all(row in rows for row in rows_of(parser.feed(sent)).tolist()), bytes(sent)
+
+
+def test_a_tile_that_sends_no_checksums_any_more_is_read_again():
+    """As with another sketch on the same board. Other tiles of the line need none meanwhile."""
+    with_none = [b"%d,%d,%d,1,2,3,4\n" % (tile, number, 1000 * number) for number in range(3, 80) for tile in (0, 1)]
+    parser, _ = parsed(csv_lines(rows(3)), *with_none)
+    assert parser.counts.corrupted == WINDOW
+    assert parser.tile_counts(2)[:, 0].tolist() == [3 + 77 - WINDOW, 77]

@@ -35,6 +35,10 @@ def rechecked(frame, order="<"):
         (50 * b"0;41;41000;312;298;305;290\r\n", "lines as '0;41;41000;312;298;305;290'; allowed: tile,sequence,"),
         (50 * b"0,41,41000,312.0,298.5,-3,290\n", "lines as '0,41,41000,312.0,298.5,-3,290'; allowed:"),
         (50 * b"0;41;41000;312;298;305;290\n\0", "lines as '0;41;41000;312;298;305;290'; allowed:"),
+        (
+            50 * b"0,41,41000,312,298,305,290*0D\n",
+            "*0D'; allowed: *0E at its end, the exclusive or",
+        ),
         (bytes(600), "0 bytes before each zero byte"),
     ],
 )

@@ -34,7 +34,7 @@ def test_frames_of_zeros_and_of_none(row):
 @given(st.lists(FRAME, min_size=1, max_size=5))
 def test_lines_hold_the_same_numbers(rows):
     lines = wire_format.csv_lines(rows).decode().splitlines()
-    assert [tuple(map(int, line.split(","))) for line in lines] == rows
+    assert [tuple(map(int, line.partition("*")[0].split(","))) for line in lines] == rows
 
 
 def test_no_frames_are_no_bytes():

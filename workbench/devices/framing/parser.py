@@ -29,7 +29,8 @@ _BINARY, _CSV = FORMS.index("binary"), FORMS.index("csv")
 _PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
 _JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
 _HALF_TURN = 1 << 31
-_SEQUENCE, _MICROSECONDS = 1, 2  # columns of a line
+_COMMA, _STAR = b",*"
+_SEQUENCE, _MICROSECONDS, _LAST, _CHECKSUM = 1, 2, 6, 7  # columns of a line
 
 
 class FrameCounts(Struct, frozen=True):
@@ -68,15 +69,18 @@ _SCANNER = np.dtype(
         ("held_count", np.int64),
         ("column", np.int64),
         ("digits", np.int64),
-        ("values", np.int64, (len(MAX_VALUES),)),
+        ("values", np.int64, (len(MAX_VALUES) + 1,)),
         ("is_bad", np.bool_),
         ("line_length", np.int64),
+        ("checksum", np.int64),
+        ("has_checksum", np.bool_),
     ],
     align=True,
 )
 """State of the scanner. `since_valid` is the number of bytes since the last valid frame; `in_step` is true if the
 beginning of the present piece was read. Of a frame: its last bytes, `held` in a ring, and their number. Of a line:
-the column, its digits so far, the numbers, whether it is already invalid, and its length.
+the column, its digits so far, the numbers and the checksum given, whether it is already invalid, its length and
+checksum; `has_checksum` is of the latest line.
 """
 _TILE = np.dtype(
     [
@@ -92,6 +96,7 @@ _TILE = np.dtype(
         ("patience", np.int64),
         ("epoch", np.int64),
         ("received", np.uint64),
+        ("checked", np.int64),
         ("sender", np.int64),
         ("heard_s", np.float64),
         ("stranger", np.int64),
@@ -103,8 +108,9 @@ _TILE = np.dtype(
 of newest frames since which that time is the same, and of lost ones in gaps shorter than `WINDOW`. Bit i of
 `received` is set if the frame i before the newest arrived; `age` is how many frames before it can be missing.
 `suspect` is the sequence number of the latest frame, if that did not fit, or -1; after `patience` more that follow it,
-the tile has begun anew. The tile belongs to `sender`, last heard at `heard_s`; `stranger` is the last other sender of
-its frames, last heard at `stranger_s`.
+the tile has begun anew. After a line with a checksum, `checked` more without one are taken for damaged. The tile
+belongs to `sender`, last heard at `heard_s`; `stranger` is the last other sender of its frames, last heard at
+`stranger_s`.
 """
 _ONE_SENDER = np.array([[np.iinfo(np.int64).max, 0]], np.int64)
 _TILES = 0x10000
@@ -172,7 +178,7 @@ class Parser:
 
         For a connection that was interrupted, or joined in the middle. The state of tiles is kept.
         """
-        for name in ("in_step", "held_count", "column", "digits", "is_bad", "line_length"):
+        for name in ("in_step", "held_count", "column", "digits", "is_bad", "line_length", "checksum"):
             self._scanner[name] = 0
 
     @property
@@ -265,7 +271,8 @@ def _scan(
         if is_valid:
             scanner.since_valid = 0
             tile = state.tiles[sample.tile + (sample.kind - FORCES) * _TILES]
-            if _is_own(tile, senders[of, 1], now_s, total) and _accept(sample, tile, total):
+            is_own = _is_own(tile, senders[of, 1], now_s, total)
+            if is_own and _is_whole(scanner, tile, total) and _accept(sample, tile, total):
                 out[written] = sample
                 written += 1
     return written
@@ -297,19 +304,26 @@ def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.recor
     """Read a character of a line; return whether it ends a valid line, whose numbers are then in `sample`."""
     if byte == 10 or byte == 0:
         return _end_line(scanner, sample, total)
+    column = scanner.column
+    if column < _CHECKSUM and byte != _STAR:
+        scanner.checksum ^= byte
     if byte == 13 or byte == 32:
         return False
     scanner.line_length += 1
     if scanner.is_bad:
         return False
-    column = scanner.column
-    if 48 <= byte <= 57:
+    if column == _CHECKSUM:
+        digit = byte - 48 if byte <= 57 else (byte | 32) - 87  # of a capital or small letter
+        scanner.is_bad = not (0 <= digit <= 15) or (digit <= 9) != (byte <= 57) or scanner.digits == 2
+        scanner.values[column] = (scanner.values[column] * 16 if scanner.digits > 0 else 0) + digit
+        scanner.digits += 1
+    elif 48 <= byte <= 57:
         scanner.values[column] = (scanner.values[column] * 10 if scanner.digits > 0 else 0) + byte - 48
         scanner.digits += 1
         # The counter of simple firmware may exceed sixteen bits.
         most = MAX_VALUES[_MICROSECONDS] if column == _SEQUENCE else MAX_VALUES[column]
         scanner.is_bad = scanner.values[column] > most
-    elif byte == 44 and scanner.digits > 0 and column < 6:
+    elif byte == (_STAR if column == _LAST else _COMMA) and scanner.digits > 0:
         scanner.column += 1
         scanner.digits = 0
     else:
@@ -320,11 +334,14 @@ def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.recor
 @kernel
 def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
     # In a line that was joined in the middle, the first number may lack digits.
-    is_valid = scanner.column == 6 and scanner.digits > 0 and not scanner.is_bad and scanner.in_step
+    scanner.has_checksum = scanner.column == _CHECKSUM
+    is_right = scanner.digits == 2 and scanner.values[_CHECKSUM] == scanner.checksum
+    is_whole = is_right if scanner.has_checksum else scanner.column == _LAST and scanner.digits > 0
+    is_valid = is_whole and not scanner.is_bad and scanner.in_step
     if scanner.form == _CSV and scanner.in_step and not is_valid and scanner.line_length > 0:
         total.corrupted += 1
     scanner.in_step = True
-    scanner.column = scanner.digits = scanner.line_length = 0
+    scanner.column = scanner.digits = scanner.line_length = scanner.checksum = 0
     scanner.is_bad = False
     if is_valid:
         scanner.form = _CSV
@@ -335,6 +352,20 @@ def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
         for sensor in range(4):
             sample.readings[sensor] = scanner.values[3 + sensor]
     return is_valid
+
+
+@kernel
+def _is_whole(scanner: np.record, tile: np.record, total: np.record) -> bool:
+    """Return whether the latest frame lacks no checksum, as a line would where the others of its tile have one."""
+    if scanner.form == _BINARY:
+        return True
+    if scanner.has_checksum:
+        tile.checked = WINDOW
+    elif tile.checked > 0:
+        tile.checked -= 1
+        total.corrupted += 1
+        return False
+    return True
 
 
 @kernel

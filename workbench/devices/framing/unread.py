@@ -1,11 +1,15 @@
 """Why nothing can be read in bytes of a device: what a maker's sender does otherwise than the wire format."""
 
+import re
 from collections import Counter
+from functools import reduce
+from operator import xor
 
 from underfoot.devices.framing.wire_format import ACCELERATION, COLUMNS, FORCES, STUFFED_BYTES
 from underfoot.quantities import counted
 
 _SHOWN = 60  # characters of a line
+_CHECKED_LINE = re.compile(r"\d+(,\d+){6}\*.*")
 
 
 def why_unread(data: bytes, doubt: str) -> str:
@@ -18,6 +22,9 @@ def why_unread(data: bytes, doubt: str) -> str:
     lines = [line.strip() for line in text.split(b"\n")[1:-1]]  # the first and the last may be parts
     if any(lines) and all(32 <= byte < 127 or byte in b"\t\r\n" for byte in text):
         shown = max(lines, key=len)[:_SHOWN].decode("ascii")
+        if _CHECKED_LINE.fullmatch(shown):
+            right = reduce(xor, shown.rpartition("*")[0].encode())
+            return f"lines as {shown!r}; allowed: *{right:02X} at its end, the exclusive or of all characters before *"
         return f"lines as {shown!r}; allowed: {','.join(COLUMNS)} in whole numbers, 0 or more"
     pieces = data.split(b"\0")[1:-1]
     if not pieces:

@@ -5,12 +5,15 @@ microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet ove
 the readings of the four force sensors. Kind 2 holds four samples of an accelerometer, 32768 at rest: the last was
 taken at the frame's time, the others evenly spaced since the previous frame. Consistent overhead byte stuffing
 (Cheshire and Baker 1999) turns this into 22 bytes, none of them zero, followed by a zero. For first experiments there
-is a line of text, `tile,sequence,microseconds,r1,r2,r3,r4`, without checksum.
+is a line of text, `tile,sequence,microseconds,r1,r2,r3,r4`. It may end in a checksum, as in NMEA 0183: an asterisk, and
+two hexadecimal digits of the exclusive or of all characters before it.
 
 In arrays a frame is a record of `SAMPLE`.
 """
 
 import zlib
+from functools import reduce
+from operator import xor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,12 +63,13 @@ def encode(rows: ArrayLike) -> bytes:
 
 
 def csv_lines(rows: ArrayLike) -> bytes:
-    """Encode the same samples as lines of text.
+    """Encode the same samples as lines of text, with checksums.
 
     >>> csv_lines([3, 7, 1_000_000, 0, 1, 2, 65535])
-    b'3,7,1000000,0,1,2,65535\\n'
+    b'3,7,1000000,0,1,2,65535*36\\n'
     """
-    return b"".join(b"%d,%d,%d,%d,%d,%d,%d\n" % tuple(row) for row in _checked(rows).tolist())
+    lines = (b"%d,%d,%d,%d,%d,%d,%d" % tuple(row) for row in _checked(rows).tolist())
+    return b"".join(b"%b*%02X\n" % (line, reduce(xor, line)) for line in lines)
 
 
 def samples_of(rows: ArrayLike) -> NDArray[np.void]:
