@@ -8,12 +8,20 @@ from underfoot.kernels import kernel
 from underfoot.models.signals.random import exponential, normal, open_unit, stream_key, uniform
 
 COUNT = 100_000
+DRAWS = [uniform, exponential, normal]
 
 
 @kernel
-def fill(draw, key, first, step, out):
+def fill(which, key, first, step, out):
+    """By its number in `DRAWS`: a draw among the arguments would be compiled again in each process."""
     for i in range(out.size):
-        out[i] = draw(key, first + step * i)
+        counter = first + step * i
+        if which == 0:
+            out[i] = uniform(key, counter)
+        elif which == 1:
+            out[i] = exponential(key, counter)
+        else:
+            out[i] = normal(key, counter)
 
 
 @kernel
@@ -24,7 +32,7 @@ def fill_across_keys(key, step, counter, out):
 
 def draws(draw, key=1, first=0, step=1, count=COUNT):
     out = np.empty(count)
-    fill(draw, np.uint64(key), first, step, out)
+    fill(DRAWS.index(draw), np.uint64(key), first, step, out)
     return out
 
 
