@@ -1,7 +1,6 @@
 """The window: the transport bar, the workspaces below it, and a line of messages."""
 
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from underfoot.file_places import file_place, place_in, readable
 from underfoot.floor.layout import FORMAT as FLOOR_FORMAT
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.controls.fields import end_typing
+from underfoot.widgets.controls.menu import add_action
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.dialogs.shortcuts import keys_of
@@ -306,53 +306,35 @@ class MainWindow(QMainWindow):
         """Return the actions of the whole window by name."""
         key = QKeySequence.StandardKey
         open_patch, controller = self.open_patch, self.controller
+        add = partial(add_action, self, where=Qt.ShortcutContext.WindowShortcut)
         return {
-            "new": self._add_action("New patch", key.New, open_patch.new),
-            "open": self._add_action("Open…", key.Open, lambda: open_patch.open()),
-            "save": self._add_action("Save", key.Save, self._save),
-            "save as": self._add_action("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
-            "import": self._add_action("Import…", "Ctrl+Shift+I", self._exchange.ask),
-            "export": self._add_action("Export…", "Ctrl+Shift+E", self._export),
-            "play": self._add_action("Play or stop", "Ctrl+Space", controller.play_or_stop),
+            "new": add("New patch", key.New, open_patch.new),
+            "open": add("Open…", key.Open, lambda: open_patch.open()),
+            "save": add("Save", key.Save, self._save),
+            "save as": add("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
+            "import": add("Import…", "Ctrl+Shift+I", self._exchange.ask),
+            "export": add("Export…", "Ctrl+Shift+E", self._export),
+            "play": add("Play or stop", "Ctrl+Space", controller.play_or_stop),
             # Also in the window of a participant, or of a projector, which has the keys.
-            "panic": self._add_action(
-                "Panic: silence at once", PANIC_KEYS, self.panic, Qt.ShortcutContext.ApplicationShortcut
+            "panic": add(
+                "Panic: silence at once", PANIC_KEYS, self.panic, where=Qt.ShortcutContext.ApplicationShortcut
             ),
-            "record": self._add_action(
-                "Record", "Ctrl+R", lambda: controller.record(not self.main_bar.record.isChecked())
-            ),
-            "mark": self._add_action("Mark this moment", "Ctrl+M", self.marking.mark),
-            "mark with words": self._add_action("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
-            "audio": self._add_action("Audio…", "Ctrl+,", self._dialogs.open_audio),
-            "network": self._add_action("Network…", "Ctrl+Shift+N", self._dialogs.open_network),
-            "cost": self._add_action("Cost of a block…", "Ctrl+Shift+B", self._dialogs.open_cost),
-            "keys": self._add_action("Keyboard shortcuts", "F1", self._show_shortcuts),
-            "about": self._add_action("About Underfoot", "", self._dialogs.open_about),
-            "quit": self._add_action("Quit", "Ctrl+Q", self.close),
+            "record": add("Record", "Ctrl+R", lambda: controller.record(not self.main_bar.record.isChecked())),
+            "mark": add("Mark this moment", "Ctrl+M", self.marking.mark),
+            "mark with words": add("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
+            "audio": add("Audio…", "Ctrl+,", self._dialogs.open_audio),
+            "network": add("Network…", "Ctrl+Shift+N", self._dialogs.open_network),
+            "cost": add("Cost of a block…", "Ctrl+Shift+B", self._dialogs.open_cost),
+            "keys": add("Keyboard shortcuts", "F1", self._show_shortcuts),
+            "about": add("About Underfoot", "", self._dialogs.open_about),
+            "quit": add("Quit", "Ctrl+Q", self.close),
             **{
-                declared.name: self._add_action(
+                declared.name: add(
                     f"Show {declared.name}", declared.key, partial(self.workspaces.choose, declared.name)
                 )
                 for declared in self.workspaces.declarations
             },
         }
-
-    def _add_action(
-        self,
-        text: str,
-        keys: QKeySequence.StandardKey | str | tuple[str, ...],
-        do: Callable[[], object],
-        where: Qt.ShortcutContext = Qt.ShortcutContext.WindowShortcut,
-    ) -> QAction:
-        action = QAction(text, self)
-        if isinstance(keys, tuple):
-            action.setShortcuts([QKeySequence(key) for key in keys])
-        else:
-            action.setShortcut(keys)
-        action.setShortcutContext(where)
-        action.triggered.connect(lambda _=False: do())
-        self.addAction(action)
-        return action
 
     # --- connections ---
 

@@ -8,7 +8,7 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QTableView, QTreeView
 
 from underfoot.widgets import theme
-from underfoot.widgets.controls.menu import Menu
+from underfoot.widgets.controls.menu import Menu, add_action
 
 
 def make_read_only(table: QTableView) -> None:
@@ -31,12 +31,7 @@ def leaves_space(event: QKeyEvent) -> bool:
 
 def copy_action(table: QAbstractItemView, copy: Callable[[], object]) -> QAction:
     """Return an action that copies from a table by its key, which Qt would take for the current cell alone."""
-    action = QAction("Copy", table)
-    action.setShortcuts(QKeySequence.StandardKey.Copy)
-    action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-    action.triggered.connect(lambda _=False: copy())
-    table.addAction(action)
-    return action
+    return add_action(table, "Copy", QKeySequence.StandardKey.Copy, copy)
 
 
 def offer_copy(table: QTableView | QTreeView, text: Callable[[], str] | None = None) -> None:

@@ -1,10 +1,12 @@
 """Undo and redo of a document: two actions with their keys, which name the step they take back."""
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QUndoGroup, QUndoStack
 from PySide6.QtWidgets import QLineEdit, QPlainTextEdit, QWidget
 
-from underfoot.widgets.controls.menu import literal
+from underfoot.widgets.controls.menu import Shortcut, add_action, literal
 
 
 class UndoActions(QObject):
@@ -16,10 +18,8 @@ class UndoActions(QObject):
     def __init__(self, history: QUndoGroup | QUndoStack, owner: QWidget) -> None:
         super().__init__(owner)
         self._history, self._owner = history, owner
-        self.undo = self._action("Undo", ("Ctrl+Z",))
-        self.redo = self._action("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"))
-        self.undo.triggered.connect(self.take_back)
-        self.redo.triggered.connect(self.repeat)
+        self.undo = self._action("Undo", "Ctrl+Z", self.take_back)
+        self.redo = self._action("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.repeat)
         history.undoTextChanged.connect(lambda text: _name_step(self.undo, "Undo", text))
         history.redoTextChanged.connect(lambda text: _name_step(self.redo, "Redo", text))
         history.canUndoChanged.connect(self.undo.setEnabled)
@@ -37,14 +37,11 @@ class UndoActions(QObject):
         self._history.redo()
         self.used.emit(f"Redone: {_lower_first(text)}")
 
-    def _action(self, name: str, keys: tuple[str, ...]) -> QAction:
-        action = QAction(name, self._owner)
+    def _action(self, name: str, keys: Shortcut, do: Callable[[], None]) -> QAction:
+        action = add_action(self._owner, name, keys, do, Qt.ShortcutContext.WidgetWithChildrenShortcut)
         action.setIconText(name)
         action.setEnabled(False)
-        action.setShortcuts([QKeySequence(key) for key in keys])
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         _name_step(action, name, "")
-        self._owner.addAction(action)
         return action
 
 

@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from underfoot.patch.groups import COLOURS, Group
-from underfoot.widgets.controls.menu import Menu, literal
+from underfoot.widgets.controls.menu import Menu, Shortcut, add_action, literal
 
 _KEY = QKeySequence.StandardKey
 
@@ -19,7 +18,7 @@ class CanvasAction(NamedTuple):
 
     name: str
     text: str
-    keys: QKeySequence.StandardKey | tuple[str, ...]
+    keys: Shortcut
 
 
 ALIGNMENTS = (
@@ -75,18 +74,8 @@ MARK_ACTIONS = ("audition", "audition everywhere", "mute", "bypass", "solo")
 
 
 def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
-    """Return the actions by name, connected to their handlers. Their keys work while `canvas` has the focus."""
-    made = {}
-    for name, text, keys in ACTIONS:
-        action = QAction(text, canvas)
-        if isinstance(keys, tuple):
-            action.setShortcuts([QKeySequence(key) for key in keys])
-        else:
-            action.setShortcuts(keys)
-        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        action.triggered.connect(lambda _=False, handler=handlers[name]: handler())
-        made[name] = action
-    return made
+    """Add the actions to the canvas, with their handlers, and return them by name."""
+    return {name: add_action(canvas, text, keys, handlers[name]) for name, text, keys in ACTIONS}
 
 
 class Selection(NamedTuple):

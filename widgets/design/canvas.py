@@ -65,7 +65,6 @@ class Canvas(AskingView):
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
         handlers = {name: partial(self._act, name, do) for name, do in self._handlers().items()}
         self.actions_by_name = make_actions(self, handlers)
-        self.addActions(list(self.actions_by_name.values()))
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
     def _handlers(self) -> dict[str, Callable[[], object]]:

@@ -1,14 +1,15 @@
 """The strip above the preview: play, loop, duration, slots A and B, and their blind test."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence, QResizeEvent
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.menu import literal
+from underfoot.widgets.controls.menu import add_action, literal
 from underfoot.widgets.controls.panels import chip, one_of_several
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
@@ -122,21 +123,14 @@ class ListenBar(QWidget):
             self.switch_requested.emit()
 
     def _make_actions(self, around: QWidget) -> dict[str, QAction]:
-        made = {}
-        for name, text, key, do in (
-            ("from start", "Play from the start", "P", self.start_requested.emit),
-            ("loop", "Loop", "L", self.loop.toggle),
-            ("switch", "Switch between A and B", "X", self.switch_requested.emit),
-            ("copy to other", "Copy A to B", "Shift+X", self.copy_requested.emit),
-            ("blind test", "Blind test of A and B…", "Ctrl+B", self.blind_requested.emit),
-        ):
-            action = QAction(text, around)
-            action.setShortcut(QKeySequence(key))
-            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-            action.triggered.connect(lambda _=False, do=do: do())
-            around.addAction(action)
-            made[name] = action
-        return made
+        add = partial(add_action, around, where=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        return {
+            "from start": add("Play from the start", "P", self.start_requested.emit),
+            "loop": add("Loop", "L", self.loop.toggle),
+            "switch": add("Switch between A and B", "X", self.switch_requested.emit),
+            "copy to other": add("Copy A to B", "Shift+X", self.copy_requested.emit),
+            "blind test": add("Blind test of A and B…", "Ctrl+B", self.blind_requested.emit),
+        }
 
     def _add_chip(self, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
         button = chip(text, tip, self, checkable=False)

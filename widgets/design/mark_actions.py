@@ -1,16 +1,15 @@
 """Actions on how nodes are heard, with their keys: play one alone; mute, bypass and solo the selected ones."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
-from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QObject, Signal
 
 from underfoot.patch.effective import can_be_bypassed
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.quantities import counted
+from underfoot.widgets.controls.menu import add_action
 from underfoot.widgets.design.canvas import Canvas
 
 MARK_NAMES = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
@@ -26,17 +25,16 @@ class MarkActions(QObject):
     def __init__(self, canvas: Canvas, registry: Registry) -> None:
         super().__init__(canvas)
         self._canvas, self._registry = canvas, registry
-        made = {
-            "audition": _action(canvas, "Audition node", "A", partial(self._audition, everywhere=False)),
-            "audition everywhere": _action(
-                canvas, "Audition node on all tiles", "Shift+A", partial(self._audition, everywhere=True)
+        add = partial(add_action, canvas)
+        canvas.actions_by_name |= {
+            "audition": add("Audition node", "A", partial(self._audition, everywhere=False)),
+            "audition everywhere": add(
+                "Audition node on all tiles", "Shift+A", partial(self._audition, everywhere=True)
             ),
-            "mute": _action(canvas, "Mute", "M", partial(self.toggle, "muted")),
-            "bypass": _action(canvas, "Bypass", "B", partial(self.toggle, "bypassed")),
-            "solo": _action(canvas, "Solo", "S", partial(self.toggle, "soloed")),
+            "mute": add("Mute", "M", partial(self.toggle, "muted")),
+            "bypass": add("Bypass", "B", partial(self.toggle, "bypassed")),
+            "solo": add("Solo", "S", partial(self.toggle, "soloed")),
         }
-        canvas.actions_by_name |= made
-        canvas.addActions(list(made.values()))
         canvas.audition_requested.connect(lambda node: self.audition_requested.emit(node, False))
 
     def toggle(self, mark: str) -> None:
@@ -72,12 +70,3 @@ def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> 
     on = not all(mark in patch.node(id).marks for id in ids)
     whom = patch.node(ids[0]).name_in(registry) if len(ids) == 1 else counted(len(ids), "node")
     return patch.mark(ids, mark, on=on), f"{MARK_NAMES[mark][0 if on else 1]} {whom}"
-
-
-def _action(widget: QWidget, text: str, key: str, do: Callable[[], object]) -> QAction:
-    """Return an action whose key works while the widget has the focus."""
-    action = QAction(text, widget)
-    action.setShortcut(QKeySequence(key))
-    action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-    action.triggered.connect(lambda _=False: do())
-    return action

@@ -18,6 +18,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import node_id
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import add_action
 from underfoot.widgets.controls.panels import column
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.controls.undo_actions import UndoActions
@@ -93,11 +94,8 @@ class DesignWorkspace(Workspace):
         self.undo_actions = UndoActions(self.document.group, self)
         self.undo_action, self.redo_action = self.undo_actions.undo, self.undo_actions.redo
         self.undo_actions.used.connect(self._say)
-        self.parameters_action = QAction("From the canvas to the parameters, and back", self)
-        self.parameters_action.setShortcut(QKeySequence("F6"))
-        self.parameters_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        self.parameters_action.triggered.connect(self._change_focus)
-        self.addAction(self.parameters_action)
+        within, text = Qt.ShortcutContext.WidgetWithChildrenShortcut, "From the canvas to the parameters, and back"
+        self.parameters_action = add_action(self, text, "F6", self._change_focus, within)
         self._connect()
         self.set_floor(default_floor().tiles)
 
