@@ -182,6 +182,16 @@ def _patch() -> Patch:
     return patch.connect("gain.out", "tile-output.acceleration", REGISTRY)
 
 
+def wait_for(session: Session, ring: Ring) -> None:
+    """Poll a session that was started until it writes to a ring; raise `UnderfootError` if it does not play."""
+    began = time.perf_counter()
+    while not ring.written:
+        reports = session.poll()
+        if time.perf_counter() - began > _START_S:
+            raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
+        time.sleep(_POLL_S)
+
+
 class _OutputRecorder:
     """The output of a session, with the time at which each block was first seen."""
 
@@ -195,12 +205,7 @@ class _OutputRecorder:
         """Start the session, and wait until it plays."""
         self._session.send(Level(0.0))
         self._session.start()
-        began = time.perf_counter()
-        while not self._ring.written:
-            reports = self._session.poll()
-            if time.perf_counter() - began > _START_S:
-                raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
-            time.sleep(_POLL_S)
+        wait_for(self._session, self._ring)
 
     def clear(self) -> None:
         """Discard everything up to now."""

@@ -11,13 +11,13 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from underfoot.bench.latency import wait_for
 from underfoot.bench.requirements.requirement import Requirement
 from underfoot.engine.commands import PressTile
 from underfoot.engine.rings import Reader
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
 from underfoot.engine.target import Target
-from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tracking import ON_N
 from underfoot.nodes import REGISTRY
@@ -37,7 +37,6 @@ MOST_S = 0.3
 MOVES = 1e-5
 """Least vibration, of full scale, that counts as one: what came before may not have decayed to exactly zero."""
 _QUIET_S = 0.05
-_START_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def measured(kind: type[Scene], settings: Mapping[str, Any], seconds: float = 30
     try:
         forces, vibration = ForceReader(session.memory.force), Reader(session.memory.vibration)
         session.start()
-        _wait(session)
+        wait_for(session, session.memory.vibration)
         stage = Stage(session, scene)
         draws, loads, played, presses = random.Random(seed), [], [], 0
         pictures: list[tuple[int, int]] = []
@@ -174,15 +173,6 @@ def _picture_delays_s(
         if first and answer - frames[sample] < MOST_S * rate_hz:
             found.append((answer - float(frames[sample])) / rate_hz)
     return np.array(found)
-
-
-def _wait(session: Session) -> None:
-    began = time.perf_counter()
-    while not session.memory.vibration.written:
-        reports = session.poll()
-        if time.perf_counter() - began > _START_S:
-            raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
-        time.sleep(PICTURE_S)
 
 
 def _vibration_delays_s(

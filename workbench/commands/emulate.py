@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.options import SECONDS, command, require_seconds
+from underfoot.commands.options import SECONDS, command, require_seconds, two_numbers
 from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
@@ -155,17 +155,9 @@ def _injector(options: EmulateOptions) -> "FaultInjector":
 
     faults = Faults(
         options.lost, options.doubled, options.reordered, options.corrupted, options.late,
-        unplugged=tuple(map(_stretch, options.unplug)),
+        unplugged=tuple(two_numbers("--unplug", one, "AT:FOR in seconds, as 5:0.5") for one in options.unplug),
     )  # fmt: skip
     return FaultInjector(faults, options.seed, options.csv_lines)
-
-
-def _stretch(text: str) -> tuple[float, float]:
-    at, _, length = text.partition(":")
-    try:
-        return float(at), float(length)
-    except ValueError:
-        raise BadValue(f"--unplug is {text!r}; allowed: AT:FOR in seconds, as 5:0.5") from None
 
 
 def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":

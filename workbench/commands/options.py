@@ -91,3 +91,16 @@ def require_seconds(seconds: float | None) -> None:
     """
     if seconds is not None and not seconds > 0.0:
         raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")
+
+
+def two_numbers(flag: str, text: str, allowed: str) -> tuple[float, float]:
+    """Return the numbers on both sides of a colon; raise `BadValue` for another text.
+
+    >>> two_numbers("--modulus", "1:220", "LOW:HIGH, as 5:50")
+    (1.0, 220.0)
+    """
+    first, _, second = text.partition(":")
+    try:
+        return float(first), float(second)
+    except ValueError:
+        raise BadValue(f"{flag} is {text!r}; allowed: {allowed}") from None

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.files import require_folders_writable
-from underfoot.commands.options import FIGURES_AS_JSON, command
+from underfoot.commands.options import FIGURES_AS_JSON, command, two_numbers
 from underfoot.errors import BadValue
 from underfoot.options import argument, option, shared
 
@@ -90,17 +90,11 @@ def _search(options: TileDesignOptions, floor: "Floor", parameters: "TileParamet
         value = getattr(options, name)
         if value is not None:
             size = LABELS[field][2] if field in LABELS else 1.0
-            number = _span(name, value, size) if name in ("modulus", "thickness") else value
-            spec = msgspec.structs.replace(spec, **{field: number * size if isinstance(number, float) else number})
+            if name in ("modulus", "thickness"):
+                low, high = two_numbers(f"--{name}", value, "LOW:HIGH, as 5:50")
+                value = low * size, high * size
+            spec = msgspec.structs.replace(spec, **{field: value * size if isinstance(value, float) else value})
     found = [search(one, parameters, spec) for one in {tile.size_m: tile for tile in floor.tiles}.values()]
     if options.report is not None:
         write(found, options.report)
     print(json.dumps([one.data() for one in found]) if options.as_json else "\n\n".join(map(table, found)))
-
-
-def _span(option: str, text: str, size: float) -> tuple[float, float]:
-    low, _, high = text.partition(":")
-    try:
-        return float(low) * size, float(high) * size
-    except ValueError:
-        raise BadValue(f"--{option} is {text!r}; allowed: LOW:HIGH, as 5:50") from None
