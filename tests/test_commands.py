@@ -98,7 +98,7 @@ def test_a_file_in_the_folder_of_commands_is_a_command(underfoot, refused, folde
     assert "No such command 'shared'" in refused("shared")
 
 
-def test_tab_completes_commands_and_presets_and_leaves_files_to_the_shell(underfoot, monkeypatch, folder):
+def test_tab_completes_what_has_a_name_and_leaves_files_to_the_shell(underfoot, monkeypatch, folder):
     monkeypatch.setenv("_UNDERFOOT_COMPLETE", "bash_complete")
     (folder / "snowed.json").touch()
     for words, completed in (
@@ -106,6 +106,10 @@ def test_tab_completes_commands_and_presets_and_leaves_files_to_the_shell(underf
         ("gravel m", ["plain,monitor"]),
         ("render grav", ["file,grav", "plain,gravel"]),
         ("render sno", ["plain,snow", "file,sno"]),  # bash takes the last: the file
+        ("experiment detection-t", ["file,detection-t", "plain,detection-threshold"]),
+        ("analyse trials.csv --protocol free", ["file,free", "plain,free-labels"]),
+        ("scene fro", ["plain,frozen-pond"]),
+        ("nodes low", ["plain,low-pass"]),
     ):
         monkeypatch.setenv("COMP_WORDS", f"underfoot {words}")
         monkeypatch.setenv("COMP_CWORD", str(len(words.split())))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.commands.files import complete_presets, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import command
 from underfoot.commands.protocols import opened_protocol
 from underfoot.options import argument, option
@@ -17,7 +17,10 @@ class AnalyseOptions:
     """Options of the command."""
 
     sessions: tuple[Path, ...] = argument(metavar="SESSION...")
-    protocol: str | None = option("Protocol of CSVs of trials: a file, or a preset's name. Sessions contain their own.")
+    protocol: str | None = option(
+        "Protocol of CSVs of trials: a file, or a preset's name. Sessions contain their own.",
+        shell_complete=complete_presets("protocols"),
+    )
     report: Path | None = option("Folder for a page with tables and pictures.")
     csv: Path | None = option("Write all trials, one per row.", is_written=True)
     bids: Path | None = option("Folder for BIDS: behavioural files, and force and vibration of each trial.")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import RUN_CODE
+from underfoot.commands.files import RUN_CODE, complete_presets
 from underfoot.commands.session_target import PROFILES, SENSOR_RATE, SOUND, TARGET, TARGET_FLOOR
 from underfoot.options import argument, option, shared
 
@@ -14,7 +14,7 @@ from underfoot.options import argument, option, shared
 class ExperimentOptions:
     """Options of the command; None if not given."""
 
-    protocol: str = argument()
+    protocol: str = argument(shell_complete=complete_presets("protocols"))
     leave_out: str | None = option(
         'Leave a session file out of the analysis for a reason; "" takes it in again.', metavar="WHY"
     )

@@ -2,7 +2,7 @@
 
 import os
 import stat
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
@@ -103,18 +103,43 @@ class FileOrPreset(_Input):
         return self.coerce_path_result(presets.get(text, named))
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
-        """Return that the shell has the files, and the presets that begin so.
+        """Return that the shell has the files, and the presets that begin so."""
+        return complete_presets(self._kind)(ctx, param, incomplete)
 
-        bash drops what comes before the files, and has no files if anything comes after: it is offered the presets
-        where no file begins so.
-        """
+
+Completes = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
+
+
+def complete_names(names: Callable[[], Iterable[str]]) -> Completes:
+    """Return what Tab completes to those of these names that begin so."""
+
+    def found(ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
         from click.shell_completion import CompletionItem
 
+        return [CompletionItem(name) for name in names() if name.startswith(incomplete)]
+
+    return found
+
+
+def complete_presets(kind: str) -> Completes:
+    """Return what Tab completes to files and to presets; `kind` as for `FileOrPreset`.
+
+    bash drops what comes before the files, and has no files if anything comes after: it is offered the presets where no
+    file begins so.
+    """
+
+    def names() -> Iterable[str]:
         from underfoot.patch import preset_files
 
-        presets = [CompletionItem(name) for name in getattr(preset_files, self._kind)() if name.startswith(incomplete)]
-        files = super().shell_complete(ctx, param, incomplete)
+        presets: Iterable[str] = getattr(preset_files, kind)()
+        return presets
+
+    def found(ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
+        presets = complete_names(names)(ctx, param, incomplete)
+        files = click.Path().shell_complete(ctx, param, incomplete)
         return [*presets, *files] if glob(f"{escape(incomplete)}*") else [*files, *presets]
+
+    return found
 
 
 FORCES_FLOOR: Path | None = option("Floor JSON; found automatically beside a force CSV.", presets="floors")

@@ -1,7 +1,7 @@
 """`underfoot scene`: a scene on the floor without a window; events are printed, and filmed on request."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +13,7 @@ from click.core import ParameterSource
 from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import require_outputs_writable
+from underfoot.commands.files import complete_names, require_outputs_writable
 from underfoot.commands.options import command
 from underfoot.commands.session_target import (
     LEVEL,
@@ -53,11 +53,17 @@ _UNMEASURED = (
 )
 
 
+def _scenes() -> Iterable[str]:
+    from underfoot.scenes import discover
+
+    return discover()
+
+
 @dataclass(frozen=True)
 class SceneOptions:
     """Options of the command; None if not given."""
 
-    name: str | None = argument()
+    name: str | None = argument(shell_complete=complete_names(_scenes))
     target: str = shared(TARGET)
     floor: Path | None = shared(TARGET_FLOOR)
     profiles: Path | None = shared(PROFILES)
