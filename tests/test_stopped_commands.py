@@ -1,5 +1,6 @@
 """Commands that are stopped by signals: they end, with their processes, and leave no part of a file."""
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -9,6 +10,7 @@ from functools import partial
 
 import pytest
 
+from underfoot.commands.ending import Interrupted, raised_at_signals
 from underfoot.engine.worker_pool import cores
 from underfoot.patch import preset_files
 
@@ -50,6 +52,20 @@ main()
     heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     run = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, preexec_fn=heard)
     assert (run.returncode, run.stdout, run.stderr) == (-signal.SIGINT, b"", b"")
+
+
+def test_a_signal_that_a_library_drops_in_its_callback_ends_the_command_without_a_traceback(capfd):
+    """As LLVM while it compiles a kernel: Numba's error of the code that was lost was written, with status 1."""
+
+    @raised_at_signals()
+    def compile():
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGTERM))()
+        raise RuntimeError("no compiled object yet")
+
+    with pytest.raises(Interrupted) as ended:
+        compile()
+    assert ended.value.status == 143
+    assert capfd.readouterr().err == ""
 
 
 ENDLESS = """

@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -24,13 +25,32 @@ def ended_by_signals(end: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def raised_at_signals() -> Iterator[None]:
-    """Raise `Interrupted` in this block at these signals."""
+    """Raise `Interrupted` in this block at these signals.
+
+    LLVM, which compiles kernels, drops what is raised while it calls Python, and Numba fails for want of the code that
+    was to be kept there.
+    """
+    told: list[int] = []
+    report = sys.unraisablehook
 
     def interrupt(number: int) -> None:
+        told.append(number)
         raise Interrupted(number)
 
-    with _told_of_signals(interrupt):
-        yield
+    def report_others(dropped: "sys.UnraisableHookArgs") -> None:
+        if not isinstance(dropped.exc_value, Interrupted):
+            report(dropped)
+
+    sys.unraisablehook = report_others
+    try:
+        with _told_of_signals(interrupt):
+            yield
+    except Exception:
+        if told:
+            raise Interrupted(told[0]) from None
+        raise
+    finally:
+        sys.unraisablehook = report
 
 
 @contextmanager
