@@ -271,6 +271,9 @@ def test_presets_are_named_without_a_folder(underfoot, folder):
     done = underfoot("render", "wood", "--force", "corridor", "--seconds", "0.3", "-o", "wood.wav")
     assert done.status == 0
     assert (folder / "wood.wav").is_file()
+    (folder / "wood").mkdir()  # for what is made of it, which hid the preset
+    assert underfoot("render", "wood", "--force", "corridor", "--seconds", "0.1", "-o", "wood/soft.wav").status == 0
+    assert "there is no patch in it" in underfoot("render", "wood/").error
     assert underfoot("tile", "tiles-2x2", "--simulation", "plywood-tile").out.startswith("30.5 x 30.5 cm")
     assert simulation_of("simulator:plywood-tile") == str(preset_files.simulations()["plywood-tile"])
     centroids = underfoot("calibrate", "places", "--presses", "none.csv", "--floor", "tiles-6x6")

@@ -84,6 +84,7 @@ class FileOrPreset(_Input):
     """A file, or the name of a preset if there is no such file; `kind` is the function of `preset_files` for these.
 
     If its value is a str, it may also be other words, which stay as they are.
+    A folder that is called as a preset, such as one for what is rendered of it, does not hide that; `gravel/` names it.
     """
 
     def __init__(self, kind: str, path_type: type = Path) -> None:
@@ -93,14 +94,16 @@ class FileOrPreset(_Input):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
         named = super().convert(value, param, ctx)
         text = str(value)
-        if names_file(text):
+        if names_file(text) and not os.path.isdir(text):
             return named
         from underfoot.patch import preset_files
 
         presets = getattr(preset_files, self._kind)()
-        if text not in presets and self.type is Path:
+        if text in presets:
+            return self.coerce_path_result(presets[text])
+        if self.type is Path and not os.path.exists(text):
             raise BadFile(f"{text} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
-        return self.coerce_path_result(presets.get(text, named))
+        return named
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
         """Return that the shell has the files, and the presets that begin so."""
