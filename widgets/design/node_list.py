@@ -167,7 +167,7 @@ def grouped(registry: Registry) -> dict[str, list[NodeType]]:
 
 def rank(type: NodeType, text: str) -> int:
     """Return the rank of a node type for a search text: 0 is best, 4 fits its parameters and ports, -1 no match."""
-    words = text.lower().split()
+    words = text.lower().replace("~", " ").split()  # noise~ is what Max and Pure Data call it
     label, rest = type.label.lower(), f"{type.type} {type.family} {type.doc}".lower()
     if not all(word in label or word in rest for word in words):
         parts: list[Parameter | Port] = [*type.parameters.values(), *type.inputs, *type.outputs]

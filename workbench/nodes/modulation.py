@@ -93,7 +93,7 @@ class RandomWalk:
 
 @node("step-sequence", "Modulation")
 class StepSequence:
-    """List of values that is played in a loop, at a frequency or one value per event."""
+    """Sequencer of values: a list that is played in a loop, at a frequency or one value per event."""
 
     accuracy = "exact: to 1e-12"
     advance = Input(kind="event", doc="next step (at events), or first step (at its frequency)")
@@ -164,7 +164,7 @@ class StanceCurve:
 
 @node("map", "Modulation")
 class Map(Mapped):
-    """Map a signal from one range to another along a power curve, e.g. a force of 0 to 700 N to 100 to 900 Hz."""
+    """Map a signal from one range to another along a power curve, clipped at its ends: 0 to 700 N to 100 to 900 Hz."""
 
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
 

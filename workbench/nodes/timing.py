@@ -11,7 +11,7 @@ from underfoot.patch.node import Input, Output, node, prepared_columns
 
 @node("strike", "Timing")
 class Strike:
-    """Event by hand: click the tile in the preview, or press its button."""
+    """Event by hand, a bang: click the tile in the preview, or press its button."""
 
     accuracy = "exact: between frames, to 1e-12"
     strength = Number(1.0, 0.0, 10.0, scale="gain", doc="strength of a strike at full force")

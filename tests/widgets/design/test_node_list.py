@@ -17,6 +17,10 @@ from underfoot.widgets.design.node_list import NodeList
         ("crack", ["fibre-grid", "fibre-bundle"]),
         ("weibull grid", ["fibre-grid"]),
         ("rolloff", ["drawn-bank"]),
+        ("delay~", ["delay", "footfall"]),  # as in Max and Pure Data
+        ("sequencer", ["rhythm", "step-sequence"]),
+        ("bang", ["strike"]),
+        ("clip", ["map"]),
         ("no such word", []),
     ],
 )
