@@ -49,6 +49,7 @@ class AskingView(NodeDropView):
 
     def open_search(self, place: QPoint | None = None) -> None:
         """Open the list for a node to add at a position of the view, or at the mouse; on a wire it is inserted."""
+        self.show_message("")  # it was read, or would be below the list
         at = place or self._mouse_position()
         self.search.ask_for_addition(at, self.mapToScene(at))
 

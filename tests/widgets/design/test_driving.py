@@ -17,7 +17,6 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
-from underfoot.widgets.design.rewiring import types_for_wire
 
 
 @pytest.fixture(scope="module")
@@ -336,11 +335,16 @@ def test_a_wire_that_brings_newtons_to_a_plain_number_says_what_to_put_between(q
     (wire,) = workspace.patch().wires
     assert wire == ("tile-force.force", "noise.amplitude")
     assert canvas.message.startswith("Tile force brings newtons")
-    assert {"force-envelope", "map"} <= {*types_for_wire(workspace.patch(), REGISTRY, wire)}
     steps = workspace.document.stack.count()
-    drag(workspace, port(workspace, "tile-force", "out", "force"), port(workspace, "noise", "in", "amplitude"))
+    ends = port(workspace, "tile-force", "out", "force"), port(workspace, "noise", "in", "amplitude")
+    drag(workspace, *ends)
     assert "gave way" not in canvas.message, "the same wire again replaces none"
     assert workspace.document.stack.count() == steps
+    QTest.mouseDClick(canvas.viewport(), Qt.MouseButton.LeftButton, pos=(ends[0] + ends[1]) / 2)
+    assert canvas.message == "", "nor does it stay when that is done"
+    QTest.keyClicks(canvas.search.field, "force envelope")
+    QTest.keyClick(canvas.search.field, Qt.Key.Key_Return)
+    assert ("force-envelope.out", "noise.amplitude") in workspace.patch().wires
 
 
 @pytest.mark.parametrize(
