@@ -80,8 +80,10 @@ class SearchPopup(QFrame):
             self._close(id)
 
     def _take_current(self) -> None:
-        """Use the current row. Words that none has stay, with what the list says of them, to be corrected."""
-        if self.list.current() or not self.field.text().strip():
+        """Use the current row. Where there is none, before an arrow key or for words that no row has, the list stays: a
+        wire that was drawn into the open would be lost.
+        """
+        if self.list.current():
             self._close(self.list.current())
 
     def _close(self, id: str) -> None:

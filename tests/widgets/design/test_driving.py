@@ -200,6 +200,8 @@ def test_an_envelope_that_is_pulled_into_the_open_can_go_to_the_loudness_of_a_to
     workspace.set_patch(Patch().add("attack-decay", REGISTRY))
     start = port(workspace, "attack-decay", "out", "out")
     drag(workspace, start, start + QPoint(160, 0))
+    QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
+    assert workspace.canvas.search.isVisible(), "nothing is chosen yet: the wire is still held"
     QTest.keyClicks(workspace.canvas.search.field, "waveshaped")
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("attack-decay.out", "tone.amplitude"),)
