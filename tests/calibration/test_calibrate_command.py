@@ -117,7 +117,7 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     assert said.status == 0
     assert "with hysteresis and creep compensated" in said.out.lower()
     assert "<td>t1, simulated</td>" in (measured / "report/centroid.html").read_text()
-    kept = ("--presses", "report/centroid-presses.csv", "--profile", "both.json")
+    kept = ("--presses", "report/centroid-presses.csv", "--profile", "both.json", "--reference-mm", "2")
     assert underfoot(*arguments, "again", *kept).status == 0
     assert json.loads((measured / "again/centroid.json").read_text()) == json.loads(
         (measured / "report/centroid.json").read_text()
@@ -125,7 +125,9 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     profile = Profile.load("both.json")
     assert profile.is_calibrated
     assert profile.fsr.simulated is True
-    assert profile.centroid.reference == "presses at known places"  # their newtons came with the file
+    assert (
+        profile.centroid.reference == "presses at known places, uncertain by 2 mm (95 %)"
+    )  # their newtons came with the file
     refused = underfoot("calibrate", "centroid", "--target", "udp:127.0.0.1:9999", "--profile", "none.json")
     assert (refused.status, refused.out) == (1, "")
     assert refused.error == "underfoot: places needs forces first: calibrate forces, and give its --profile\n"

@@ -35,6 +35,22 @@ def test_a_perfect_tile_needs_no_correction():
     assert found.good
 
 
+def test_a_place_is_within_the_uncertainty_that_is_stated():
+    """Of presses that miss their marks by 1.5 mm (k = 2 in 2-D: 3.7), at places that no fit has seen."""
+    draws, table = np.random.default_rng(2), presses(moved_m=0.004)
+    missed = dataclasses.replace(table, at_m=table.at_m + draws.normal(0.0, 0.0015, table.at_m.shape))
+    found = dataclasses.replace(assess(missed, TILE), reference_mm=3.7)
+    off_mm = found.errors_mm(found.after_m)
+    assert found.expanded_mm == pytest.approx(np.hypot(np.sort(off_mm)[int(0.95 * off_mm.size)], 3.7), rel=0.02)
+    part = part_of(found, "a robot")
+    assert part.figures["expanded_mm"] == pytest.approx(found.expanded_mm, rel=1e-5)
+    assert f"A place is uncertain by {found.expanded_mm:.1f} mm (95 %)." in part.verdict
+    fresh_at, _, fresh = made_sensors.Robot(SENSORS, rows=6, inset_m=0.03, moved_m=0.004).presses()
+    off = Profile(tile="t1").with_part(part).position(fresh) - fresh_at
+    assert np.mean(1e3 * np.hypot(*off.T) < found.expanded_mm) > 0.95
+    assert "expanded_mm" not in {name for name, _, _ in quantities_of(assess(table, TILE))}
+
+
 def test_wrong_gains_are_found_to_a_thousandth():
     gains = np.array([1.2, 0.85, 1.0, 0.95])
     found = assess(presses(gains=gains), TILE)

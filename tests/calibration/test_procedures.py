@@ -55,7 +55,10 @@ def test_both_procedures_run_on_the_simulator_from_first_to_last_page():
     done = result.apply(profile)
     assert done.fsr == profile.fsr
     assert done.centroid.over_time is not None
-    assert done.centroid.reference == f"presses at known places; forces calibrated {profile.fsr.identity}"
+    assert (
+        done.centroid.reference
+        == f"presses at known places, uncertain by 2 mm (95 %); forces calibrated {profile.fsr.identity}"
+    )
 
 
 def test_the_simulated_hand_presses_where_and_what_it_is_asked():

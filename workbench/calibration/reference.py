@@ -26,6 +26,18 @@ OF_ACCELERATION = ask(
         "10 % by a data sheet alone.",
     ),
 )
+OF_PLACE = ask(
+    "reference_mm",
+    Number(
+        2.0,
+        0.0,
+        50.0,
+        unit="mm",
+        label="Uncertainty of the places",
+        doc="How far a press may be from where it should be (95 %): some 2 mm by marks on the tile, 5 mm by a "
+        "projector.",
+    ),
+)
 
 
 def require_given(reference: Parameter, given: float | None) -> None:

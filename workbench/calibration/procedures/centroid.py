@@ -12,6 +12,7 @@ from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasure
 from underfoot.calibration.files.measurements import Presses, read_presses
 from underfoot.calibration.paged import EMPTY_TILE, LONGEST_GAP_S, PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress
+from underfoot.calibration.reference import OF_PLACE, require_given
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
@@ -63,13 +64,18 @@ class CentroidCalibration(Calibration):
     requires = "fsr"
 
     presses: Path | None = option("CSV of loads at known positions: tile,x_m,y_m,force_n,r1,r2,r3,r4.", None)
+    reference_mm: float | None = option(OF_PLACE.doc, None)
     quick: bool = option("Nine places instead of fifty, on a target.", False)
+
+    def check(self, target: str) -> None:
+        super().check(target)
+        require_given(OF_PLACE, self.reference_mm)
 
     def procedure(self, setup: MeasurementSetup) -> "CentroidProcedure":
         return CentroidProcedure(setup.tile, setup.profile, setup.seed)
 
     def answers(self, has_load_cell: bool) -> Answers:
-        return {"form": "quick" if self.quick else "full"}
+        return {"form": "quick" if self.quick else "full", OF_PLACE.name: self.reference_mm}
 
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
         from underfoot.calibration.results.centroid import result_of
@@ -85,7 +91,8 @@ class CentroidCalibration(Calibration):
         def analyse(profile: "Profile") -> Result:
             try:
                 used = profile.fsr if presses.newtons is None else None
-                return result_of(assess(presses, measured, profile), presses, forces=used)
+                accuracy = replace(assess(presses, measured, profile), reference_mm=self.reference_mm)
+                return result_of(accuracy, presses, forces=used)
             except BadValue as error:
                 raise BadFile(f"{path}: {error}") from None
 
@@ -113,14 +120,14 @@ class CentroidProcedure(PagedProcedure):
         self._hysteresis_state = None if profile is None else profile.rested()
         self._sensors_m = np.array(tile.sensors_m)
         self._empty_before: dict[int, tuple[float, Floats]] = {}
-        self._must_let_go = False
+        self._must_let_go, self._reference_mm = False, OF_PLACE.default
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
         super().__init__(Page("setup", "Places", instruction, questions=_setup_questions(tile)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return a tare, each position with each load, and a release at the end."""
-        loads = answers["loads_n"]
+        loads, self._reference_mm = answers["loads_n"], answers[OF_PLACE.name]
         if any(two <= one for one, two in pairwise(loads)):
             shown = ", ".join(f"{load:g}" for load in loads)
             raise BadMeasurement(f"loads out of order: {shown} N; allowed: from the lightest to the heaviest")
@@ -194,7 +201,7 @@ class CentroidProcedure(PagedProcedure):
         from underfoot.calibration.science.centroid import assess
 
         presses, falling = self._presses(rising=True), self._presses(rising=False)
-        self.accuracy = assess(presses, self._tile)
+        self.accuracy = replace(assess(presses, self._tile), reference_mm=self._reference_mm)
         return result_of(self.accuracy, presses, falling, None if self._profile is None else self._profile.fsr)
 
     def without_conclusion(self, reason: str) -> Result | None:
@@ -404,6 +411,7 @@ def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:
                 (), columns=columns, label="Places of your own", doc="Places of your own, in the tile's frame, metres."
             ),
         ),
+        OF_PLACE,
         ask("loads_n", Numbers(DEFAULT_LOADS_N, 1.0, 5000.0, most=10, unit="N", doc="Loads, rising.")),
         ask(
             "falling",

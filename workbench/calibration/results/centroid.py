@@ -36,7 +36,10 @@ def result_of(
 
     `forces` is the calibration by which their readings became newtons, which the reference names.
     """
-    reference = "presses at known places" + (f"; forces calibrated {forces.identity}" if forces is not None else "")
+    reference = "presses at known places"
+    if found.reference_mm is not None:
+        reference += f", uncertain by {found.reference_mm:g} mm (95 %)"
+    reference += f"; forces calibrated {forces.identity}" if forces is not None else ""
     quantities = quantities_of(found)
     if falling is not None and falling.force_n.size:
         place = found.correction.position(falling.static_n, np.array(found.tile.sensors_m), 0.0)
@@ -97,6 +100,8 @@ def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]
             (f"p95_{name}_mm", float(np.quantile(errors, 0.95)), "mm"),
             (f"worst_{name}_mm", float(errors.max()), "mm"),
         ]
+    if found.reference_mm is not None:
+        several += [("expanded_mm", found.expanded_mm, "mm"), ("reference_mm", found.reference_mm, "mm")]
     several.append(("shear_mm", 1e3 * SHEAR_SHARE * found.tile.sensor_depth_m, "mm"))
     for load, chosen in load_groups(found.force_n):
         several.append((f"mean_after_mm_at_{load:.0f}_n", float(after[chosen].mean()), "mm"))
@@ -123,6 +128,8 @@ def verdict_of(found: CentroidAccuracy) -> str:
             f" With hysteresis and creep compensated: {figures['mean_over_time_mm']:.1f} mm, "
             f"{figures['worst_over_time_mm']:.1f} mm at worst."
         )
+    if "expanded_mm" in figures:
+        text += f" A place is uncertain by {figures['expanded_mm']:.1f} mm (95 %)."
     if figures["mean_after_mm"] <= 1.1 * figures.get("mean_bound_mm", 0.0):
         text += (
             f" Because of hysteresis, static curves cannot do better than about {figures['mean_bound_mm']:.1f} mm, "

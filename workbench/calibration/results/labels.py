@@ -33,6 +33,8 @@ _WORDS = {
     "mean_after_mm": "mean_error",
     "p95_after_mm": "p95_of_the_error",
     "worst_after_mm": "largest_error",
+    "expanded_mm": "uncertainty_(95 %)",
+    "reference_mm": "uncertainty_of_the_pressed_places",
     "mean_over_time_mm": "mean_error,_hysteresis_compensated",
     "p95_over_time_mm": "p95,_hysteresis_compensated",
     "worst_over_time_mm": "largest_error,_hysteresis_compensated",

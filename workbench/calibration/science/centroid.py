@@ -63,6 +63,8 @@ class CentroidAccuracy:
     tried: tuple[tuple[str, float], ...]
     correction: CentroidCorrection
     left_out: tuple[str, ...]
+    reference_mm: float | None = None
+    """How far presses may be off their places by themselves (95 %); None where that was not given."""
     over_time: "CentroidAccuracy | None" = None
     """Same presses, with hysteresis and creep compensated in their forces."""
     bound: "CentroidAccuracy | None" = None
@@ -76,6 +78,16 @@ class CentroidAccuracy:
     def mean_mm(self) -> float:
         """Mean error of the corrected centroids, mm."""
         return float(self.errors_mm(self.after_m).mean())
+
+    @property
+    def expanded_mm(self) -> float:
+        """Radius around a contact that has its true position with 95 %, of the forces that a session uses, mm.
+
+        Of presses that were left out of the fit, 95 % were nearer; what they may be off by themselves is added as an
+        independent square, as all of them may be off alike.
+        """
+        used = self if self.over_time is None else self.over_time
+        return float(np.hypot(np.quantile(used.errors_mm(used.after_m), 0.95), self.reference_mm or 0.0))
 
     @property
     def good(self) -> bool:
