@@ -186,6 +186,25 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     assert all(len(line.split("\t")) == len(columns) for line in table)
 
 
+def test_two_people_whose_ids_were_exchanged_get_their_own_and_keep_their_orders(tmp_path):
+    """Levels and order stay those that each was presented; a table had the one's answers under the other's id."""
+    protocol = made_protocol("rating", {"blocks": 1, "order": "counterbalanced"}, {"TD": TD, "X": {}, "Y": {}})
+    paths = [made_session(tmp_path / f"P{k}.session", id=f"P{k}", protocol=protocol) for k in (1, 2)]
+    run("analyse", *paths, "--csv", tmp_path / "a.csv")
+    assert run("experiment", paths[0], "--correct-id", "P2").stdout == "P1 is P2 in tables\n"
+    assert f"is P2's session, and so is {paths[0]}; analyse one of them" in said("analyse", *paths)
+    assert run("experiment", paths[1], "--correct-id", "P1").exit_code == 0
+    done = run("analyse", *paths, "--csv", tmp_path / "b.csv", "--bids", tmp_path / "b", "--json")
+    before, after = (list(csv.DictReader((tmp_path / name).read_text().splitlines())) for name in ("a.csv", "b.csv"))
+    other = {"P1": "P2", "P2": "P1"}
+    assert after == [{**row, "participant": other[row["participant"]]} for row in before]
+    assert len({row["block_row"] for row in after}) == 2
+    notes = [(row[0], row[3]) for row in json.loads(done.stdout)[-1]["tables"][0]["rows"]]
+    assert notes == [(now, f"id corrected to {now}; begun as {begun}") for begun, now in other.items()]
+    assert {path.name for path in (tmp_path / "b").glob("sub-*")} == {"sub-P1", "sub-P2"}
+    assert "participant is 'a b'; allowed: an id" in said("experiment", paths[0], "--correct-id", "a b")
+
+
 def test_a_session_that_is_left_out_with_a_reason_counts_nowhere_and_is_named_everywhere(tmp_path):
     """Whoever misunderstood the task was left out by moving the file away, and nobody knew of it or why."""
     asked = Stage(

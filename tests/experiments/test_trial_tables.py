@@ -290,7 +290,7 @@ def test_of_two_sessions_of_one_id_one_counts_if_the_other_is_left_out(tmp_path,
             file.add(
                 file.study(protocol).answer({"rating": rating}), [Excerpt("force", 0, rating, 1.0, ("t1.1",), ONE)]
             )
-    with pytest.raises(BadValue, match=r"analyse one of them, or leave one out$"):
+    with pytest.raises(BadValue, match=r"analyse one of them, leave one out, or correct an id$"):
         results_of(paths)
     with closing(SessionFile.open(paths[left_out])) as file:
         file.leave_out("on the other computer")

@@ -45,7 +45,7 @@ def test_a_session_is_left_out_with_a_reason_and_taken_in_again(bench):
     bench.qtbot.keyClick(dialog.why, Qt.Key.Key_Return)
     bench.wait(lambda: dialog.table.item(1, 3).text() == "left out: loose shoe")
     assert dialog.table.item(1, 4).text() == "left out of the analysis: loose shoe"
-    assert workspace.overview.state.text().startswith("P2 is left out (loose shoe).")
+    assert workspace.overview.state.text().startswith("P2: left out of the analysis: loose shoe.")
     bench.qtbot.keyClick(dialog.table, Qt.Key.Key_Return)  # once too often: it closes, and changes nothing
     (folder / "P4.session").unlink()
     bench.click(findings.analyse_button)
@@ -58,6 +58,13 @@ def test_a_session_is_left_out_with_a_reason_and_taken_in_again(bench):
     assert (dialog.why.text(), dialog.why.isEnabled()) == ("loose shoe", False)
     bench.click(dialog.leave_button)
     bench.wait(lambda: [line.left_out for line in dialog.lines] == [""] * 3)
+    dialog.id.setFocus()
+    assert (dialog.id.text(), dialog.id_button.isEnabled()) == ("P2", False)
+    bench.qtbot.keyClicks(dialog.id, "0")
+    bench.qtbot.keyClick(dialog.id, Qt.Key.Key_Return)
+    bench.wait(lambda: dialog.table.item(1, 0).text() == "P20 (P2.session)")
+    assert dialog.table.item(1, 4).text().startswith("id corrected to P20; begun as P2; ")
+    assert (dialog.lines[1].left_out, dialog.note.text()) == ("", "")  # Return was of the id alone
     with closing(SessionFile.open(folder / "P1.session")) as file:
         file.hold()  # as where it goes on in another window
         dialog.table.setCurrentCell(0, 0)

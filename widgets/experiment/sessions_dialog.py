@@ -1,4 +1,4 @@
-"""The sessions of a study: how far each is, and which the analysis leaves out, with why."""
+"""The sessions of a study: how far each is, whose it is, and which the analysis leaves out, with why."""
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -25,6 +25,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.tables import make_read_only, offer_copy
+from underfoot.widgets.experiment.studies import LONGEST_ID, is_id
 
 _COLUMNS = ("Participant", "Begun", "Trials", "State", "Noted")
 _WIDEST_PX = 34 * theme.GRID
@@ -34,7 +35,7 @@ WHY_FIRST = "Type first why it is left out."
 
 
 class SessionsDialog(Dialog):
-    """Lists session files; a session is left out of the analysis for a reason, or taken in again.
+    """Lists session files; a session is left out of the analysis for a reason, or taken in again, or gets another id.
 
     `changed` is told of each in a line.
     """
@@ -49,12 +50,21 @@ class SessionsDialog(Dialog):
         self.why.setPlaceholderText("Why it is left out, such as: a loose shoe")
         self.why.setAccessibleName("Why the session is left out")
         self.leave_button = QPushButton("Leave out")
+        self.id = QLineEdit()
+        self.id.setMaxLength(LONGEST_ID)
+        self.id.setAccessibleName("Participant's id")
+        self.id_button = QPushButton("Correct the id")
+        self.id_button.setToolTip("Tables have this id; the file keeps the one that it was begun with, for its orders")
         self.note = theme.paragraph(f"Reading {counted(len(paths), 'session')}…", "muted")
         self.buttons = QDialogButtonBox()
         self.close_button = self.buttons.addButton(QDialogButtonBox.StandardButton.Close)
         self._lay_out()
         self.table.currentCellChanged.connect(self._show_current)
         self.leave_button.clicked.connect(self._leave_out)
+        self.id.textChanged.connect(self._show_id)
+        self.id.textEdited.connect(lambda: self.id_button.setDefault(True))  # Return is of the field that is typed in
+        self.why.textEdited.connect(lambda: self.leave_button.setDefault(True))
+        self.id_button.clicked.connect(self._correct_id)
         self.buttons.rejected.connect(self.reject)
         self.reader.found.connect(self._show_lines)
         self.writer.found.connect(self._show_written)
@@ -86,8 +96,8 @@ class SessionsDialog(Dialog):
         header.setSectionResizeMode(len(_COLUMNS) - 1, QHeaderView.ResizeMode.Stretch)
         words = "A session that is left out stays in its file and in tables of trials, as spoiled, with the reason."
         row = QHBoxLayout()
-        row.addWidget(self.why, 1)
-        row.addWidget(self.leave_button)
+        for part, share in ((self.why, 3), (self.leave_button, 0), (self.id, 1), (self.id_button, 0)):
+            row.addWidget(part, share)
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.MARGINS)
         column.setSpacing(theme.GRID)
@@ -130,6 +140,20 @@ class SessionsDialog(Dialog):
         (self.close_button if is_left_out else self.leave_button).setDefault(True)
         self.why.setText(line.left_out if line is not None else "")
         self.why.setEnabled(line is not None and not line.error and not is_left_out)
+        self.id.setText(line.id if line is not None else "")
+        self.id.setEnabled(line is not None and not line.error)
+        self._show_id()
+
+    def _show_id(self) -> None:
+        """Offer to correct the chosen session's id where another one is typed."""
+        row, typed = self.table.currentRow(), self.id.text()
+        line = self.lines[row] if 0 <= row < len(self.lines) else None
+        self.id_button.setEnabled(line is not None and not line.error and is_id(typed) and typed != line.id)
+
+    def _correct_id(self) -> None:
+        """Let the chosen session have the id that was typed."""
+        path, typed = self.lines[self.table.currentRow()].path, self.id.text()
+        self.writer.compute(lambda _: [_with_id(path, typed)])
 
     def _leave_out(self) -> None:
         """Leave the chosen session out, or take it in again."""
@@ -149,12 +173,18 @@ class SessionsDialog(Dialog):
         self.table.setFocus()
         self._show_current()
         self._say("")
-        now = f"is left out ({line.left_out})" if line.left_out else "is taken in again"
-        self._changed(f"{line.participant} {now}. What is shown was found before: analyse once more.")
+        self._changed(f"{line.participant}: {line.notes[-1]}. What is shown was found before: analyse once more.")
 
     def _say(self, text: str) -> None:
         theme.set_role(self.note, "alarm" if text else "muted")
         self.note.setText(text)
+
+
+def _with_id(path: Path, id: str) -> SessionLine:
+    """Give a session's trials another id; return what the list says of it now."""
+    with closing(SessionFile.open(path)) as file:
+        file.correct_id(id)
+    return session_line(path)
 
 
 def _written(path: Path, why: str) -> SessionLine:

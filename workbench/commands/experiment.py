@@ -32,15 +32,15 @@ def experiment(options: ExperimentOptions) -> None:
 
     if is_recording(Path(options.protocol)):
         _require_alone(options)
-        if options.leave_out is not None:
-            _leave_out(options.protocol, options.leave_out)
+        if options.leave_out is not None or options.correct_id is not None:
+            _correct(options.protocol, options.leave_out, options.correct_id)
             return
         from underfoot.commands.participant import go_on_as_begun
 
         go_on_as_begun(options)
         return
-    if options.leave_out is not None:
-        raise BadValue(f"{options.protocol} is no session file; only such can be left out of the analysis")
+    if options.leave_out is not None or options.correct_id is not None:
+        raise BadValue(f"{options.protocol} is no session file; only such can be left out, or get another id")
     chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels,
               options.plan is not None]  # fmt: skip
     if options.csv is not None and options.simulate is None and options.plan is None:
@@ -63,13 +63,17 @@ def experiment(options: ExperimentOptions) -> None:
         (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
 
 
-def _leave_out(path: str, why: str) -> None:
-    """Leave a session out of the analysis, or take it in again."""
+def _correct(path: str, why: str | None, id: str | None) -> None:
+    """Leave a session out of the analysis, or take it in again; give its trials another id."""
     from underfoot.experiments.store import SessionFile
 
     with closing(SessionFile.open(path)) as file:
-        file.leave_out(why)
-        print(f"{file.participant} is left out: {file.left_out}" if file.left_out else f"{file.participant} counts")
+        if id is not None:
+            file.correct_id(id)
+            print(f"{file.participant} is {file.counts_as} in tables")
+        if why is not None:
+            file.leave_out(why)
+            print(f"{file.counts_as} is left out: {file.left_out}" if file.left_out else f"{file.counts_as} counts")
 
 
 def _require_alone(options: ExperimentOptions) -> None:

@@ -18,6 +18,7 @@ class ExperimentOptions:
     leave_out: str | None = option(
         'Leave a session file out of the analysis for a reason; "" takes it in again.', metavar="WHY"
     )
+    correct_id: str | None = option("Give the trials of a session file the id that it should have had.", metavar="ID")
     conditions: Path | None = option("CSV with one stimulus per line, which replace the protocol's.")
     pilot: bool = option("Try it on yourself: two trials of each stage, short pauses, kept apart.", False)
     participant: str | None = option("Run the study in the terminal, on a person with this id.")

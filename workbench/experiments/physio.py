@@ -37,7 +37,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> dict[int, 
     Return, by entry, why recordings of damaged trials cannot be read: the others are written. `task` is the task name
     of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
     """
-    label, name = bids_label(file.participant), bids_task(task)
+    label, name = bids_label(file.counts_as), bids_task(task)
     beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
     unread: dict[int, BadFile] = {}
     noted = [note for note in reversed(file.notes()) if note.text.startswith(CALIBRATIONS)]

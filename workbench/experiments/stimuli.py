@@ -1,6 +1,7 @@
 """A stimulus of a protocol: a patch with parameter settings, and its level in m/s^2."""
 
 import math
+import os
 from collections.abc import Container, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
@@ -10,6 +11,7 @@ from typing import Annotated, Any
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
+from underfoot.files import make_folder, read_large_file, write_file
 from underfoot.parameters import FilePath, Number, Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
@@ -137,6 +139,17 @@ def settings_kept(settings: Mapping[str, Any], parameters: Mapping[str, Paramete
         name: str(folder.absolute() / value) if isinstance(parameters.get(name), FilePath) and value else value
         for name, value in settings.items()
     }
+
+
+def copy_files_of_settings(stimuli: Mapping[str, Stimulus], registry: Registry, before: Path, after: Path) -> None:
+    """Copy the sound files that settings name from one folder to another, as far as they are there."""
+    for stimulus in stimuli.values():
+        parameters = parameters_of(stimulus.patch, registry, after) if stimulus.patch and stimulus.settings else {}
+        for name, path in settings_kept(stimulus.settings, parameters, before).items():
+            if path != stimulus.settings[name] and Path(path).is_file():
+                copy = Path(os.path.normpath(after / stimulus.settings[name]))
+                make_folder(copy.parent)
+                write_file(copy, read_large_file(path))
 
 
 def patch_path(name: str, folder: Path | None) -> Path:

@@ -25,9 +25,9 @@ import msgspec
 from underfoot.errors import BadFile, in_one_line
 from underfoot.experiments.excerpts import Excerpt, Packed, packed, unpacked
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.stimuli import parameters_of, patch_path, path_beside, settings_kept
+from underfoot.experiments.stimuli import copy_files_of_settings, patch_path, path_beside
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import make_folder, no_file, read_large_file, replaced, write_file
+from underfoot.files import make_folder, no_file, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 APPLICATION_ID = 0x55464558  # "UFEX"
+_CORRECTED = "corrected_id"
 VERSION = 1
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
@@ -184,6 +185,11 @@ class SessionFile:
         return self.about["participant"]
 
     @property
+    def counts_as(self) -> str:
+        """The id that its trials have in tables: the participant's, or the one that it was corrected to."""
+        return self.about.get(_CORRECTED) or self.participant
+
+    @property
     def left_out(self) -> str:
         """Why the experimenter has left the session out of the analysis; "" if it counts."""
         return self.about.get("left_out", "")
@@ -241,7 +247,7 @@ class SessionFile:
         source = f"{self.path}, protocol"
         protocol = Protocol.loads(self.about["protocol"], registry, source, folder, of_session=True)
         if folder != beside:
-            _copy_files_of_settings(protocol, registry, beside, folder)
+            copy_files_of_settings(protocol.stimuli, registry, beside, folder)
         return protocol, folder
 
     def study(self, protocol: Protocol) -> Study:
@@ -413,6 +419,14 @@ class SessionFile:
         text = f"left out of the analysis: {why}" if why else "taken into the analysis again"
         self.add_note(text, {"left_out": why})
 
+    def correct_id(self, id: str) -> None:
+        """Let its trials have another id in tables, as where it was begun with a wrong one; a note keeps when.
+
+        `participant`, by which its orders were drawn, stays.
+        """
+        require_id(id)
+        self.add_note(f"id corrected to {id}; begun as {self.participant}", {_CORRECTED: id})
+
     def add_note(self, text: str, about: Mapping[str, str] | None = None) -> None:
         """Store a note of the experimenter, and with it what it changes of `about`."""
         self._await_felt()
@@ -469,17 +483,6 @@ def _fold(path: Path) -> None:
     there = f"{uri_of(path.absolute())}?mode=rw"  # one that was moved is not made anew
     with suppress(sqlite3.Error), closing(sqlite3.connect(there, uri=True)) as base:
         base.execute("pragma wal_checkpoint(passive)")
-
-
-def _copy_files_of_settings(protocol: Protocol, registry: Registry, before: Path, after: Path) -> None:
-    """Copy the sound files that settings name from one folder to another, as far as they are there."""
-    for stimulus in protocol.stimuli.values():
-        parameters = parameters_of(stimulus.patch, registry, after) if stimulus.patch and stimulus.settings else {}
-        for name, path in settings_kept(stimulus.settings, parameters, before).items():
-            if path != stimulus.settings[name] and Path(path).is_file():
-                copy = Path(os.path.normpath(after / stimulus.settings[name]))
-                make_folder(copy.parent)
-                write_file(copy, read_large_file(path))
 
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:

@@ -102,7 +102,7 @@ class Results:
         people = {row["participant"] for row in self.rows if not why_left_out(row)}
         for path in self.sessions:
             with closing(SessionFile.open(path)) as file:
-                if file.left_out and file.participant in people:  # of whom another session counts
+                if file.left_out and file.counts_as in people:  # of whom another session counts
                     continue
                 if why := write_physio(folder, file, self.title):
                     entries, first = ", ".join(map(str, why)), next(iter(why.values()))
@@ -120,11 +120,13 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     """Return the trials of one or more files: sessions, and CSVs of trials.
 
     With a `protocol`, sessions of another version are left out. Without, raises `BadValue` if sessions differ in
-    protocol, in more than its words. Raises `BadValue` also if two files contain the same trial, and both count. A
-    damaged session is named, and the others count; raises its error if there are none.
+    protocol, in more than its words. Raises `BadValue` also if two sessions that count are of one participant, or two
+    files contain the same trial, and both count. A damaged session is named, and the others count; raises its error if
+    there are none.
     """
     rows, that_count = list[Row](), set[tuple[object, ...]]()
     sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
+    whose = dict[str, Path]()
     notes, excluded, unread = list[tuple[str, str, int, str]](), dict[tuple[str, str], None](), list[UnderfootError]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
@@ -147,6 +149,9 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             left_out.append(path)
             continue
         shared, text = one.protocol, text or one.text
+        if one.rows and not one.left_out and (before := whose.setdefault(one.participant, path)) != path:
+            what = f"{path} is {one.participant}'s session, and so is {before}"  # they may have no trial in common
+            raise BadValue(f"{what}; analyse one of them, leave one out, or correct an id")
         rows += _required_new(path, as_left_out(one.rows, one.left_out) if one.left_out else one.rows, that_count)
         if one.text != text:
             reworded.append(path)
@@ -235,11 +240,13 @@ class _Session:
 def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
     """Return what a file has of the study of `shared`, whose `text` is given; without one, of its own."""
     with closing(SessionFile.open(path)) as file:
-        known, participant, entries = file.about["protocol"], file.participant, file.entries()
+        known, begun_as, entries = file.about["protocol"], file.participant, file.entries()
+        participant = file.counts_as
         of = file.stored_protocol() if shared is None else shared
         is_of_study = shared is None or known == text or _differs_in_words(file, shared)
-        rows = rows_of(of, participant, entries) if is_of_study else []
-        is_unfinished = bool(rows) and not has_all_answers(of, participant, entries)
+        rows = rows_of(of, begun_as, entries) if is_of_study else []
+        rows = [{**row, "participant": participant} for row in rows]
+        is_unfinished = bool(rows) and not has_all_answers(of, begun_as, entries)
         notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
         return _Session(of, known, is_of_study, participant, file.left_out, rows, is_unfinished, notes)
 
@@ -261,8 +268,8 @@ def _required_new(path: Path, rows: Sequence[Row], known: set[tuple[object, ...]
     counted_rows = [row for row in rows if not why_left_out(row)]
     for row in counted_rows:
         if _trial(row) in known:
-            text = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
-            raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them, or leave one out")
+            text = f"{row['participant']}'s trial {row['trial']} of {row['stage']} is in a file before it, too"
+            raise BadValue(f"{path}: {text}; analyse one of them, leave one out, or correct an id")
     known.update(map(_trial, counted_rows))
     return rows
 

@@ -18,6 +18,7 @@ class SessionLine:
     path: Path
     participant: str
     """The id, and the file's name where that is another."""
+    id: str = ""
     begun: str = ""
     """The time of day, as the file has it."""
     answered: int = 0
@@ -62,7 +63,8 @@ def session_line(path: Path) -> SessionLine:
             answered = [one for one in entries if one.trial is not None and not one.spoiled and one.stage in counted]
             return SessionLine(
                 path,
-                file.participant if file.participant == path.stem else f"{file.participant} ({path.name})",
+                file.counts_as if file.counts_as == path.stem else f"{file.counts_as} ({path.name})",
+                file.counts_as,
                 about.get("begun", "")[:16].replace("T", " "),
                 len(answered),
                 sum(counted.values()),
