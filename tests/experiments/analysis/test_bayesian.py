@@ -67,6 +67,26 @@ def test_who_answers_always_alike_has_no_threshold_and_is_in_no_mean():
     assert over == before
 
 
+def test_whose_interval_is_cut_by_the_highest_level_is_named():
+    """A threshold that lay 1 dB below the highest level, with an interval of 2 dB, was in the mean without a word."""
+    protocol = made_protocol("bayesian", {"range_db": [-6.0, 6.0], "step_db": 2.0}, {"TD": TD})
+    trial = {"stage": "main", "method": "bayesian", "trial": 1, "block": 1, "comparison": "TD"}
+    few, many = (
+        {(6.0, "yes"): of[0], (6.0, "no"): of[1], (4.0, "yes"): of[2], (4.0, "no"): of[3], (2.0, "no"): of[4]}
+        for of in ((6, 1, 2, 3, 4), (8, 1, 3, 4, 6))
+    )
+    rows = [
+        {**trial, "participant": who, "level_db": level, "felt": felt}
+        for who, answers in (("P8", many), ("P9", few))
+        for (level, felt), count in answers.items()
+        for _ in range(count)
+    ]
+    (found,) = analysed(rows, protocol, Settings())
+    thresholds = [row[2] for row in found.tables[0].rows if row[0] in ("P8", "P9") and row[1] == "threshold TD"]
+    assert thresholds == pytest.approx([4.0, 4.1], abs=0.1)
+    assert [remark.partition(" reaches")[0] for remark in found.remarks] == ["The interval of P9"]
+
+
 def test_who_answers_by_chance_is_named_since_their_threshold_counts_like_any_other():
     """A coin gives a threshold in the middle of the levels, as a careful person's, and nothing said so."""
     protocol = made_protocol("bayesian", {"trials": 30, "range_db": [-6.0, 6.0], "step_db": 2.0}, {"TD": TD})

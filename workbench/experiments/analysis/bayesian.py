@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     NaN where the likeliest threshold is an end of those considered: as of who says no, or yes, to every level, it may
     be anywhere beyond. Raises `BadValue` for a level that the method does not have.
     """
-    given = {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
+    given = _rule(settings)
     quest = quest_of(given)
     followed = [row for row in rows if not row.get("catch")]
     levels = quest.stim_domain["intensity"]
@@ -78,6 +79,11 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if named := [str(who) for (who,), part in people.items() if str(who) in has_threshold and _may_be_guesses(part)]:
         their = "their threshold is where levels were tried, and counts over people"
         found.remarks.append(f"The answers of {', '.join(named)} may be guesses: {their}.")
+    if cut := [person for person, one in thresholds if _reaches_an_end(one, settings)]:
+        found.remarks.append(
+            f"The interval of {', '.join(cut)} reaches the lowest or highest threshold that is considered: theirs may "
+            "lie beyond, and counts over people as it is. A wider range_db tells."
+        )
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]
         marks = (
@@ -86,6 +92,24 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         line = series("level", np.arange(1, len(levels) + 1), levels)
         found.drawings.append(Drawing(f"Levels of {person}", "trial", "level, dB", (line,), lines=marks))
     return found
+
+
+def _rule(settings: Settings) -> dict[str, Any]:
+    """Return the method's parameters, its usual ones where they are not known."""
+    return {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
+
+
+def _reaches_an_end(threshold: Estimate, settings: Settings) -> bool:
+    """Return whether a threshold's interval goes into the part of the lowest or highest level that is considered.
+
+    >>> given = {"range_db": (-6.0, 6.0), "step_db": 2.0}
+    >>> [_reaches_an_end(Estimate("threshold", 3.0, 1.0, high), Settings(given)) for high in (4.9, 5.1)]
+    [False, True]
+    """
+    given = _rule(settings)
+    (low, high), step = given["range_db"], given["step_db"]
+    highest = low + step * math.floor((high - low) / step + 1e-6)
+    return threshold.low < low + 0.5 * step or threshold.high > highest - 0.5 * step
 
 
 def _may_be_guesses(rows: Sequence[Row]) -> bool:
