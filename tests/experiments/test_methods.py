@@ -40,6 +40,8 @@ def test_constant_stimuli_have_each_pair_once_a_block_and_the_standard_first_in_
     assert all(len({t.facts["comparison"] for t in found if t.block == block}) == 21 for block in range(1, 21))
     places = Counter((t.facts["comparison"], t.facts["comparison_at"]) for t in found)
     assert set(places.values()) == {10}
+    orders = [tuple(t.facts["comparison_at"] for t in found if t.facts["comparison"] == one) for one, _ in places]
+    assert len(set(orders)) == 21  # of each pair another one
 
 
 def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
@@ -144,6 +146,17 @@ def test_a_false_alarm_begins_both_staircases_anew():
     assert {t.facts["run"] for t in found if t.block > 1 and "run" in t.facts} == {0}
     again = [t for t in found if t.block == 1 and t.facts.get("run") == 1 and "level_db" in t.facts]
     assert abs(again[0].facts["level_db"]) >= 8.0
+
+
+def test_two_answers_of_yes_are_needed_for_each_step_down_and_one_of_no_for_a_step_up():
+    """Levitt's rule: a third yes is the first of the next two."""
+    given = {"down_after": 2, "up_after": 1, "change_after": 9, "steps_db": (1.0,), "up_steps": 1.0}
+    one, levels = Staircase(0.0), []
+    for answer in "YYYYNYYN":
+        move(one, answer == "Y", {**given, "lowest_db": -9.0, "highest_db": 9.0})
+        levels.append(one.level_db)
+    assert levels == [0.0, -1.0, -1.0, -2.0, -1.0, -1.0, -2.0, -1.0]
+    assert one.reversals_db == [-2.0, -1.0, -2.0]
 
 
 def test_pairs_of_staircases_follow_each_other_in_an_order_of_ones_own():
