@@ -158,7 +158,7 @@ def test_several_ports_are_read_as_one_line_of_which_a_part_may_go_away(form, un
         assert not reader.notices
         for board in boards:
             board.unplug()
-        until(lambda: "went away: it was unplugged; waiting for it" in reader.trouble, "all are gone")
+        until(lambda: reader.trouble.endswith("; waiting for it"), "all are gone", seen=lambda: reader.trouble)
     finally:
         reader.close()
         for board in boards:
