@@ -1,25 +1,20 @@
 """The canvas, on which a patch is edited by mouse and keys. It turns events into edits of the document."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import (
-    QContextMenuEvent,
-    QFocusEvent,
-    QHideEvent,
-    QKeyEvent,
-    QMouseEvent,
-)
+from PySide6.QtGui import QAction, QContextMenuEvent, QFocusEvent, QHideEvent, QKeyEvent, QKeySequence, QMouseEvent
 from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
-from underfoot.widgets.design.actions import VIEW_ACTIONS, Selection, context_menu, make_actions
+from underfoot.widgets.controls.menu import Shortcut, add_action
 from underfoot.widgets.design.asking_view import AskingView
 from underfoot.widgets.design.connecting import WireDrag
+from underfoot.widgets.design.context_menu import Selection, context_menu
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
 from underfoot.widgets.design.frame_drag import FrameDrag
@@ -39,6 +34,8 @@ _CONTROL = Qt.KeyboardModifier.ControlModifier
 _EXTENDING = Qt.KeyboardModifier.ShiftModifier | _CONTROL
 _COPYING = Qt.KeyboardModifier.AltModifier
 _NO_KEYS = Qt.KeyboardModifier.NoModifier
+_VIEW_ACTIONS = ("frame", "frame all", "zoom in", "zoom out", "actual size")
+"""Actions that only move the view, also during a drag."""
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
 
@@ -63,51 +60,54 @@ class Canvas(AskingView):
         self._stepping = Stepping(self)
         self.edge_scrolling = EdgeScrolling(self, self._is_held)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
-        handlers = {name: partial(self._act, name, do) for name, do in self._handlers().items()}
-        self.actions_by_name = make_actions(self, handlers)
+        self.actions_by_name = self._make_actions()
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
-    def _handlers(self) -> dict[str, Callable[[], object]]:
-        """Return the handler of each action, by name."""
-        return {
-            "add": self.open_search,
-            "note": lambda: self.add_note(self.mapToScene(self._mouse_position())),
-            "rename": self.rename,
-            "replace": self.open_replacements,
-            "group": self.group,
-            "ungroup": self.ungroup,
-            "take out": self.take_out,
-            "collapse": self.collapse,
-            "enter": self.enter,
-            "leave": self.leave_group,
-            "tidy": self.tidy,
-            "cut": self.cut,
-            "copy": self.copy,
-            "paste": self.paste,
-            "duplicate": self.duplicate,
-            "duplicate fed": lambda: self.duplicate(with_inputs=True),
-            "delete": self.delete,
-            "select all": self.select_all,
-            "find": lambda: self.item_search.ask(),
-            "next": lambda: self._stepping.step(1),
-            "previous": lambda: self._stepping.step(-1),
-            "keep": self._stepping.keep,
-            "connect": self.open_connections,
-            "frame": self.fit_view,
-            "frame all": lambda: self.fit_view(all_nodes=True),
-            "zoom in": lambda: self.zoom(ZOOM_STEP),
-            "zoom out": lambda: self.zoom(1.0 / ZOOM_STEP),
-            "actual size": lambda: self.zoom_to(1.0),
-            **{
-                f"align {side}": partial(self.align, side)
-                for side in ("left", "right", "top", "bottom", "across", "down")
-            },
-            **{f"colour {name}": partial(self.paint_group, name) for name in COLOURS},
-        }
+    def _make_actions(self) -> dict[str, QAction]:
+        """Return the actions of the canvas by name; their keys work while it has the focus."""
+        key, step, align = QKeySequence.StandardKey, self._stepping.step, "Ctrl+Shift+"
+        actions: Sequence[tuple[str, str, Shortcut, Callable[[], object]]] = (
+            ("add", "Add a node…", ("/", "Insert"), self.open_search),
+            ("note", "Add a note", "T", lambda: self.add_note(self.mapToScene(self._mouse_position()))),
+            ("rename", "Rename…", "F2", self.rename),
+            ("replace", "Replace by…", "R", self.open_replacements),
+            ("group", "Group", "Ctrl+G", self.group),
+            ("ungroup", "Ungroup", "Ctrl+Shift+G", self.ungroup),
+            ("take out", "Take out of the group", "Shift+G", self.take_out),
+            ("collapse", "Collapse to a sub-patch, or open it", "Ctrl+E", self.collapse),
+            ("enter", "Look into the sub-patch", (), self.enter),
+            ("leave", "Back out of the sub-patch", ("U", "Alt+Up"), self.leave_group),
+            ("tidy", "Tidy up", "Ctrl+L", self.tidy),
+            ("cut", "Cut", key.Cut, self.cut),
+            ("copy", "Copy", key.Copy, self.copy),
+            ("paste", "Paste", key.Paste, self.paste),
+            ("duplicate", "Duplicate", "Ctrl+D", self.duplicate),
+            ("duplicate fed", "Duplicate with input wires", "Ctrl+Shift+D", partial(self.duplicate, with_inputs=True)),
+            ("delete", "Delete", ("Delete", "Backspace"), self.delete),
+            ("select all", "Select all", key.SelectAll, self.select_all),
+            ("find", "Find…", key.Find, lambda: self.item_search.ask()),
+            ("next", "Next node", "N", partial(step, 1)),
+            ("previous", "Previous node", "Shift+N", partial(step, -1)),
+            ("keep", "Keep selected, and go on to another", "K", self._stepping.keep),
+            ("connect", "Connect…", "C", self.open_connections),
+            ("frame", "Fit selection to view", "F", self.fit_view),
+            ("frame all", "Fit all to view", "Home", partial(self.fit_view, all_nodes=True)),
+            ("zoom in", "Zoom in", ("+", "="), partial(self.zoom, ZOOM_STEP)),
+            ("zoom out", "Zoom out", "-", partial(self.zoom, 1.0 / ZOOM_STEP)),
+            ("actual size", "Actual size", "0", partial(self.zoom_to, 1.0)),
+            ("align left", "Left edges in line", f"{align}Left", partial(self.align, "left")),
+            ("align right", "Right edges in line", f"{align}Right", partial(self.align, "right")),
+            ("align top", "Top edges in line", f"{align}Up", partial(self.align, "top")),
+            ("align bottom", "Bottom edges in line", f"{align}Down", partial(self.align, "bottom")),
+            ("align across", "Equal horizontal gaps", f"{align}H", partial(self.align, "across")),
+            ("align down", "Equal vertical gaps", f"{align}V", partial(self.align, "down")),
+            *((f"colour {name}", name.capitalize(), (), partial(self.paint_group, name)) for name in COLOURS),
+        )
+        return {name: add_action(self, text, keys, partial(self._act, name, do)) for name, text, keys, do in actions}
 
     def _act(self, name: str, do: Callable[[], object]) -> None:
         """Do what a key or a menu asks for. What is held is let go first: it is not where it is, and may go."""
-        if name not in VIEW_ACTIONS and self._is_held():
+        if name not in _VIEW_ACTIONS and self._is_held():
             self._cancel_drag()
         do()
 
