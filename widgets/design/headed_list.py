@@ -32,6 +32,13 @@ class HeadedList(QListWidget):
         self.setDragEnabled(True)
         self.setAccessibleName(name)
 
+    def step(self, by: int) -> None:
+        """Move the current row by `by` rows, past headings and around the ends."""
+        rows = [i for i in range(self.count()) if self.item(i).data(Qt.ItemDataRole.UserRole)]
+        if rows:
+            at = rows.index(self.currentRow()) + by if self.currentRow() in rows else (0 if by > 0 else -1)
+            self.setCurrentRow(rows[at % len(rows)])
+
 
 class _Row(QStyledItemDelegate):
     def __init__(self, shown: HeadedList, row_px: int, paint_row: PaintRow) -> None:

@@ -41,13 +41,6 @@ class NamedList(HeadedList):
         item = self.currentItem()
         return (item.data(_ID) or "") if item else ""
 
-    def step(self, by: int) -> None:
-        """Move the current row by `by` names."""
-        rows = [i for i in range(self.count()) if self.item(i).data(_ID)]
-        if rows:
-            at = rows.index(self.currentRow()) + by if self.currentRow() in rows else (0 if by > 0 else -1)
-            self.setCurrentRow(rows[at % len(rows)])
-
 
 def _paint_row(painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
     """Paint a name with a bar in its colour."""

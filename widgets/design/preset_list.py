@@ -92,12 +92,8 @@ class PresetList(HeadedList):
         return item.data(_PRESET) if item else None
 
     def step(self, by: int) -> None:
-        """Move the current row by `by` presets."""
-        items = self._items()
-        if items:
-            here = self.currentItem()
-            at = items.index(here) + by if here in items else (0 if by > 0 else -1)
-            self.setCurrentItem(items[at % len(items)])
+        super().step(by)
+        if self.current():
             self.current_changed.emit(self.current())
 
     def mimeTypes(self) -> list[str]:
