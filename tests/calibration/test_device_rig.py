@@ -21,7 +21,7 @@ from underfoot.floor.simulated_tile import SimulatedTile
 class Line:
     """A port that gives what is put into it, and says when all of it was read."""
 
-    senders = None
+    senders, boot_s = None, 0.0
 
     def __init__(self, name="line"):
         self.name, self._waiting, self._more = name, [], threading.Condition()

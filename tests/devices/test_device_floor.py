@@ -28,7 +28,7 @@ RATE = 48_000.0
 class Given:
     """A transport over which comes what a test puts there."""
 
-    name, doubt = "given", "is it?"
+    name, doubt, boot_s = "given", "is it?", 0.0
     senders = None
 
     def __init__(self):

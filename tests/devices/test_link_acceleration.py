@@ -30,7 +30,7 @@ FLOOR = default_floor(1, 2)
 class Silent:
     """A transport over which nothing comes by itself."""
 
-    name, senders, doubt = "given", None, ""
+    name, senders, doubt, boot_s = "given", None, "", 0.0
 
     def open(self):
         pass

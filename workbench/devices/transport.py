@@ -70,6 +70,8 @@ class Transport(ABC):
     """The emulator's end."""
     doubt: ClassVar[str] = "does something else send there, or a hub read its own line wrongly?"
     """What to look for where bytes come, but are no frames."""
+    boot_s: ClassVar[float] = 0.0
+    """Seconds for which no frame may come once it is open, as of a board that begins anew then."""
     name: str
     """The target, as the user wrote it."""
     senders: Sequence[tuple[int, int]] | None = None

@@ -125,7 +125,7 @@ class TransportReader:
 
     def _read(self) -> None:
         """Read until told to stop; `DeviceError` when the transport is gone."""
-        heard_s, unread, first, is_told = time.perf_counter(), 0, b"", False
+        heard_s, unread, first, is_told = time.perf_counter() + self.transport.boot_s, 0, b"", False
         valid = self.parser.counts.valid
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)

@@ -10,6 +10,7 @@ import serial
 from made_frames import rows
 from serial.tools import list_ports
 
+from underfoot.devices import transport_reader
 from underfoot.devices.framing.wire_format import csv_lines, encode, rows_of
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.devices.transports import serial as serial_ports
@@ -41,6 +42,25 @@ def test_a_port_that_is_not_there_is_waited_for(until, tmp_path):
             sender.close()
     finally:
         reader.close()
+
+
+def test_a_board_that_boots_when_its_port_is_opened_is_no_trouble(until, monkeypatch):
+    """Of an Arduino it was said at each start that nothing comes, or no frame, and then that it sends again."""
+    monkeypatch.setattr(transport_reader, "SILENT_S", 0.0)
+    monkeypatch.setattr(SerialTransport, "boot_s", 1000.0 * SerialTransport.boot_s)
+    sender, heard = PtySender(), []
+    reader = TransportReader(SerialTransport(sender.name), lambda samples, when: heard.append(len(samples)))
+    reader.start()
+    try:
+        until(lambda: reader.is_open, "it is open")
+        assert sender.send(b"\xff" * 600, [])
+        until(lambda: reader.parser.bytes == 600, "the bootloader's bytes are read")
+        assert sender.send(b"\0" + encode(rows(5)), [])
+        until(lambda: sum(heard) == 5, "it is read")
+        assert not any(line.endswith("sends again") or "no frame" in line for line in reader.notices)
+    finally:
+        reader.close()
+        sender.close()
 
 
 def test_a_port_that_goes_away_while_it_is_opened_is_waited_for(until, monkeypatch):

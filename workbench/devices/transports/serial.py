@@ -205,6 +205,7 @@ class SerialTransport(Transport):
     )
     sender = PtySender
     doubt = "is the baud rate right?"
+    boot_s = 2.5  # an Arduino is reset by its opening, and its bootloader waits for a sketch: 1.6 s of an Uno
 
     def __init__(self, paths: str, baud: int = _BAUD) -> None:
         self._paths = tuple(path.strip() for path in paths.split(","))
