@@ -20,8 +20,8 @@ from underfoot.widgets.controls.step_table import StepTable, WholeRows
 from underfoot.widgets.plots.plot import Plot
 
 ALL = "all"
-MAX_CURVES = 80
-"""Number of single curves that are drawn; mean and band include all."""
+MAX_CURVES = 1000
+"""Number of single curves that are drawn, and in the saved data; mean and band include all."""
 _FILTERS = ("person", "side", "tile")
 
 

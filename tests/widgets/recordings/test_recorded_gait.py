@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from underfoot.drawing import table
 from underfoot.records.survey import Stance
-from underfoot.widgets.recordings.steps import RecordedSteps
+from underfoot.widgets.recordings.steps import RecordedSteps, stance_drawing
 
 
 def test_the_gait_of_each_person_is_told_at_the_number_of_steps(qtbot):
@@ -75,3 +75,10 @@ def test_the_mean_over_stance_is_that_of_the_steps_that_are_selected_if_several_
     assert [one.name for one in four.plot.drawing.series if one.has_key] == ["± 1 SD", "mean of 2"]
     click(four, 3)
     qtbot.waitUntil(lambda: curves_of(four).items() >= everyone.items())
+
+
+def test_each_of_a_thousand_curves_is_drawn_and_every_second_one_of_more():
+    """Who saves them counts on having all; painting more would hold up the window."""
+    walked = [Stance(replace(STEP, step=k), (1.0,) * 101) for k in range(1001)]
+    named = [[one.name for one in stance_drawing(walked[:count]).series][1:-1] for count in (1000, 1001)]
+    assert named == [[f"step {k}" for k in range(1000)], [f"step {k}" for k in range(0, 1001, 2)]]
