@@ -91,7 +91,10 @@ def test_a_press_is_steady_or_waited_for_or_given_up():
 def test_a_press_elsewhere_is_refused_from_some_centimetres_on():
     corners = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
     require_place(np.array([45.0, 25.0, 5.0, 25.0]), corners, (0.0, -0.02))  # at (0.04, 0.04)
-    with pytest.raises(BadMeasurement, match="measured 100 mm from where it was asked for: another place, or sensors"):
+    with pytest.raises(
+        BadMeasurement,
+        match="measured 100 mm from where it was asked for: another place, or a sensor swapped, loose or dead",
+    ):
         require_place(np.array([60.0, 30.0, 5.0, 5.0]), corners, (0.03, -0.02))  # at (0.03, 0.08)
 
 

@@ -462,11 +462,14 @@ def test_a_press_at_another_place_and_an_unsteady_one_are_refused():
         run(CentroidProcedure(TILE), shaking, {"form": "quick", "loads_n": (100.0,)})
 
 
-@pytest.mark.parametrize("dead", [0, 1, 3])
-def test_a_dead_sensor_is_named_where_it_should_bear_most_of_a_press(dead):
-    """It was told as another place."""
-    with pytest.raises(BadMeasurement, match=f"133 mm from .*: sensor {dead + 1} bears nothing of it; is it dead or"):
-        run(CentroidProcedure(TILE), Hand(lambda corners: corners * (np.arange(4) != dead)), {"form": "quick"})
+@pytest.mark.parametrize(
+    ("sensors", "bear"), [([0, -1, 2, 3], "0, 0, 99, 0"), ([0, 1, 3, 2], "0, 0, 0, 99")], ids=["2 dead", "3, 4 swapped"]
+)
+def test_what_each_sensor_bears_of_a_refused_press_is_told(sensors, bear):
+    """A dead one was told as another place, and then a swapped one, which bears nothing of it either, as dead."""
+    hand = Hand(lambda corners: np.column_stack([corners, 0.0 * corners[:, 0]])[:, sensors])
+    with pytest.raises(BadMeasurement, match=f"swapped, loose or dead. Sensors 1 to 4 bear {bear} % of it"):
+        run(CentroidProcedure(TILE), hand, {"form": "quick"})
 
 
 def test_presses_that_lead_to_no_result_are_not_lost():
