@@ -20,7 +20,6 @@ from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, balanced_share, is_silent
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
-from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.study import Page
 from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
@@ -274,8 +273,8 @@ class Discriminator(Observer):
         """Return PSE and slope at a level in m/s^2, in the unit of the axis."""
         if self._judges_level:
             standard = self._standard
-            pse = _known_m_s2(self.protocol.stimuli[standard]) if standard else self.truth["threshold_m_s2"]
-            pse = max(pse, 1e-3)
+            pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]
+            pse = max(pse or 0.0, 1e-3)  # that of a standard may not be known
             at, above = (self._on_axis(one) for one in (pse, pse * (1.0 + self.truth["level_spread"])))
             return at, 1.0 / (above - at)
         pses = [self.truth[name] for name in _OF_NUMBERS[:3]]
@@ -310,14 +309,8 @@ _OF_NUMBERS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
 def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
     """Return a row of each stimulus, as in the table of trials, without answers."""
     stimuli = {name: protocol.stimuli[name] for name in names}
-    levels = {name: {} if math.isnan(one.peak_m_s2()) else {LEVEL: one.peak_m_s2()} for name, one in stimuli.items()}
+    levels = {name: {} if (peak := one.peak_m_s2()) is None else {LEVEL: peak} for name, one in stimuli.items()}
     return [{"stimulus": name, **one.factors, **levels[name]} for name, one in stimuli.items()]
-
-
-def _known_m_s2(stimulus: Stimulus) -> float:
-    """Return a stimulus's peak in m/s^2; 0 for one that is not known."""
-    peak = stimulus.peak_m_s2()
-    return 0.0 if math.isnan(peak) else peak
 
 
 class Rater(Observer):
@@ -336,7 +329,7 @@ class Rater(Observer):
         return {f"rating {name}": self._place(name) for name in self.given["rated"]}
 
     def _place(self, stimulus: str) -> float:
-        level = _known_m_s2(self.protocol.stimuli[stimulus])
+        level = self.protocol.stimuli[stimulus].peak_m_s2() or 0.0
         more = self.truth["doubling"] * math.log2(1.0 + level)
         return float(self.truth["without"] + more)
 
@@ -363,7 +356,7 @@ class MagnitudeEstimator(Observer):
         return {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
 
     def _magnitude(self, stimulus: str) -> float:
-        return float(max(_known_m_s2(self.protocol.stimuli[stimulus]), 0.01) ** self.truth["exponent"])
+        return float(max(self.protocol.stimuli[stimulus].peak_m_s2() or 0.0, 0.01) ** self.truth["exponent"])
 
 
 class Labeller(Observer):

@@ -1,6 +1,5 @@
 """The trials of one participant in advance, as they follow from seed, id and protocol."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -68,7 +67,7 @@ def _each(words: Sequence[str]) -> str:
 
 def _level(protocol: Protocol, one: Presentation) -> str:
     peak_m_s2 = 0.0 if one.stimulus == NOTHING else protocol.stimuli[one.stimulus].peak_m_s2(one.gain_db)
-    return "not known" if math.isnan(peak_m_s2) else f"{peak_m_s2:.4g}"
+    return "not known" if peak_m_s2 is None else f"{peak_m_s2:.4g}"
 
 
 def _short(value: object) -> str:

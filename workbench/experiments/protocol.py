@@ -292,7 +292,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             correct = self.stimuli[name].correct
             allowed = f"{', '.join(filter(None, right))} (of {stage.id!r})"
             require(not right or correct in right, f"stimuli.{name}.correct", correct, allowed)
-            peak = self.stimuli[name].peak_m_s2(gain_db)
+            peak = self.stimuli[name].peak_m_s2(gain_db) or 0.0  # one that is not known is not refused
             where = f"{place}.method reaches {peak:.3g} m/s^2 with {name}"
             if peak > self.limit_m_s2 * (1.0 + 1e-9):
                 lower = (

@@ -47,20 +47,20 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     ] = ""
     factors: Mapping[str, Fact] = {}
 
-    def peak_m_s2(self, gain_db: float = 0.0) -> float:
+    def peak_m_s2(self, gain_db: float = 0.0) -> float | None:
         """Return the peak acceleration at `gain_db` re its level, in m/s^2; 0 without a patch.
 
-        A patch without `scaled_by` plays as it is: at its level or, without one, its measured peak; NaN for neither.
+        A patch without `scaled_by` plays as it is: at its level or, without one, its measured peak; None for neither.
 
         >>> round(Stimulus(patch="stimulus-td", scaled_by="gain.gain", level_m_s2=0.43).peak_m_s2(6.0206), 3)
         0.86
         >>> Stimulus(patch="snow").peak_m_s2(), Stimulus(patch="snow", measured_m_s2=1.5).peak_m_s2(6.0206)
-        (nan, 1.5)
+        (None, 1.5)
         """
         if not self.patch:
             return 0.0
         if not self.scaled_by:
-            return self.level_m_s2 or self.measured_m_s2 or math.nan
+            return self.level_m_s2 or self.measured_m_s2 or None
         return self.level_m_s2 * 10.0 ** (gain_db / 20.0)
 
     def at(self, gain_db: float, registry: Registry, folder: Path | None = None) -> Patch:

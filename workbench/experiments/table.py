@@ -1,6 +1,5 @@
 """The table of trials: one row per presented trial, with all variables of the analysis."""
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -87,7 +86,7 @@ def _level_of(row: Row, protocol: Protocol) -> dict[str, float]:
 def _level_cell(stimulus: Stimulus, gain_db: float) -> dict[str, float]:
     """Return a stimulus's level by its column; {} for one that is not known, which is not the level of nothing."""
     peak_m_s2 = stimulus.peak_m_s2(gain_db)
-    return {} if math.isnan(peak_m_s2) else {LEVEL: float(f"{peak_m_s2:.6g}")}
+    return {} if peak_m_s2 is None else {LEVEL: float(f"{peak_m_s2:.6g}")}
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:

@@ -28,8 +28,8 @@ class StimulusPatches:
             return IDLE
         stimulus = self.protocol.stimuli[presentation.stimulus]
         total_db = presentation.gain_db + gain_db
-        peak, limit = stimulus.peak_m_s2(total_db), self.protocol.limit_m_s2
-        require(not peak > limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
+        peak, limit = stimulus.peak_m_s2(total_db) or 0.0, self.protocol.limit_m_s2
+        require(peak <= limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
         return self.at(presentation.stimulus, total_db)
 
     def at(self, stimulus: str, gain_db: float) -> Patch:
