@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 APPLICATION_ID = 0x55464558  # "UFEX"
-_CORRECTED = "corrected_id"
 VERSION = 1
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
@@ -187,7 +186,7 @@ class SessionFile:
     @property
     def counts_as(self) -> str:
         """The id that its trials have in tables: the participant's, or the one that it was corrected to."""
-        return self.about.get(_CORRECTED) or self.participant
+        return self.about.get("corrected_id", self.participant)
 
     @property
     def left_out(self) -> str:
@@ -425,7 +424,7 @@ class SessionFile:
         `participant`, by which its orders were drawn, stays.
         """
         require_id(id)
-        self.add_note(f"id corrected to {id}; begun as {self.participant}", {_CORRECTED: id})
+        self.add_note(f"id corrected to {id}; begun as {self.participant}", {"corrected_id": id})
 
     def add_note(self, text: str, about: Mapping[str, str] | None = None) -> None:
         """Store a note of the experimenter, and with it what it changes of `about`."""

@@ -124,13 +124,12 @@ class Staircases(Method):
 
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
-        blocks, pairs = given["pairs"], given["pairs"] * len(given["followed"])
+        pairs = given["pairs"] * len(given["followed"])
+        blocks = given["pairs"] if given["interleaved"] == ALL else pairs
         up = given["up_steps"]
         answers = 0.5 * (given["down_after"] + given["up_after"]) * _TRIALS_OF_REVERSAL * (1.0 + up) ** 2 / (4.0 * up)
         moving = (1.0 - given["catch_share"]) * (1.0 - 1.0 / given["empty_every"] if given["empty_every"] else 1.0)
-        return round(2 * pairs * given["reversals"] * answers / max(moving, 0.1)), blocks if given[
-            "interleaved"
-        ] == ALL else pairs
+        return round(2 * pairs * given["reversals"] * answers / max(moving, 0.1)), blocks
 
     @property
     def trial(self) -> Trial | None:
