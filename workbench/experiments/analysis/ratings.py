@@ -12,7 +12,7 @@ from underfoot.experiments.analysis.constant import axis_label
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
+from underfoot.experiments.table import LEVEL, Row, factors_of, grouped
 
 _NOTE = (
     "Corrected: by Greenhouse and Geisser, with df times epsilon. The p above it assumes sphericity: where the "
@@ -22,19 +22,20 @@ _NOTE = (
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's mean rating of each condition."""
-    parts = sorted(grouped(rows, "stimulus").items())
+    parts = grouped(_in_order(rows, settings), "stimulus").items()
     return [mean_interval(f"rating {name}", [float(row["rating"]) for row in part]) for (name,), part in parts]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Report over people: means, a within-subject analysis of variance, and each condition against none."""
-    found = Findings("Ratings")
+    """Report over people: means, a within-subject analysis of variance, and each condition against none, or, where
+    they have no factors, against each other.
+    """
+    found, rows = Findings("Ratings"), _in_order(rows, settings)
     means = {
         (str(person), str(stimulus)): float(np.mean([float(row["rating"]) for row in part]))
         for (person, stimulus), part in grouped(rows, "participant", "stimulus").items()
     }
-    rated = {stimulus for _, stimulus in means}
-    conditions = [name for name in dict.fromkeys([*settings.given.get("rated", ()), *sorted(rated)]) if name in rated]
+    conditions = list(dict.fromkeys(str(row["stimulus"]) for row in rows))
     lines = [(c, mean_interval("rating", [v for (_, s), v in means.items() if s == c])) for c in conditions]
     found.tables.append(estimates_table("Means over people", "condition", lines))
     people = sorted({person for person, _ in means})
@@ -55,12 +56,18 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), note)
     whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
     plain = _without_vibration(rows)
-    if plain in whole and len(whole) > 1:
-        found.add_tests(
-            f"Each against {plain}", lambda: paired_t(whole, plain), "Paired t; p times the number of tests."
-        )
+    against = plain if plain in whole else ""
+    if len(whole) > 1 and (against or factors == ("stimulus",)):
+        title = f"Each against {against or 'each'}"
+        found.add_tests(title, lambda: paired_t(whole, against), "Paired t; p times the number of tests.")
     found.drawings += [_drawn(rows, factor) for factor in factors]
     return found
+
+
+def _in_order(rows: Sequence[Row], settings: Settings) -> list[Row]:
+    """Return the rows in the order of the protocol's conditions; others behind these, by name."""
+    order = {name: k for k, name in enumerate(settings.given.get("rated", ()))}
+    return sorted(rows, key=lambda row: (order.get(row["stimulus"], len(order)), str(row["stimulus"])))
 
 
 def _without_vibration(rows: Sequence[Row]) -> str:
@@ -83,16 +90,19 @@ def _are_crossed(rows: Sequence[Row], factors: Sequence[str]) -> bool:
 
 
 def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
-    """Plot the means of a factor's values over people, with standard errors."""
-    parts = by_value([row for row in rows if factor in row], factor)
+    """Plot the means of a factor's values over people, with standard errors; of words in the order of the rows."""
+    parts = [(value, part) for (value,), part in grouped([row for row in rows if factor in row], factor).items()]
+    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value, _ in parts)
+    if are_numbers:
+        parts.sort(key=lambda part: part[0])
     means, errors = [], []
     for _, part in parts:
         values = [np.mean([float(row["rating"]) for row in p]) for p in grouped(part, "participant").values()]
         means.append(float(np.mean(values)))
         errors.append(float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0)
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value, _ in parts):
+    if are_numbers:
         x, label, shown = np.array([float(value) for value, _ in parts]), axis_label(factor), None
-    else:  # in their order, told below
+    else:  # told below
         x, shown = np.arange(1.0, len(parts) + 1.0), (0.5, len(parts) + 0.5)
         label = ", ".join(f"{k:g} {value}" for k, (value, _) in zip(x, parts, strict=True))
     across = np.repeat(x, 3)
