@@ -14,7 +14,7 @@ from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import false_alarms, over_people
-from underfoot.experiments.methods.bayesian import Bayesian, quest_of
+from underfoot.experiments.methods.bayesian import Bayesian, levels_of, quest_of
 from underfoot.experiments.methods.staircases import is_yes
 from underfoot.experiments.table import Row, by_value, grouped
 
@@ -103,13 +103,12 @@ def _reaches_an_end(threshold: Estimate, settings: Settings) -> bool:
     """Return whether a threshold's interval goes into the part of the lowest or highest level that is considered.
 
     >>> given = {"range_db": (-6.0, 6.0), "step_db": 2.0}
-    >>> [_reaches_an_end(Estimate("threshold", 3.0, 1.0, high), Settings(given)) for high in (4.9, 5.1)]
-    [False, True]
+    >>> intervals = (-4.9, 4.9), (-5.1, 0.0), (0.0, 5.1)
+    >>> [_reaches_an_end(Estimate("threshold", 0.0, *one), Settings(given)) for one in intervals]
+    [False, True, True]
     """
-    given = _rule(settings)
-    (low, high), step = given["range_db"], given["step_db"]
-    highest = low + step * math.floor((high - low) / step + 1e-6)
-    return threshold.low < low + 0.5 * step or threshold.high > highest - 0.5 * step
+    levels = levels_of(_rule(settings))
+    return bool(threshold.low < levels[:2].mean() or threshold.high > levels[-2:].mean())
 
 
 def _may_be_guesses(rows: Sequence[Row]) -> bool:

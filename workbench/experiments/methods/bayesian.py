@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, require
 from underfoot.experiments.latin_square import ANYONE, Turn
@@ -117,6 +118,12 @@ class Bayesian(Method):
         return Trial(self._number, 1, there + nothing if first else nothing + there, FIRST if first else SECOND, facts)
 
 
+def levels_of(given: Mapping[str, Any]) -> NDArray[np.floating]:
+    """Return the levels in dB that are played, and considered as thresholds."""
+    low, high = given["range_db"]
+    return np.round(np.arange(low, high + 1e-6, given["step_db"]), 6) + 0.0  # and no -0
+
+
 def quest_of(given: Mapping[str, Any]) -> "QuestPlus":
     """Return QUEST+ with these parameters, before any answer; raise `BadValue` if the package is not installed."""
     try:
@@ -125,8 +132,7 @@ def quest_of(given: Mapping[str, Any]) -> "QuestPlus":
         raise BadValue(
             'method is bayesian; it needs the package questplus: pip install "underfoot[adaptive]"'
         ) from None
-    low, high = given["range_db"]
-    levels = np.round(np.arange(low, high + 1e-6, given["step_db"]), 6) + 0.0  # and no -0
+    levels = levels_of(given)
     guesses = 0.5 if given["intervals"] == "two" else given["guesses"]
     return QuestPlus(
         stim_domain={"intensity": levels},
