@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import platformdirs
-from PySide6.QtCore import QDir, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
 from underfoot.widgets import theme
@@ -18,6 +18,8 @@ _BUTTON_ICONS = {
     "detailModeButton": "details",
 }
 """Qt's names of its buttons, and their pictures."""
+ended_in: list[Path] = []
+"""The folders of what was chosen, the last one first; Qt itself remembers where a dialog began."""
 
 
 def documents_folder() -> Path:
@@ -45,14 +47,13 @@ def ask_file(parent: QWidget, title: str, filter: str, then: Callable[[Path], ob
 def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
     """Return a dialog that shows the files that match `filter`; it is deleted when it closes.
 
-    It begins in `folder`, or with a file in it. Without one it begins where the last dialog ended, and the first one in
-    the documents' folder, as far as that is there: the working directory is any, where a desktop started the program.
+    It begins in `folder`, or with a file in it. What is not absolute is in the folder where the last dialog ended, and
+    of the first one in the documents', as far as that is there: the working directory may be any.
     """
-    dialog = QFileDialog(parent, title, folder, filter)
-    if not Path(folder).is_absolute() and dialog.directory() == QDir.current():
-        kept = documents_folder()
-        dialog.setDirectory(str(next((place for place in (kept, *kept.parents) if place.is_dir()), kept)))
-        dialog.selectFile(folder)
+    documents = documents_folder()
+    there = (place for place in (*ended_in, documents, *documents.parents) if place.is_dir())
+    dialog = QFileDialog(parent, title, str(next(there, documents) / folder), filter)
+    dialog.filesSelected.connect(lambda paths: ended_in.insert(0, Path(paths[0]).parent))
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for name, icon in _BUTTON_ICONS.items():
         button = dialog.findChild(QToolButton, name)

@@ -15,6 +15,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.file_dialog import save_dialog
 from underfoot.widgets.design.first_steps import SILENT_TEXT, FirstSteps
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.session import settings_file
@@ -304,16 +305,20 @@ def test_the_name_offered_for_a_patch_can_be_a_file_s_whatever_its_title(qtbot, 
     assert window.open_patch.path.exists()
 
 
-def test_the_first_save_offers_the_documents_and_not_where_the_program_was_started(qtbot, tmp_path, monkeypatch):
-    """A desktop starts it anywhere."""
-    monkeypatch.chdir(QFileDialog().directory().path())
+def test_the_first_save_offers_the_documents_and_the_next_where_that_ended(qtbot, tmp_path, monkeypatch):
+    """A desktop starts it anywhere; Qt offered where a dialog had begun, again and again."""
+    monkeypatch.setattr("underfoot.widgets.controls.file_dialog.ended_in", [])
     monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))  # nothing was recorded there yet
     window = quiet_window(qtbot, tmp_path / "kept")
     design(window).document.edit(noise_patch("Ice"), "All")
     window.open_patch.save()
     dialog = dialog_of(window, QFileDialog)
     assert dialog.selectedFiles() == [str(tmp_path / "Ice.json")]
-    dialog.reject()
+    dialog.selectFile(str(tmp_path / "kept" / "Ice.json"))
+    dialog.accept()
+    table = save_dialog(window, "A table", "trials.csv", "", ".csv")
+    assert table.selectedFiles() == [str(tmp_path / "kept" / "trials.csv")]
+    table.reject()
 
 
 def test_save_as_begins_with_the_name_of_the_file(qtbot, tmp_path):
