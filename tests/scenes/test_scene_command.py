@@ -29,7 +29,7 @@ def test_what_cannot_be_is_refused_in_a_line(refused):
 def test_measuring_refuses_what_it_would_not_use(refused):
     """Else the latency of the simulated floor would be taken for that of the hardware that was named."""
     for option, value in (("--target", "udp:127.0.0.1:4711"), ("--record", "a.underfoot"), ("--picture", "a.png")):
-        assert f"--measure is given with {option};" in refused("scene", "touch-widgets", "--measure", option, value)
+        assert f"{option} is given with --measure;" in refused("scene", "touch-widgets", "--measure", option, value)
 
 
 def test_a_walk_is_played_printed_and_filmed(underfoot, folder):

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.files import require_folders_writable
-from underfoot.commands.options import FIGURES_AS_JSON, command
+from underfoot.commands.options import FIGURES_AS_JSON, command, require_only
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.options import option, shared
@@ -39,19 +39,21 @@ class BenchOptions:
 def bench(options: BenchOptions) -> None:
     """Benchmark models, run time against error, large floors, and stability."""
     report, figures = options.report, options.figures
-    if options.cluster is not None and (options.short or figures is not None or options.stress is not None):
-        raise BadValue("--cluster is for the whole bench, in full or --quick; times are measured on one computer")
     if options.stress is not None:
+        require_only(options, "--stress", "--times --seconds --seed --json")
         _stress(options)
         return
     if options.seed < 0:
         raise BadValue(f"--seed is {options.seed}; allowed: 0 or more")
-    if options.quick and options.short:
-        raise BadValue("--quick and --short are both given; allowed: one of them")
     require_folders_writable(report, figures)
     if figures is not None:
+        require_only(options, "--figures", "--quick --json")
         _draw(figures, options.quick, options.as_json)
         return
+    if options.short:
+        require_only(options, "--short", "--compare --report --json")
+    else:
+        require_only(options, "the whole bench", "--quick --compare --report --seed --cluster --json")
     from underfoot.bench import run_all
     from underfoot.bench.compare import changes, read
     from underfoot.bench.report import text, write

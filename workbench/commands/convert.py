@@ -12,7 +12,7 @@ from underfoot.commands.files import (
     require_folders_writable,
     require_outputs_writable,
 )
-from underfoot.commands.options import command
+from underfoot.commands.options import command, require_only
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
 from underfoot.files import require_file_name
@@ -104,9 +104,7 @@ def _read(options: ConvertOptions, source: Path, output_name: str) -> None:
 
     require_file_name(output_name)
     output = Path(output_name)
-    of_a_patch = (options.tile or None, options.seconds, options.force, options.floor, options.profiles)
-    if any(given is not None for given in of_a_patch):
-        raise BadValue(f"{source} is no patch; allowed with it: --output and --format")
+    require_only(options, f"{source}, which is no patch", "--output --format")
     if output.suffix.lower() != PATCH_SUFFIX:
         raise BadValue(
             f"--output is {output}; a patch is made of {source}: allowed: a name that ends in {PATCH_SUFFIX}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import RUN_CODE
-from underfoot.commands.options import FIGURES_AS_JSON, command
+from underfoot.commands.options import FIGURES_AS_JSON, command, require_only
 from underfoot.errors import BadValue
 from underfoot.options import argument, option, shared
 
@@ -51,6 +51,7 @@ def cost(options: CostOptions) -> None:
     if not options.outside_files:
         require_inside(patch, REGISTRY, options.patch)
     if options.curve is not None:
+        require_only(options, "--curve", "--outside-files --run-code --json")
         _print_error_curve(patch, options.curve, options.as_json)
         return
     floor = Floor.load(options.floor) if options.floor else default_floor()

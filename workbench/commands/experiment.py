@@ -10,7 +10,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.experiment_options import ExperimentOptions
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
-from underfoot.commands.options import command
+from underfoot.commands.options import command, require_only
 from underfoot.commands.protocols import opened_protocol
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue
@@ -31,26 +31,19 @@ def experiment(options: ExperimentOptions) -> None:
     from underfoot.records.recording import is_recording
 
     if is_recording(Path(options.protocol)):
-        _require_alone(options)
-        if options.leave_out is not None or options.correct_id is not None:
-            _correct(options.protocol, options.leave_out, options.correct_id)
-            return
-        from underfoot.commands.participant import go_on_as_begun
-
-        go_on_as_begun(options)
+        _with_session(options)
         return
     if options.leave_out is not None or options.correct_id is not None:
         raise BadValue(f"{options.protocol} is no session file; only such can be left out, or get another id")
-    chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels,
-              options.plan is not None]  # fmt: skip
-    if options.csv is not None and options.simulate is None and options.plan is None:
-        raise BadValue("--csv is for --simulate and --plan; `analyse --csv` writes the trials of people")
+    protocol, folder = opened_protocol(options.protocol, options.conditions)
+    values = {mode: getattr(options, mode.removeprefix("--")) for mode in _MODES}
+    chosen = [mode for mode, value in values.items() if value is not None and value is not False]
+    if len(chosen) != 1:
+        raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
+    require_only(options, chosen[0], _MODES[chosen[0]])
     require_folders_writable(options.report)
     page = options.report / "power.html" if options.report else None
     require_outputs_writable(options.csv, inputs=(options.protocol, options.conditions, page))
-    protocol, folder = opened_protocol(options.protocol, options.conditions)
-    if sum(chosen) != 1:
-        raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
     elif options.plan is not None:
@@ -61,6 +54,29 @@ def experiment(options: ExperimentOptions) -> None:
         from underfoot.commands.participant import run_on_person, run_pilot
 
         (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
+
+
+_ON_A_PERSON = "--target --floor --profiles --sensor-rate --sound --plate --masking --trigger --lsl --run-code"
+_MODES = {
+    "--participant": f"--session --conditions {_ON_A_PERSON}",
+    "--pilot": f"--session --conditions {_ON_A_PERSON}",
+    "--simulate": "--conditions --truth --seed --bootstrap --processes --cluster --report --csv --run-code --json",
+    "--levels": "--conditions --run-code --json",
+    "--plan": "--conditions --csv --run-code --json",
+}
+"""What the command can do with a protocol, and the options that count then."""
+
+
+def _with_session(options: ExperimentOptions) -> None:
+    """Correct what is said about a session, or go on with it, as it was begun."""
+    if options.leave_out is not None or options.correct_id is not None:
+        require_only(options, "a session to correct", "--leave-out --correct-id")
+        _correct(options.protocol, options.leave_out, options.correct_id)
+        return
+    from underfoot.commands.participant import go_on_as_begun
+
+    require_only(options, f"{options.protocol}, a session that goes on as it was begun", _ON_A_PERSON)
+    go_on_as_begun(options)
 
 
 def _correct(path: str, why: str | None, id: str | None) -> None:
@@ -74,18 +90,6 @@ def _correct(path: str, why: str | None, id: str | None) -> None:
         if why is not None:
             file.leave_out(why)
             print(f"{file.counts_as} is left out: {file.left_out}" if file.left_out else f"{file.counts_as} counts")
-
-
-def _require_alone(options: ExperimentOptions) -> None:
-    """Raise `BadValue` for what cannot be said of a session that goes on as it was begun."""
-    given = {
-        "--participant": options.participant, "--session": options.session, "--conditions": options.conditions,
-        "--pilot": options.pilot, "--simulate": options.simulate, "--levels": options.levels, "--csv": options.csv,
-        "--report": options.report, "--plan": options.plan,
-    }  # fmt: skip
-    for name, value in given.items():
-        if value not in (None, False):
-            raise BadValue(f"{options.protocol} is a session, which goes on as it was begun; leave out {name}")
 
 
 def _print_plan(options: ExperimentOptions, protocol: "Protocol", participant: str) -> None:

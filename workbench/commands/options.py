@@ -93,6 +93,30 @@ def require_seconds(seconds: float | None) -> None:
         raise BadValue(f"--seconds is {seconds:g}; allowed: above 0")
 
 
+def require_only(options: object, mode: str, used: str) -> None:
+    """Raise `BadValue` for an option that is given, and of which nothing would come.
+
+    `mode` says what is done instead of all else, and may be the option that chooses it; `used` are the options that
+    count then.
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class PlayOptions:
+    ...     file: str | None = option("What to play.")
+    ...     list: bool = option("List what there is.", False)
+    >>> require_only(PlayOptions(list=True), "--list", "")
+    >>> require_only(PlayOptions("a.wav", list=True), "--list", "")
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: --file is given with --list; allowed: --list alone
+    """
+    flags = {one.flag.split()[-1]: one for one in options_of(type(options)) if one.flag}
+    allowed = used.split()
+    assert flags.keys() >= set(allowed), allowed
+    for flag, one in flags.items():
+        if flag not in (mode, *allowed) and getattr(options, one.name) != one.default:
+            raise BadValue(f"{flag} is given with {mode}; allowed: {', '.join(allowed) or f'{mode} alone'}")
+
+
 def two_numbers(flag: str, text: str, allowed: str) -> tuple[float, float]:
     """Return the numbers on both sides of a colon; raise `BadValue` for another text.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
-from underfoot.commands.options import command
+from underfoot.commands.options import command, require_only
 from underfoot.errors import BadValue
 from underfoot.options import option
 
@@ -28,15 +28,14 @@ class PlateOptions:
 @command(PlateOptions)
 def plate(options: PlateOptions) -> None:
     """Calibrate, move or emulate a variable stiffness plate."""
-    others = {"--port": options.port, "--footsteps": options.footsteps, "--stiffness": options.stiffness}
     if options.emulate:
-        given = [name for name, value in others.items() if value is not None]
-        if given:
-            raise BadValue(f"--emulate is given with {given[0]}; allowed: alone, and it prints the port for --port")
+        require_only(options, "--emulate", "")
         _emulate()
     elif options.footsteps is not None:
+        require_only(options, "--footsteps", "--output --report --json")
         _calibrate(options, options.footsteps)
     elif options.port and options.stiffness is not None:
+        require_only(options, "--port", "--calibration --stiffness")
         _move(f"{options.port}:{options.calibration or ''}".removesuffix(":"), options.stiffness)
     else:
         raise BadValue("give --footsteps, or --port with --calibration and --stiffness, or --emulate")

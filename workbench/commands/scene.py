@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
 from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import complete_names, require_outputs_writable
-from underfoot.commands.options import command
+from underfoot.commands.options import command, require_only
 from underfoot.commands.session_target import (
     LEVEL,
     PROFILES,
@@ -38,19 +37,6 @@ if TYPE_CHECKING:
 _TICK_S = 0.005
 FILM_HZ = 12.5
 MOST_FILM_S = 60.0
-_UNMEASURED = (
-    "target",
-    "floor",
-    "profiles",
-    "sensor_rate",
-    "sound",
-    "level",
-    "seed",
-    "record",
-    "film",
-    "picture",
-    "width",
-)
 
 
 def _scenes() -> Iterable[str]:
@@ -100,7 +86,7 @@ def scene(options: SceneOptions) -> None:
     given = values_of(kind, options.settings)
     _check(options)
     if options.measure:
-        _check_measuring()
+        require_only(options, "--measure", "--seconds --set")  # of the simulated floor, without sound
     with report_compiling():
         if options.measure:
             from underfoot.bench.scene_latency import measured
@@ -135,15 +121,6 @@ def _check(options: SceneOptions) -> None:
         if path is not None and path.suffix.lower() != suffix:
             raise BadValue(f"{flag} is {path}; allowed: a name that ends in {suffix}")
     require_outputs_writable(options.record, options.film, options.picture, inputs=(options.floor,))
-
-
-def _check_measuring() -> None:
-    """Refuse options that `--measure` would leave unused: what it reports is of the simulated floor, without sound."""
-    context = click.get_current_context()
-    given = [one for one in _UNMEASURED if context.get_parameter_source(one) == ParameterSource.COMMANDLINE]
-    if given:
-        flag = f"--{given[0].replace('_', '-')}"
-        raise BadValue(f"--measure is given with {flag}; allowed: --seconds and --set; it presses simulated tiles")
 
 
 @dataclass
