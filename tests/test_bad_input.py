@@ -341,7 +341,7 @@ def test_a_window_whose_settings_have_no_place_is_not_opened(refused, folder, mo
 
 
 def test_a_value_that_is_not_finite_names_its_node_and_writes_nothing(refused, folder, monkeypatch):
-    monkeypatch.setattr(Program, "fault", lambda self: ("sine", "t2", 4711))
+    monkeypatch.setattr(Program, "faults", lambda self: [("sine", "t2", 4711)])
     assert "node sine made a value that is not finite, on tile t2 at frame 4711" in refused(
         "render", SINE, "--seconds", "0.1", "-o", "out.wav"
     )

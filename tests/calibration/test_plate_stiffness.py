@@ -96,7 +96,7 @@ def test_a_report_has_the_figures_of_earlier_calibrations_by_days(underfoot, tmp
         made = msgspec.structs.replace(known.plate, made=f"2026-01-0{day}")
         msgspec.structs.replace(known, plate=made).save(profile)
     assert "Compared with" not in pages[0]
-    head = re.search(r"ones before</h2><table>\n?<tr><th></th>((?:<th>[^<]*</th>)+)", pages[2])[1]
+    head = re.search(r"ones before</h2>.*?<tr><th></th>((?:<th>[^<]*</th>)+)", pages[2], re.DOTALL)[1]
     assert re.findall("<th>(.*?)</th>", head) == ["2026-01-01", "2026-01-02", date.today().isoformat()]
     errors = re.search("ones before.*<tr><td>Mean error</td>(.*?)</tr>", pages[2], re.DOTALL)[1]
     assert re.fullmatch(r"<td>–</td>(<td>[\d.]+ %</td>){2}", errors)  # of a single footstep it is not known
