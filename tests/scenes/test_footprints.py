@@ -55,3 +55,19 @@ def test_a_left_sole_is_the_mirror_image_of_a_right_one_with_the_toes_ahead_and_
     toe, heel = left[np.argmax(left[:, 1])], left[np.argmin(left[:, 1])]
     assert toe[1] > 0.13 > -0.13 > heel[1]
     assert toe[0] > 0.0 > heel[0]
+
+
+def test_a_print_and_its_length_fade_together_from_when_the_foot_has_gone():
+    scene, foot = discover()["footprints"](default_floor()), OngoingContact(1, 0.3, 0.2, 300.0, (0,), 1.0)
+    list(scene.step(Moment(1.01, (foot,))))
+    step = Step(1, "t1", "left", 1.0, *[1.0] * 8, heading_deg=90.0, step_length_mm=600.0)
+    list(scene.step(Moment(5.0, (foot,), steps=(step,))))
+
+    def opacities():
+        *soles, length, _ = (shape.opacity for shape in scene.shapes())
+        return {round(opacity / 0.85, 9) for opacity in soles}, length
+
+    assert opacities() == ({1.0}, 1.0)
+    list(scene.step(Moment(6.0, up=(foot,))))
+    list(scene.step(Moment(10.0)))
+    assert opacities() == ({0.25}, 0.25)

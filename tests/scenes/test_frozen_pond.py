@@ -7,12 +7,15 @@ import pytest
 from timed_presses import TimedPress, rehearse_presses
 
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.drawing.look import rgb
 from underfoot.experiments.seeded_random import SeededRandom
+from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
 from underfoot.models.elasto_plastic import Ground
 from underfoot.scenes import discover
-from underfoot.scenes.frozen_pond import LEAST_J, MOST_J
+from underfoot.scenes.frozen_pond import LEAST_J, MOST_FRESH, MOST_J
 from underfoot.scenes.frozen_pond.cracks import Cracks
+from underfoot.scenes.moments import Moment
 from underfoot.scenes.rehearsal import rehearse
 from underfoot.scenes.shapes import Lines
 
@@ -106,8 +109,21 @@ def test_cracks_sink_into_the_ice_before_they_close():
     pond = POND(FLOOR, {"most_lines": 100})
     rehearse(pond, SimulatedFloor(FLOOR), 8.0)
     assert pond.cracks.count > 100
-    aged = [shape for shape in pond.shapes() if isinstance(shape, Lines)][:4]
+    glow, *aged, fresh = [shape for shape in pond.shapes() if isinstance(shape, Lines)]
     assert np.array_equal(np.concatenate([shape.ends_m for shape in aged]), pond.cracks.lines_m)
     assert np.array_equal(aged[-1].ends_m, pond.cracks.latest_m(pond.cracks.count - 6))
     assert [len(shape.ends_m) for shape in aged] == [50, 25, 19, 6]
-    assert [shape.opacity for shape in aged] == sorted({shape.opacity for shape in aged})
+    bright = [sum(rgb(shape.colour)) for shape in (*aged, fresh)]
+    assert bright == sorted(set(bright))
+    assert 0 < len(fresh.ends_m) < 20
+    assert np.array_equal(fresh.ends_m, pond.cracks.lines_m[-len(fresh.ends_m) :])
+    assert np.array_equal(glow.ends_m, fresh.ends_m)
+
+
+def test_of_the_cracks_of_a_crowd_the_latest_are_bright():
+    pond = POND(FLOOR, {"threshold_n": 10.0, "spacing_m": 1.0})
+    for k in range(1, 11):
+        feet = (OngoingContact(id, 0.01 * id, 0.1, 200.0 * k, (0,), 0.0) for id in range(1, 13))
+        list(pond.step(Moment(0.01 * k, tuple(feet))))
+    assert pond.cracks.count > MOST_FRESH
+    assert np.array_equal(list(pond.shapes())[-1].ends_m, pond.cracks.lines_m[-MOST_FRESH:])

@@ -116,7 +116,7 @@ class Footprints(Scene):
 
     def shapes(self) -> Iterable[Shape]:
         for one in self.prints:
-            yield from _shapes_of(one, self._left(one) ** 2)  # at once behind the new ones, and gone slowly
+            yield from _shapes_of(one, self._opacity(one))
         yield from self._lengths()
         low, high = self.floor.bounds_m()
         yield Text(0.5 * (low[0] + high[0]), high[1] - 0.035, counted(self.steps, "step"), 0.03, WORDS)
@@ -131,11 +131,11 @@ class Footprints(Scene):
             x, y = x + BALL * SOLE_M[0] * math.cos(heading_rad), y + BALL * SOLE_M[0] * math.sin(heading_rad)
             if all(abs(x - other[0]) > WORDS_M[0] or abs(y - other[1]) > WORDS_M[1] for other in places):
                 places.append((x, y))
-                yield Text(x, y, f"{0.1 * one.step.step_length_mm:.0f} cm", 0.018, "#ffffff", self._left(one))
+                yield Text(x, y, f"{0.1 * one.step.step_length_mm:.0f} cm", 0.018, "#ffffff", self._opacity(one))
 
-    def _left(self, one: Print) -> float:
-        """Return the share of its fading that is left to a print: 1 while the foot stands."""
-        return min(max(1.0 - max(self._now_s - one.ended_s, 0.0) / self.given["fades_s"], 0.0), 1.0)
+    def _opacity(self, one: Print) -> float:
+        """Return 1 while the foot stands, then ever less: a print is behind the new ones at once, and gone slowly."""
+        return max(1.0 - max(self._now_s - one.ended_s, 0.0) / self.given["fades_s"], 0.0) ** 2
 
     @property
     def state(self) -> str:
