@@ -13,6 +13,7 @@ from underfoot.patch.patch import Patch
 from underfoot.scenes import discover
 from underfoot.scenes.cues import Play, nearest_tile
 from underfoot.scenes.rehearsal import rehearse
+from underfoot.scenes.shapes import Text
 
 FLOOR = default_floor()
 KINDS = discover()
@@ -93,6 +94,16 @@ def test_targets_are_those_of_the_study_hit_or_missed():
     assert scene.times_s == pytest.approx([0.14], abs=0.03)
     assert len(done.strikes) == 1
     assert second not in scene.left
+
+
+def test_after_the_last_target_the_floor_says_done_also_where_it_was_hit():
+    scene = KINDS["target-selection"](FLOOR, {"pause_s": 0.2, "widths_m": [0.165]})
+    while len(scene.left) > 1:
+        scene.left.pop()
+    x, y = (scene.origin_m[k] + scene.left[0].facts[name] for k, name in enumerate(("x_m", "y_m")))
+    rehearse_presses(scene, [hand(0.35, x, y, 200.0), hand(0.5, x, y, 0.0)], 1.0)
+    assert len(scene.times_s) == 1
+    assert [shape.text for shape in scene.shapes() if isinstance(shape, Text)] == ["Done"]
 
 
 def test_steps_are_counted_as_the_floor_knows_them():

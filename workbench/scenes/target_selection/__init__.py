@@ -16,11 +16,9 @@ from underfoot.scenes.cues import Cue, Say, Strike
 from underfoot.scenes.moments import Moment
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.shapes import Disc, Shape, Text, box
-from underfoot.studies.target import FloorTarget
+from underfoot.studies.target import SELECTED_M, FloorTarget
 
 TARGET, HIT, FEET, WORDS = "#f0a63c", "#ffffff", "#8d99a8", "#aebac8"
-HIT_M = 0.2
-"""Diameter of the disc that shows a hit (thesis 5.6.1)."""
 FOOT_M = (0.09, 0.24)
 FEET_APART_M = 0.16
 SEAM_M = 0.005
@@ -70,10 +68,11 @@ class TargetSelection(Scene):
             if self.left_out:
                 yield Say(f"{self.left_out} of the buttons do not lie on this floor and are left out")
         if self.target is None:
-            if now >= self._next_s and self.left:
+            if now >= self._next_s:
                 self._hit = None
-                timing = {name: self.given[name] for name in ("force_n", "visible_s", "pause_s")}
-                self.target = FloorTarget.of(self.left.popleft(), self._method | timing, now, now, moment.contacts)
+                if self.left:
+                    timing = {name: self.given[name] for name in ("force_n", "visible_s", "pause_s")}
+                    self.target = FloorTarget.of(self.left.popleft(), self._method | timing, now, now, moment.contacts)
             return
         answers = self.target.judged(moment.contacts, now, now)
         if answers is None:
@@ -99,7 +98,7 @@ class TargetSelection(Scene):
         if self.target is not None:
             yield Disc(self.target.x_m, self.target.y_m, 0.5 * self.target.width_m, TARGET)
         elif self._hit is not None:
-            yield Disc(self._hit.x_m, self._hit.y_m, 0.5 * HIT_M, HIT)
+            yield Disc(self._hit.x_m, self._hit.y_m, 0.5 * SELECTED_M, HIT)
             yield Text(self._hit.x_m, self._hit.y_m, f"{self.times_s[-1]:.2f} s", 0.03, "#000000")
         elif not self.left and not math.isnan(self._next_s):
             yield Text(x, y + 0.3, "Done", 0.04, WORDS)
