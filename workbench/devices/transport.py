@@ -2,6 +2,8 @@
 
 import errno
 import re
+import socket
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import ClassVar, Self, TypeVar
@@ -155,6 +157,16 @@ def address_text(host: str, port: int) -> str:
 
 
 _HOST_AND_PORT = re.compile(r"((\[(?P<ipv6>[^\[\]]+)\]|(?P<host>[^\[\]:]*)):)?(?P<port>[0-9]+)")
+
+
+def bind_alone(datagrams: socket.socket, host: str, port: int) -> None:
+    """Bind a UDP socket; `OSError` if another one has the port.
+
+    Windows would otherwise let one listen at all addresses and another one at a single address, where it takes all.
+    """
+    if sys.platform == "win32":
+        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+    datagrams.bind((host, port))
 
 
 def reason(error: OSError | ValueError | OverflowError) -> str:

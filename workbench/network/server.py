@@ -23,7 +23,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.transport import reason
+from underfoot.devices.transport import bind_alone, reason
 from underfoot.engine.reports import Health
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.contacts import SILENT_S, OngoingContact
@@ -434,7 +434,7 @@ def _udp() -> socket.socket:
 def _bound(address: Address) -> socket.socket:
     made = _udp()
     try:
-        made.bind((address.host, address.port))
+        bind_alone(made, address.host, address.port)
     except OSError as error:
         made.close()
         choose = "an address of this computer" if error.errno == errno.EADDRNOTAVAIL else "another port"

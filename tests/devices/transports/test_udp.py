@@ -26,8 +26,9 @@ def test_datagrams_end_frames():
         while len(data) < 8:
             data += bytes(port.read())
         assert data == b"one\0two\0"
-        with pytest.raises(DeviceError, match="cannot be listened at: another program listens there, perhaps"):
-            UdpTransport("127.0.0.1", port.port).open()
+        for host in ("127.0.0.1", "0.0.0.0"):
+            with pytest.raises(DeviceError, match="cannot be listened at: another program listens there, perhaps"):
+                UdpTransport(host, port.port).open()
     finally:
         port.close()
 

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
-from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, address_text, host_and_port, reason
+from underfoot.devices.transport import (
+    READ_TIMEOUT_S,
+    Sender,
+    Transport,
+    address_text,
+    bind_alone,
+    host_and_port,
+    reason,
+)
 from underfoot.errors import BadValue, DeviceError
 
 DATAGRAM_BYTES = 1400
@@ -112,7 +120,7 @@ class UdpTransport(Transport):
             family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SYSTEM_BUFFER_BYTES)
-            self._socket.bind((self.host, self.port))
+            bind_alone(self._socket, self.host, self.port)
         except (OSError, ValueError, OverflowError) as error:
             self.close()
             raise DeviceError(f"{self.name} cannot be listened at: {reason(error)}") from None
