@@ -245,10 +245,9 @@ def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames
 def _place(recording: Recording, suffix: str) -> Path:
     """Return the cache file for a recording in its present state and length; marks do not change it.
 
-    When it was begun tells it from one that had its name before, on the same floor and as long.
+    What is said about it tells it from one that had its name before: when it was begun, floor, patch and all else.
     """
-    told = (recording.about.get(key, "") for key in ("begun", "floor", "patch"))
-    said = "|".join(map(str, (FORMAT, recording.path.resolve(), recording.span, *told)))
+    said = f"{FORMAT}|{recording.path.resolve()}|{recording.span}|{sorted(recording.about.items())}"
     name = hashlib.sha256(said.encode()).hexdigest()[:24]
     return cache_folder() / "recordings" / f"{name}.{suffix}"
 
