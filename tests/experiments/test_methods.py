@@ -11,6 +11,7 @@ from msgspec import structs
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.duration import usual_trials
 from underfoot.experiments.methods.bayesian import quest_of
 from underfoot.experiments.methods.staircases import Staircase, move
 from underfoot.experiments.study import Study
@@ -183,7 +184,10 @@ def test_staircases_of_all_stimuli_take_turns_and_a_false_alarm_begins_all_of_th
         return {"felt": "yes" if facts.get("level_db", -100.0) > middles.get(facts.get("comparison"), 0.0) else "no"}
 
     study = Study(protocol, "P1")
-    found = [t for t in trials(walked(study, answers)) if not t.facts.get("catch")]
+    pages = walked(study, answers)
+    assert max(page.share for page in pages) < 1.0
+    assert usual_trials(protocol, protocol.stages[0])[1] == 2
+    found = [t for t in trials(pages) if not t.facts.get("catch")]
     each = Counter((t.block, t.facts["comparison"], t.facts["staircase"]) for t in found)
     assert len(each) == 2 * 3 * 2
     turns = [a.facts["comparison"] != b.facts["comparison"] for a, b in pairwise(found[:60])]

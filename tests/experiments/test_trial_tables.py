@@ -290,17 +290,19 @@ def test_of_two_sessions_of_one_id_one_counts_if_the_other_is_left_out(tmp_path,
             file.add(
                 file.study(protocol).answer({"rating": rating}), [Excerpt("force", 0, rating, 1.0, ("t1.1",), ONE)]
             )
+            file.correct_id("P7")
     with pytest.raises(BadValue, match=r"analyse one of them, leave one out, or correct an id$"):
         results_of(paths)
     with closing(SessionFile.open(paths[left_out])) as file:
         file.leave_out("on the other computer")
-    assert [session_line(path).participant for path in paths] == ["P1", "P1 (P1-again.session)"]
+    assert [session_line(path).participant for path in paths] == ["P7 (P1.session)", "P7 (P1-again.session)"]
     found = results_of(paths)
     assert [row["rating"] for row in found.rows] == [1 - left_out]
-    assert found.remarks == ["Left out by the experimenter: P1 (on the other computer)."]
+    assert found.remarks == ["Left out by the experimenter: P7 (on the other computer)."]
     found.write_bids(tmp_path / "bids")
     assert "left_out" not in (tmp_path / "bids" / "participants.tsv").read_text()
     (recorded,) = (tmp_path / "bids").rglob("*_physio.json")
+    assert recorded.is_relative_to(tmp_path / "bids" / "sub-P7")
     assert json.loads(recorded.read_text())["StartTime"] == 1 - left_out
 
 
