@@ -129,31 +129,36 @@ class SessionsDialog(Dialog):
             item.setToolTip("\n".join(line.notes) if text is noted else text)
             self.table.setItem(row, column, item)
 
-    def _show_current(self) -> None:
-        """Offer what can be done with the chosen session."""
+    @property
+    def _line(self) -> SessionLine | None:
+        """The chosen session; None if its file cannot be read."""
         row = self.table.currentRow()
         line = self.lines[row] if 0 <= row < len(self.lines) else None
+        return None if line is None or line.error else line
+
+    def _show_current(self) -> None:
+        """Offer what can be done with the chosen session."""
+        line = self._line
         is_left_out = line is not None and bool(line.left_out)
         self.leave_button.setText("Take in again" if is_left_out else "Leave out")
-        self.leave_button.setEnabled(line is not None and not line.error)
+        self.leave_button.setEnabled(line is not None)
         # A second Return behind a reason must not take the session in again.
         (self.close_button if is_left_out else self.leave_button).setDefault(True)
         self.why.setText(line.left_out if line is not None else "")
-        self.why.setEnabled(line is not None and not line.error and not is_left_out)
+        self.why.setEnabled(line is not None and not is_left_out)
         self.id.setText(line.id if line is not None else "")
-        self.id.setEnabled(line is not None and not line.error)
+        self.id.setEnabled(line is not None)
         self._show_id()
 
     def _show_id(self) -> None:
         """Offer to correct the chosen session's id where another one is typed."""
-        row, typed = self.table.currentRow(), self.id.text()
-        line = self.lines[row] if 0 <= row < len(self.lines) else None
-        self.id_button.setEnabled(line is not None and not line.error and is_id(typed) and typed != line.id)
+        line, typed = self._line, self.id.text()
+        self.id_button.setEnabled(line is not None and is_id(typed) and typed != line.id)
 
     def _correct_id(self) -> None:
         """Let the chosen session have the id that was typed."""
         path, typed = self.lines[self.table.currentRow()].path, self.id.text()
-        self.writer.compute(lambda _: [_with_id(path, typed)])
+        self.writer.compute(lambda _: [_written(path, lambda file: file.correct_id(typed))])
 
     def _leave_out(self) -> None:
         """Leave the chosen session out, or take it in again."""
@@ -163,7 +168,8 @@ class SessionsDialog(Dialog):
             self._say(WHY_FIRST)
             self.why.setFocus()
             return
-        self.writer.compute(lambda _: [_written(line.path, "" if line.left_out else why)])
+        new = "" if line.left_out else why
+        self.writer.compute(lambda _: [_written(line.path, lambda file: file.leave_out(new))])
 
     def _show_written(self, lines: list[SessionLine]) -> None:
         (line,) = lines
@@ -180,15 +186,8 @@ class SessionsDialog(Dialog):
         self.note.setText(text)
 
 
-def _with_id(path: Path, id: str) -> SessionLine:
-    """Give a session's trials another id; return what the list says of it now."""
+def _written(path: Path, change: Callable[[SessionFile], None]) -> SessionLine:
+    """Change a session's file; return what the list says of it now."""
     with closing(SessionFile.open(path)) as file:
-        file.correct_id(id)
-    return session_line(path)
-
-
-def _written(path: Path, why: str) -> SessionLine:
-    """Leave a session out for a reason, or take it in again for none; return what the list says of it now."""
-    with closing(SessionFile.open(path)) as file:
-        file.leave_out(why)
+        change(file)
     return session_line(path)
