@@ -81,7 +81,7 @@ def test_the_button_on_a_node_and_its_key_play_it_alone(window, bench, qtbot):
     send(bench.canvas.viewport(), QEvent.Type.MouseButtonPress, place, LEFT)
     send(bench.canvas.viewport(), QEvent.Type.MouseButtonRelease, place, LEFT)
     qtbot.waitUntil(lambda: window.listening.auditioned_output is not None)
-    assert "Auditioning noise on t1: as it is, in m/s²" in window.status.message
+    assert "Auditioning Noise on t1: as it is, in m/s²" in window.status.message
     assert node.is_auditioned
     assert bench.listen_bar.audition_button.isVisible()
     assert bench.patch() == noise_patch()  # the document is as it was

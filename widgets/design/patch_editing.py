@@ -1,7 +1,6 @@
 """Edits of a patch, shared by several parts of the window. Without Qt."""
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -142,15 +141,9 @@ def with_names(patch: Patch, registry: Registry, text: str) -> str:
     >>> with_names(patch, REGISTRY, "gain <- mix1 <- gain; take one away")
     'Kies <- Mix (mix1) <- Kies; take one away'
     """
-    names = {node.id: node.name_in(registry) for node in patch.nodes}
-    shared = Counter(names.values())
+    names = patch.names(registry)
     ids = "|".join(map(re.escape, names))
-
-    def named(found: re.Match[str]) -> str:
-        name = names[found[0]]
-        return f"{name} ({found[0]})" if shared[name] > 1 else name
-
-    return re.sub(rf"(?<![\w.-])(?:{ids})(?=\.\w| <-|[:;])", named, text) if ids else text
+    return re.sub(rf"(?<![\w.-])(?:{ids})(?=\.\w| <-|[:;])", lambda found: names[found[0]], text) if ids else text
 
 
 def drivers(patch: Patch) -> dict[str, dict[str, str]]:

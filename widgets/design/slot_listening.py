@@ -305,5 +305,5 @@ class SlotListening(QObject):
     def _show_auditioned(self) -> None:
         output = self._listening.auditioned_output
         node = output.node if output is not None else ""
-        self._bar.show_auditioned(self._patch.name_of(node))
+        self._bar.show_auditioned(self._patch.names(self._context.registry).get(node, node))
         self._canvas.patch_scene.show_auditioned(node)

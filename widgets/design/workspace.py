@@ -17,6 +17,7 @@ from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import node_id
+from underfoot.quantities import first_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import add_action
 from underfoot.widgets.controls.panels import column
@@ -231,11 +232,9 @@ class DesignWorkspace(Workspace):
         """Mark a node that produced a value that is not finite, and name all that did; None clears the marks."""
         faulty = self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
-            names = [self.patch().name_of(id) for id in dict.fromkeys([*faulty, fault.node])]
-            values, silenced = "a value that is", "its output is"
-            if len(names) > 1:
-                values, silenced = "values that are", "their outputs are"
-            self.canvas.show_message(f"{', '.join(names)} produced {values} not finite; {silenced} silenced")
+            names = self.patch().names(self.registry)
+            told = first_of([names.get(id, id) for id in dict.fromkeys([*faulty, fault.node])], 4)
+            self.canvas.show_message(f"Values that are not finite are silenced: {', '.join(told)}")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:
         """Set the target's tiles. A pending preview, or one of a removed tile, is requested again."""

@@ -108,11 +108,11 @@ class CostDialog(Dialog):
         self._row("reading", found.reading_ms, 0.0, "not in the block: readings to newtons, where devices are read")
         if found.nodes or found.left_out:
             self._heading("NODES")
-        patch = Patch.unchecked(self._measured, "the patch")
+        names = Patch.unchecked(self._measured, "the patch").names()
         for node in sorted(found.nodes, key=lambda node: -node.ms):
-            self._row(patch.name_of(node.node), node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
+            self._row(names[node.node], node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
         for id in found.left_out:
-            self._row(patch.name_of(id), 0.0, 0.0, "left out: no output needs it")
+            self._row(names[id], 0.0, 0.0, "left out: no output needs it")
 
     def _heading(self, text: str) -> None:
         item = QTreeWidgetItem([text])

@@ -189,7 +189,7 @@ class Bridge(QObject):
                 )
             case Fault(node, tile) if self._session is not None:
                 self.faulted.emit(report)
-                name = self._session.patch.name_of(node)
+                name = self._session.patch.names().get(node, node)
                 self._notify_once(f"{name} produced a value that is not finite on tile {tile}; its output is silenced.")
 
     def _notify_once(self, text: str) -> None:

@@ -108,7 +108,7 @@ class Listening(QObject):
             self._steps_when_swapped = True
             if not self._controller.is_playing:
                 self._controller.play()
-            name = self._open_patch.patch.name_of(output.node)
+            name = self._open_patch.patch.names(self._registry)[output.node]
             self.notified.emit(f"Auditioning {name} on {output.tile or 'all tiles'}: {text}. A, again, ends it.")
         self.changed.emit()
 

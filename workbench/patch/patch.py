@@ -1,5 +1,6 @@
 """Patch document: nodes and wires as plain data. Every edit returns a new patch; nothing in a file is executed."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -123,9 +124,16 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         known = ", ".join(node.id for node in self.nodes)
         raise BadValue(f"there is no node {id!r}; allowed: {known or 'none, the patch is empty'}")
 
-    def name_of(self, id: str) -> str:
-        """Return the name that a node was given; its id if it has none, or is not there."""
-        return next((node.label for node in self.nodes if node.id == id), "") or id
+    def names(self, registry: Registry | None = None) -> dict[str, str]:
+        """Return the name of each node that the canvas shows, by its id; of nodes that share one with the id.
+
+        >>> Patch().add("gain").name("gain", "Kies").add("mix").add("mix").names()
+        {'gain': 'Kies', 'mix': 'Mix (mix)', 'mix1': 'Mix (mix1)'}
+        """
+        types = _given_or_all(registry)
+        names = {node.id: node.name_in(types) for node in self.nodes}
+        shared = Counter(names.values())
+        return {id: f"{name} ({id})" if shared[name] > 1 else name for id, name in names.items()}
 
     def group(self, id: str) -> Group:
         """Return the group with this id; `BadValue` if there is none."""

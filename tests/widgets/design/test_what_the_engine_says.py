@@ -151,7 +151,7 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     assert "not finite" in workspace.canvas.message
     workspace.show_fault(Fault("step", "t1", 0))
     assert (scene.nodes["hum"].state, scene.nodes["step"].state) == ("fault", "fault")
-    assert workspace.canvas.message.startswith("step, hum produced values")
+    assert workspace.canvas.message.endswith("Step, Hum")
     workspace.canvas.show_message("")
     pictures = []
     for chosen in ([], ["hum"]):

@@ -45,7 +45,7 @@ def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
     assert dialog.table.accessibleName() == "Run time of stages and nodes"
     names = names_of(dialog)
     assert names[0] == "STAGES"
-    assert {"tracking", "safety", "NODES", "Low hum", "tile-output"} <= set(names)
+    assert {"tracking", "safety", "NODES", "Low hum", "Tile output"} <= set(names)
     assert "a foot on 4 of 4 tiles" in dialog.summary.text()
     row = dialog.table.topLevelItem(names.index("Low hum"))
     assert float(row.text(1)) > 0.0
