@@ -5,10 +5,13 @@ Qt scales a whole program, and reads by how much only as that starts: in an open
 a node would have to be scaled by itself. Starting again brings back what was open, unsaved work and undo included.
 """
 
+from functools import partial
+
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QWidget
 
+from underfoot.widgets.controls.menu import add_action
 from underfoot.widgets.dialogs.text_size_dialog import TextSizeDialog
 from underfoot.widgets.session.settings import TEXT_SIZES, THEMES, Settings
 
@@ -39,20 +42,14 @@ class ViewMenu(QMenu):
         for percent in TEXT_SIZES:
             self._add_choice(self._sizes, f"Text {percent} %", percent)
         self._sizes.triggered.connect(lambda action: self._choose(text_size=action.data()))
-        self.larger_text = self._add_action("Larger text", ("Ctrl++", "Ctrl+="))
-        self.larger_text.triggered.connect(lambda: self._step(1))
-        self.smaller_text = self._add_action("Smaller text", ("Ctrl+-",))
-        self.smaller_text.triggered.connect(lambda: self._step(-1))
+        add = partial(add_action, window, where=Qt.ShortcutContext.WindowShortcut)
+        self.larger_text = add("Larger text", ("Ctrl++", "Ctrl+="), partial(self._step, 1))
+        self.smaller_text = add("Smaller text", "Ctrl+-", partial(self._step, -1))
+        full_screen = add("Full screen", "F11", lambda: window.setWindowState(window.windowState() ^ _FULL_SCREEN))
+        self.addActions([self.larger_text, self.smaller_text])
         self.addSeparator()
-        full_screen = self._add_action("Full screen", ("F11",))
-        full_screen.triggered.connect(lambda: window.setWindowState(window.windowState() ^ _FULL_SCREEN))
-        window.addActions([self.larger_text, self.smaller_text, full_screen])
+        self.addAction(full_screen)
         self._show()
-
-    def _add_action(self, text: str, keys: tuple[str, ...]) -> QAction:
-        action = self.addAction(text)
-        action.setShortcuts([QKeySequence(key) for key in keys])
-        return action
 
     def _add_choice(self, group: QActionGroup, text: str, value: str | int) -> None:
         action = self.addAction(text)

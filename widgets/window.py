@@ -326,7 +326,7 @@ class MainWindow(QMainWindow):
             "network": add("Network…", "Ctrl+Shift+N", self._dialogs.open_network),
             "cost": add("Cost of a block…", "Ctrl+Shift+B", self._dialogs.open_cost),
             "keys": add("Keyboard shortcuts", "F1", self._show_shortcuts),
-            "about": add("About Underfoot", "", self._dialogs.open_about),
+            "about": add("About Underfoot", (), self._dialogs.open_about),
             "quit": add("Quit", "Ctrl+Q", self.close),
             **{
                 declared.name: add(

@@ -325,6 +325,8 @@ def test_shortcuts_are_listed(window, qtbot):
     texts = [label.text() for label in dialog_of(window, ShortcutsDialog).findChildren(QLabel)]
     for words in ("Save", "Play or stop", "Undo", "Panic: silence at once"):
         assert words in texts
+    assert texts[texts.index("Save") + 1] == "Ctrl+S"
+    assert "About Underfoot" not in texts, "which has no key"
 
 
 def test_the_audio_dialog_pulses_one_tile(window, qtbot):

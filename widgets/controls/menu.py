@@ -46,7 +46,7 @@ class Menu(QMenu):
         self.popup(place)
 
     def event(self, event: QEvent) -> bool:
-        # Shortcut without text, such as F12, stay shortcuts.
+        # Keys without text, such as F12, stay shortcuts.
         is_typed = isinstance(event, QKeyEvent) and event.text() != "" and event.text().isprintable()
         if is_typed and event.type() == QEvent.Type.ShortcutOverride:
             event.accept()

@@ -11,7 +11,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
 from underfoot.widgets.controls.key_names import with_native_keys
 
-_SUN_KEY = re.compile(r"F(1[3-9]|[23]\d)")
+_RARE_KEY = re.compile(r"F(1[3-9]|[23]\d)|New|Open|Save|Find|Cut|Copy|Paste")
 
 Keys = Sequence[tuple[str, str]]
 """Actions and their keys."""
@@ -52,11 +52,13 @@ class ShortcutsDialog(Dialog):
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:
-    """Return text and keys of the actions that have keys; without F13 to F35, which only Sun's keyboards have."""
+    """Return text and keys of the actions that have keys; without F13 to F35, Copy, Save and
+    the like, which few keyboards have.
+    """
     native = QKeySequence.SequenceFormat.NativeText
     found = []
     for action in actions:
-        keys = [key for key in action.shortcuts() if not _SUN_KEY.fullmatch(key.toString())]
+        keys = [key for key in action.shortcuts() if not _RARE_KEY.fullmatch(key.toString())]
         if keys:
             found.append((action.text().rstrip("…"), ", ".join(key.toString(native) for key in keys[:3])))
     return found
