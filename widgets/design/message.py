@@ -1,4 +1,4 @@
-"""A message over the canvas that disappears after a few seconds."""
+"""A message over the canvas that disappears when it can have been read."""
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QLabel, QWidget
@@ -6,7 +6,8 @@ from PySide6.QtWidgets import QLabel, QWidget
 from underfoot.widgets import theme
 from underfoot.widgets.controls.announcing import announce
 
-VISIBLE_MS = 5000
+VISIBLE_MS, READING_MS = 5000, 60
+"""How long a line stays: what it takes to notice and read a short one; more by the sign (1000 a minute) a long one."""
 
 
 class Message(QLabel):
@@ -18,7 +19,7 @@ class Message(QLabel):
         self.setWordWrap(True)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.hide()
-        self._timer = QTimer(self, singleShot=True, interval=VISIBLE_MS)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
 
     def show_text(self, text: str, *, alarm: bool) -> None:
@@ -37,7 +38,7 @@ class Message(QLabel):
         self.adjustSize()
         self.move((self._parent_widget.width() - self.width()) // 2, self._parent_widget.height() - self.height() - 16)
         self.raise_()
-        self._timer.start()
+        self._timer.start(max(VISIBLE_MS, READING_MS * len(text)))
 
     @property
     def visible_text(self) -> str:

@@ -125,8 +125,8 @@ def unit_hint(patch: Patch, registry: Registry, source: str, target: str) -> str
     if parameter is None or units != ("N", ""):
         return ""
     return (
-        f"{patch.node(node_id(source)).name_in(registry)} brings newtons, some 700 under a person; "
-        f"{parameter.label.lower()} is a plain number. Double-click the wire for a Force envelope or a Map between"
+        f"{patch.node(node_id(source)).name_in(registry)} brings newtons; {parameter.label.lower()} is a plain "
+        f"number. Double-click the wire for a Force envelope or a Map between"
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from design_samples import drag, middle, port, send, shared_workspace
 from on_screen import show, type_into
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
@@ -17,6 +17,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
+from underfoot.widgets.design.message import VISIBLE_MS, Message
 
 
 @pytest.fixture(scope="module")
@@ -337,6 +338,7 @@ def test_a_wire_that_brings_newtons_to_a_plain_number_says_what_to_put_between(q
     (wire,) = workspace.patch().wires
     assert wire == ("tile-force.force", "noise.amplitude")
     assert canvas.message.startswith("Tile force brings newtons")
+    assert canvas.findChild(Message).findChild(QTimer).interval() > VISIBLE_MS, "it takes longer to read"
     steps = workspace.document.stack.count()
     ends = port(workspace, "tile-force", "out", "force"), port(workspace, "noise", "in", "amplitude")
     drag(workspace, *ends)
