@@ -12,7 +12,7 @@ import click
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import raised_at_signals
-from underfoot.commands.options import chosen, click_parameters
+from underfoot.commands.options import command
 from underfoot.commands.telling import tell
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
@@ -53,10 +53,8 @@ def command_of(declared: "type[Calibration]") -> click.Command:
     from underfoot.commands.rigs import RIGS
     from underfoot.commands.tile_options import TileOptions
 
-    rig_options = RIGS[declared.rig]
-
-    def run(**given: object) -> None:
-        calibration, rig, tile = chosen(declared, given), chosen(rig_options, given), chosen(TileOptions, given)
+    @command(declared, RIGS[declared.rig], TileOptions, name=declared.command(), help=declared.summary)
+    def run(calibration: "Calibration", rig: "MeasuringRig", tile: "TileOptions") -> None:
         calibration.check(rig.target)
         tile.require_writable()
         if rig.target:
@@ -66,8 +64,7 @@ def command_of(declared: "type[Calibration]") -> click.Command:
         known = tile.known(measured.tile)
         tile.conclude(measured.analyse(known), known)
 
-    parameters = [option for group in (declared, rig_options, TileOptions) for option in click_parameters(group)]
-    return click.Command(declared.command(), params=parameters, callback=run, help=declared.summary)
+    return run
 
 
 def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOptions") -> None:

@@ -1,9 +1,9 @@
 """The options of a command as records: dataclasses that declare them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
@@ -11,47 +11,13 @@ from underfoot.commands.files import FILE, OUTPUT, FileOrPreset
 from underfoot.errors import BadValue
 from underfoot.options import Option, option, options_of
 
-Options = TypeVar("Options")
 
-
-def click_parameters(owner: type) -> list[click.Parameter]:
-    """Return the click parameters for the options and arguments that a dataclass declares."""
-    return [
-        click.Option([*one.flag.split(), one.name], **_settings(one))
-        if one.flag
-        else click.Argument([one.name], **_settings(one))
-        for one in options_of(owner)
-    ]
-
-
-def _settings(one: Option) -> dict[str, Any]:
-    """Return what click takes for an option or an argument besides its names."""
-    settings: dict[str, Any] = {"type": _type_of(one)}
-    if not one.flag:
-        settings |= {"nargs": -1 if one.is_several else 1, "required": not one.is_optional}
-    else:
-        settings |= {"help": one.doc, "is_flag": one.type is bool, "multiple": one.is_several}
-        settings |= {"default": one.default, "show_default": one.type is int and one.default is not None}
-    return settings | dict(one.more)
-
-
-def _type_of(one: Option) -> click.Path | type:
-    if one.presets:
-        return FileOrPreset(one.presets, one.type)
-    if one.is_written:
-        return OUTPUT
-    return FILE if one.type is Path else one.type
-
-
-def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:
-    """Return the dataclass with its own options' values, out of the values of all options of a command."""
-    return owner(**{one.name: given[one.name] for one in options_of(owner)})
-
-
-def command(*kinds: type, help: str | None = None) -> Callable[[Callable[..., None]], click.Command]:
+def command(
+    *kinds: type, name: str | None = None, help: str | None = None
+) -> Callable[[Callable[..., None]], click.Command]:
     """Make a click command of a function that takes a record of options of each of the dataclasses `kinds`.
 
-    Its help is the function's docstring, if no other is given.
+    Its name is the function's, and its help the docstring, if no other is given.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
@@ -63,16 +29,36 @@ def command(*kinds: type, help: str | None = None) -> Callable[[Callable[..., No
     >>> play(["--block", "7"], standalone_mode=False)
     7
     """
+    options = {kind: options_of(kind) for kind in kinds}
 
     def wrap(run: Callable[..., None]) -> click.Command:
         @wraps(run)
         def called(**given: object) -> None:
-            run(*(chosen(kind, given) for kind in kinds))
+            run(*(kind(**{one.name: given[one.name] for one in of}) for kind, of in options.items()))
 
-        parameters = [one for kind in kinds for one in click_parameters(kind)]
-        return click.command(params=parameters, help=help)(called)
+        parameters = [_parameter(one) for of in options.values() for one in of]
+        return click.command(name, params=parameters, help=help)(called)
 
     return wrap
+
+
+def _parameter(one: Option) -> click.Parameter:
+    """Return the click parameter for an option or an argument."""
+    settings: dict[str, Any] = {"type": _type_of(one)}
+    if not one.flag:
+        settings |= {"nargs": -1 if one.is_several else 1, "required": not one.is_optional}
+        return click.Argument([one.name], **settings | dict(one.more))
+    settings |= {"help": one.doc, "is_flag": one.type is bool, "multiple": one.is_several}
+    settings |= {"default": one.default, "show_default": one.type is int and one.default is not None}
+    return click.Option([*one.flag.split(), one.name], **settings | dict(one.more))
+
+
+def _type_of(one: Option) -> click.Path | type:
+    if one.presets:
+        return FileOrPreset(one.presets, one.type)
+    if one.is_written:
+        return OUTPUT
+    return FILE if one.type is Path else one.type
 
 
 SECONDS: float | None = option("Stop after this long.")
