@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QStackedWidget
 
 from underfoot.documents import document_format
@@ -137,8 +137,9 @@ class WorkspaceStack(QStackedWidget):
 
     def _build(self, name: str) -> None:
         declared = next(declared for declared in self.declarations if declared.name == name)
-        self._unattached[name] = declared.make(self._context, self)
-        self._unattached[name].hide()  # or a window that is hidden now would show it, half made, with all its children
+        self._unattached[name] = workspace = declared.make(self._context, self)
+        workspace.hide()  # or a window that is hidden now would show it, half made, with all its children
+        workspace.setAttribute(Qt.WidgetAttribute.WA_PendingResizeEvent, False)  # a picture of the window would send it
 
     def _create(self, name: str) -> None:
         if name in self._by_name:

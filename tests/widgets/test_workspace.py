@@ -181,6 +181,7 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
     assert window.workspaces["Design"] is shown
     assert shown.inspector.isVisible()
     waited_for, parts = built(), 0
+    window.grab()  # --screenshot, which also resizes what is hidden
     while stack.indexOf(waited_for) < 0:
         stack.create_next()
         parts += 1

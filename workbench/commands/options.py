@@ -28,6 +28,8 @@ def command(
     ...     print(options.block)
     >>> play(["--block", "7"], standalone_mode=False)
     7
+    >>> print(play.get_help(click.Context(play)).splitlines()[3])
+      --block INTEGER  Frames per block.  [default: 64]
     """
     options = {kind: options_of(kind) for kind in kinds}
 
