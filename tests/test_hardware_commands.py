@@ -231,7 +231,7 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, walk_on, sch
 @pytest.mark.parametrize("command", [("monitor",), ("scene", "footprints", "--target")], ids=lambda words: words[0])
 def test_hardware_of_which_nothing_comes_is_said_and_ends_when_it_is_told_to(underfoot, folder, command):
     port = free_port()
-    said = underfoot(*command, f"udp:127.0.0.1:{port}", "--seconds", 0.3)
+    said = underfoot(*command, f"udp:127.0.0.1:{port}", "--seconds", 1)
     assert said.status == 0
     assert f"udp:127.0.0.1:{port}: nothing comes" in said.error
 
