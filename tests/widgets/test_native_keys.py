@@ -1,7 +1,5 @@
 """Keys in texts are those of the system: macOS has no Ctrl+P."""
 
-import re
-
 from PySide6.QtCore import QCoreApplication, QTranslator
 from PySide6.QtWidgets import QLabel, QWidget
 from windows import quiet_window
@@ -22,5 +20,5 @@ def test_no_text_of_the_window_names_a_key_as_another_system_does(qtbot, tmp_pat
     texts = [widget.toolTip() for widget in window.findChildren(QWidget)]
     texts += [label.text() for label in window.findChildren(QLabel)]
     QCoreApplication.removeTranslator(translator)
-    assert [text for text in texts if re.search(r"Ctrl\+\S", text)] == []
-    assert any("⌘+P" in text for text in texts)
+    assert [text for text in texts if "Ctrl" in text] == []
+    assert {"⌘+P", "⌘"} <= {word.strip("()") for text in texts for word in text.split()}

@@ -12,6 +12,7 @@ from underfoot.quantities import quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.controls.full_screen import FullScreenWindow
+from underfoot.widgets.controls.key_names import with_native_keys
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
@@ -90,7 +91,7 @@ class TrueScaleWindow(FullScreenWindow):
             more,
             "Esc: close",
         )
-        return "      ".join(part.replace(" ", "\u00a0") for part in parts)
+        return with_native_keys("      ".join(part.replace(" ", "\u00a0") for part in parts))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         fine = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)

@@ -33,7 +33,7 @@ class ShortcutsDialog(Dialog):
             grid.addWidget(theme.label(heading, "heading"), grid.rowCount(), 0, 1, 2)
             for what, key in keys:
                 row = grid.rowCount()
-                grid.addWidget(theme.label(what), row, 0)
+                grid.addWidget(theme.label(with_native_keys(what)), row, 0)
                 grid.addWidget(theme.label(with_native_keys(key), "muted"), row, 1)
         grid.setRowStretch(grid.rowCount(), 1)
         grid.setColumnStretch(1, 1)
