@@ -103,6 +103,7 @@ def test_tab_completes_what_has_a_name_and_leaves_files_to_the_shell(underfoot, 
     (folder / "snowed.json").touch()
     for words, completed in (
         ("mon", ["plain,monitor"]),
+        ("snowed", ["file,snowed"]),  # which the window opens
         ("gravel m", ["plain,monitor"]),
         ("render grav", ["file,grav", "plain,gravel"]),
         ("render sno", ["plain,snow", "file,sno"]),  # bash takes the last: the file

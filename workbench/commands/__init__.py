@@ -8,8 +8,12 @@ import os
 from difflib import get_close_matches
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 class SentenceGroup(click.Group):
@@ -49,6 +53,12 @@ class CommandGroup(SentenceGroup):
         if args and args[0] not in _modules() and _names_file(args[0]):
             args = ["--patch" if args[0].lower().endswith(".json") else "--recording", *args]
         return super().parse_args(ctx, args)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem]":
+        """Return the commands and options that begin so or, if none does, that the shell has the files."""
+        from click.shell_completion import CompletionItem
+
+        return super().shell_complete(ctx, incomplete) or [CompletionItem(incomplete, type="file")]
 
     def meant(self, ctx: click.Context, word: str) -> str:
         """Return the same, or how the preset is opened that a word is, or is like."""
