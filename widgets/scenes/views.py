@@ -24,10 +24,9 @@ HINT_S = 6.0
 
 
 class PaintTimes:
-    """Rate and duration of paintings, and their delay after contacts began."""
+    """Rate of paintings, and their delay after contacts began."""
 
     def __init__(self) -> None:
-        self.paint_s: deque[float] = deque(maxlen=KEPT)
         self.display_latency_s: deque[float] = deque(maxlen=KEPT)
         """From a contact's onset until a picture with it was painted, by the session's clock."""
         self.clock: Callable[[], float] = lambda: 0.0
@@ -39,11 +38,9 @@ class PaintTimes:
         """Note a contact that the next picture shows, by its beginning."""
         self._onsets_s.append(onset_s)
 
-    def add_picture(self, began: float) -> None:
-        """Note a finished picture, begun at `began` of `time.perf_counter`."""
-        now = time.perf_counter()
-        self.paint_s.append(now - began)
-        self._ends_s.append(now)
+    def add_picture(self) -> None:
+        """Note a finished picture."""
+        self._ends_s.append(time.perf_counter())
         if self._onsets_s:
             now_s = self.clock()
             self.display_latency_s.extend(now_s - onset_s for onset_s in self._onsets_s)
@@ -89,7 +86,6 @@ class SceneView(PressedFloor):
         return QSize(16 * theme.GRID, 30 * theme.GRID)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        began = time.perf_counter()
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor("black"))
         if self._floor is None:
@@ -101,7 +97,7 @@ class SceneView(PressedFloor):
         if self._scene is not None:
             _paint_scene(self._scene, painter, to_pixels, self.failed)
             painter.end()
-            self.times.add_picture(began)
+            self.times.add_picture()
 
     # --- a foot made with the mouse ---
 
@@ -131,24 +127,18 @@ class SceneProjection(TrueScaleWindow):
         self._hint_until = time.perf_counter() + HINT_S
         self.adjusted.connect(self._show_hint)
 
-    def show_scene(self, scene: Scene) -> None:
-        """Show another scene."""
-        self._scene = scene
-        self.update()
-
     def to_pixels(self) -> QTransform:
         """Return the transform from the floor's frame to the screen's pixels."""
         return super().to_pixels().translate(-self._middle_m[0], -self._middle_m[1])
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        began = time.perf_counter()
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor("black"))
         _paint_scene(self._scene, painter, self.to_pixels(), self.failed)
         if time.perf_counter() < self._hint_until:
             self.paint_hint(painter, "this line goes by itself")
         painter.end()
-        self.times.add_picture(began)
+        self.times.add_picture()
 
     def _show_hint(self) -> None:
         self._hint_until = time.perf_counter() + HINT_S

@@ -53,7 +53,6 @@ class Moments:
     def __init__(self, floor: Floor, rate_hz: float, force_hz: float) -> None:
         self.floor = floor
         self._rate_hz, self._force_hz = rate_hz, force_hz
-        self.baseline_n = np.zeros((len(floor.tiles), 4))
         self._begin()
 
     def _begin(self) -> None:
@@ -109,7 +108,6 @@ class Moments:
         self._times, self._forces = [], []
         finished = self._concealment.follow(times, forces).finished
         self._steps += self._counter.feed(finished, float(times[-1]))
-        self.baseline_n = self._tracker.baseline_n
         time_s = (self._number + 1) * MOMENT_S
         if time_s <= self._told_s:
             self._before_s = float(times[-1])

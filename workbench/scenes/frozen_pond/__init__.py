@@ -29,8 +29,7 @@ MOST_FRESH = 250
 """Most lines that are bright at once."""
 ICE, GLOW, FRESH, LIGHT = "#0b2a3d", "#30586b", "#ffffff", "#9fe3f5"
 AGES = "#264658", "#416273", "#658898", "#a4cad7"
-"""Colours of cracks, the oldest first: they sink into the ice before they close. Opaque, as what shines through shows
-twice where lines meet, and costs a painter five times as much."""
+"""Colours of cracks, the oldest first: they sink into the ice before they close."""
 YOUNGER = 0.5, 0.25, 0.06
 """Shares of the most lines that are younger than each age but the last."""
 

@@ -1,7 +1,7 @@
 """Cracks in a sheet of ice, as the thesis grows them (5.5.2): seeds under the foot, and fronts that run from them."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ class Seed:
     """Origin of cracks."""
 
     at_m: Point
-    fronts: list[Front] = field(default_factory=list)
+    fronts: list[Front]
 
 
 class Cracks:
@@ -36,7 +36,6 @@ class Cracks:
 
     >>> cracks = Cracks((-1.0, -1.0), (1.0, 1.0), 100)
     >>> cracks.grow((0.0, 0.0), 0.02, 0.1, 0.3, SeededRandom(1))
-    0.0
     >>> len(cracks.seeds), len(cracks.lines_m)
     (1, 0)
     """
@@ -59,8 +58,8 @@ class Cracks:
         """Return the present lines from number `first` on, counted over all that ever were: shape (n, 2, 2)."""
         return self._ends[np.arange(max(first, self.count - self.most), self.count) % self.most]
 
-    def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: SeededRandom) -> float:
-        """Grow the cracks by one event under a foot; return the length added.
+    def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: SeededRandom) -> None:
+        """Grow the cracks by one event under a foot.
 
         Without a growing seed within `spacing_m`, a new one begins. Otherwise each of the n fronts of the nearest seed
         runs on by `length_m` with probability 1 / n; its unit vector turns by a normal draw of standard deviation
@@ -71,14 +70,12 @@ class Cracks:
         if nearest is None or math.dist(nearest.at_m, under_m) > spacing_m:
             self.seeds.append(_seed(under_m, draws))
             del self.seeds[: -self.most]
-            return 0.0
-        ran_m = 0.0
+            return
         for front in nearest.fronts:
             if draws.happens(1.0 / len(nearest.fronts)) and not front.is_at_edge:
-                ran_m += self._extend(front, length_m, turn * _normal(draws))
-        return ran_m
+                self._extend(front, length_m, turn * _normal(draws))
 
-    def _extend(self, front: Front, length_m: float, beta: float) -> float:
+    def _extend(self, front: Front, length_m: float, beta: float) -> None:
         """Extend a crack from its front, up to the edge of the sheet."""
         x, y = front.way
         x, y = x - beta * y, y + beta * x
@@ -90,7 +87,6 @@ class Cracks:
         self._ends[self.count % self.most] = begin, end
         self.count += 1
         front.at_m = float(end[0]), float(end[1])
-        return math.dist(begin, end)
 
 
 def _seed(at_m: Point, draws: SeededRandom) -> Seed:
