@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
@@ -21,6 +21,10 @@ who step or turn there make at most 0.09 m."""
 LEAST_STRIDES = 30
 """Fewest strides of which the variation is stated: the standard deviation of 30 is off by a sixth, sqrt(3 / 4 n), as
 each shares steps with its neighbours."""
+
+LEAST_LENGTHS = 5
+"""Fewest lengths of each foot of which the asymmetry is stated: up to two odd ones, as in a bend, do not move the
+median of five far."""
 
 KEPT_STEPS = 1000
 """Steps of a person of which medians are taken: as many as ten minutes have."""
@@ -38,10 +42,11 @@ class PersonGait:
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
     their mean; 0 where they are alike. It is of the medians of the latest `KEPT_STEPS`: of means, one foot that paused
-    for some seconds, or the short steps of one foot in the turns at the ends of a walkway, would make a limp. That of
-    the length leaves out steps on the spot, which with the step before lead less than `LEAST_STRIDE_M`, as it divides
-    by the length. The variation of the stride time, two steps, is its coefficient of variation (standard deviation over
-    mean), known from `LEAST_STRIDES` on.
+    for some seconds would make a limp. That of the length is of steps between two others of known length: beside the
+    turns at the ends of a walkway they are short, and often of the same foot. It leaves out steps on the spot, which
+    with one beside them lead less than `LEAST_STRIDE_M`, as it divides by the length, and is known from `LEAST_LENGTHS`
+    of each foot on. The variation of the stride time, two steps, is its coefficient of variation (standard deviation
+    over mean), known from `LEAST_STRIDES` on.
     """
 
     person: int
@@ -83,11 +88,11 @@ def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
 
     >>> one = dict(tile="t1", start_s=0.0, contact_ms=600.0, peak1_n=700.0, valley_n=500.0, peak2_n=700.0)
     >>> one |= dict(impulse_ns=300.0, loading_kn_s=8.0, path_mm=200.0, net_mm=200.0, person=1, step_width_mm=100.0)
-    >>> sides = ("left", "right", "left", "right")
+    >>> sides = ("left", "right") * 6
     >>> steps = [Step(i, side=side, step_length_mm=600.0 + 60.0 * (i % 2), **one) for i, side in enumerate(sides)]
     >>> gait, = gait_of(steps)
     >>> gait.steps, gait.step_length_mm, gait.stance_asymmetry_percent, round(gait.length_asymmetry_percent, 1)
-    (4, 630.0, 0.0, 9.5)
+    (12, 630.0, 0.0, 9.5)
     """
     return [sums.gait(person) for person, sums in sorted(_added({}, steps).items()) if sums.steps >= LEAST_STEPS]
 
@@ -138,9 +143,8 @@ class _Sums:
     def __init__(self) -> None:
         self.steps = 0
         self.last_s = -math.inf
-        self._last_length_mm = self._last_step_s = math.nan
-        # The side, and stance and length; of the lengths those that lead on.
-        self._latest: deque[tuple[str, tuple[float, float]]] = deque(maxlen=KEPT_STEPS)
+        self._last_step_s = math.nan
+        self._latest: deque[Step] = deque(maxlen=KEPT_STEPS)
         self._strides = np.zeros(3)  # sums of the stride times to the powers 0, 1 and 2
         self._sum = np.zeros(6)
         self._known = np.zeros(6)
@@ -148,8 +152,7 @@ class _Sums:
     def add(self, step: Step) -> None:
         """Take a step."""
         lengths = (step.step_length_mm, step.step_width_mm)
-        leads_on = self._last_length_mm + step.step_length_mm >= 1e3 * LEAST_STRIDE_M
-        self._latest.append((step.side, (step.contact_ms, step.step_length_mm if leads_on else math.nan)))
+        self._latest.append(step)
         step_s = 60.0 / step.cadence_per_min
         figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms])
         known = np.isfinite(figures)
@@ -160,7 +163,7 @@ class _Sums:
         stride_s = self._last_step_s + step_s
         if math.isfinite(stride_s):
             self._strides += stride_s ** np.arange(3)
-        self._last_length_mm, self._last_step_s = step.step_length_mm, step_s
+        self._last_step_s = step_s
 
     def merge(self, other: "_Sums") -> None:
         """Take the steps of `other`."""
@@ -170,23 +173,27 @@ class _Sums:
 
     def mean_gait(self) -> PersonGait:
         """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
-        step_s, *means = _ratio(self._sum, self._known).tolist()
+        step_s, *means = (self._sum / np.where(self._known, self._known, math.nan)).tolist()
         return PersonGait(0, self.steps, 60.0 / step_s, *means)
 
     def gait(self, person: int) -> PersonGait:
         """Return the means and asymmetries, as those of `person`."""
-        left, right = (
-            np.array([_median(pair[place] for side, pair in self._latest if side == wanted) for place in (0, 1)])
-            for wanted in ("left", "right")
-        )
-        stance, length = (200.0 * _ratio(np.abs(left - right), left + right)).tolist()
+        length_mm = np.array([step.step_length_mm for step in self._latest])
+        leads_on = length_mm[:-1] + length_mm[1:] >= 1e3 * LEAST_STRIDE_M
+        length_mm[~(np.append(False, leads_on) & np.append(leads_on, False))] = math.nan
         return replace(
             self.mean_gait(),
             person=person,
-            stance_asymmetry_percent=stance,
-            length_asymmetry_percent=length,
+            stance_asymmetry_percent=self._asymmetry_percent([step.contact_ms for step in self._latest]),
+            length_asymmetry_percent=self._asymmetry_percent(length_mm, LEAST_LENGTHS),
             stride_variation_percent=self._stride_variation_percent(),
         )
+
+    def _asymmetry_percent(self, of_latest: ArrayLike, least: int = 1) -> float:
+        sides, values = np.array([step.side for step in self._latest]), np.asarray(of_latest, np.float64)
+        known = [values[(sides == side) & np.isfinite(values)] for side in ("left", "right")]
+        left, right = (float(np.median(one)) if len(one) >= least else math.nan for one in known)
+        return 200.0 * abs(left - right) / (left + right) if left + right > 0.0 else math.nan
 
     def _stride_variation_percent(self) -> float:
         count, total, squares = self._strides.tolist()
@@ -202,13 +209,3 @@ def _added(of_person: dict[int, _Sums], steps: Iterable[Step]) -> dict[int, _Sum
         if step.person:
             of_person.setdefault(step.person, _Sums()).add(step)
     return of_person
-
-
-def _median(values: Iterable[float]) -> float:
-    known = [value for value in values if math.isfinite(value)]
-    return float(np.median(known)) if known else math.nan
-
-
-def _ratio(value: NDArray[np.float64], by: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return `value / by`, NaN where `by` is not above 0."""
-    return np.divide(value, by, out=np.full(np.shape(value), math.nan), where=by > 0.0)
