@@ -2,6 +2,8 @@
 
 from underfoot.parameters import Number, Parameter, ask
 
+COVERAGE = 2.0
+"""k of an expanded uncertainty, for 95 % of normal errors (JCGM 100:2008, 6.3.3)."""
 OF_FORCE = ask(
     "reference_percent",
     Number(

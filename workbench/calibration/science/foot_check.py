@@ -10,14 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from underfoot.calibration.reference import COVERAGE
 from underfoot.calibration.rig import Readings
 from underfoot.errors import BadMeasurement
 from underfoot.floor.curves import Curve
 from underfoot.kernels import Floats
 from underfoot.models.tile.fsr_hysteresis import STATE
 
-_COVERAGE = 2.0
-"""k, for 95 % of normal errors (JCGM 100:2008, 6.3.3)."""
 _HELD = 0.9
 """Share of the largest force above which the load counts: errors of shares grow with it."""
 _SECOND = 0.3
@@ -45,7 +44,7 @@ class FootCheck:
         >>> FootCheck(2.0, 3.0, 6.0).expanded_percent
         14.0
         """
-        return _COVERAGE * math.hypot(self.error_percent, self.scatter_percent, self.reference_percent)
+        return COVERAGE * math.hypot(self.error_percent, self.scatter_percent, self.reference_percent)
 
 
 def check_foot(
@@ -66,7 +65,7 @@ def check_foot(
     off = (np.sum(newtons, axis=0)[-force_n.size :] - force_n)[force_n > _HELD * force_n.max()]
     errors = [curve.error_percent if (of := curve.compensation) is None else of.error_percent for curve in curves]
     error_percent = 100.0 * float(np.sqrt(np.mean(off**2))) / full_n
-    return FootCheck(error_percent, float(np.sum(errors)), reference_percent / _COVERAGE)
+    return FootCheck(error_percent, float(np.sum(errors)), reference_percent / COVERAGE)
 
 
 def require_shared(change: Floats) -> None:
