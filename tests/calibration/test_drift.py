@@ -1,5 +1,7 @@
 """A calibration that differs from the one before: named in the report, by the command, and in the window."""
 
+from dataclasses import replace
+
 import pytest
 from PySide6.QtWidgets import QWidget
 
@@ -28,6 +30,7 @@ def response(level, percent=1.5, **others):
         (response(32.4), "acceleration at full scale is 8 % more than on 2026-03-04, beyond the 7.3 % of both (k = 2)"),
         (response(27.0), "acceleration at full scale is 10 % less than on 2026-03-04"),
         (response(60.0, load="standing"), ""),  # another load is no drift
+        (response(60.0, simulated=True), ""),  # nor is hardware after a rehearsal, or before one
         (response(60.0, figures={}), ""),  # of files nothing is known
     ],
 )
@@ -61,5 +64,7 @@ def test_a_sensor_that_has_aged_is_named_in_the_report_by_the_command_and_in_the
     parent = QWidget()
     qtbot.addWidget(parent)
     view = ResultView(parent)
-    view.show_result(result, before)
+    view.show_result(result, before, simulated=False)
     assert pretty_text(line) in view.warnings.text()
+    view.show_result(replace(result), before, simulated=True)
+    assert not view.warnings.text()

@@ -30,15 +30,15 @@ class ResultView(QWidget):
         layout.addSpacing(theme.GRID)
         layout.addWidget(self.table, 1)
 
-    def show_result(self, result: Result, before: Part | None) -> None:
-        """Show this result; `before` is the part of the profile that it would replace."""
+    def show_result(self, result: Result, before: Part | None, *, simulated: bool) -> None:
+        """Show this result, of a `simulated` tile or not; `before` is the part of the profile that it would replace."""
         if result is self._shown:
             return
         self._shown = result
         self.title.setText(result.title)
         self.verdict.setText(pretty_text(result.verdict))
         theme.set_role(self.verdict, "good" if result.good else "alarm")
-        lines = [*result.warnings, *filter(None, [drift(result.part, before)])]
+        lines = [*result.warnings, *filter(None, [drift(result.with_origin(simulated=simulated).part, before)])]
         self.warnings.setText("\n".join(f"•  {pretty_text(line)}" for line in lines))
         self.warnings.setVisible(bool(lines))
         old = None if before is None else before.measured

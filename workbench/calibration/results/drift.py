@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from underfoot.calibration.reference import COVERAGE
 from underfoot.floor.profile import Fsr, Part, Response
 
 _MOST_FORCE_PERCENT = 2.0
@@ -20,8 +21,10 @@ def drift(now: Part | None, before: Part | None) -> str:
 
     Levels of acceleration differ if they are apart by more than the root of the sum of both squared expanded
     uncertainties (E_n above 1, ISO 13528), the accelerometer's own left out, under one load. A sensor's curve differs
-    by its root mean square over the readings that both have.
+    by its root mean square over the readings that both have. A simulated tile and hardware are no one tile.
     """
+    if now is None or before is None or now.simulated != before.simulated:
+        return ""
     if isinstance(now, Response) and isinstance(before, Response):
         return _of_level(now, before)
     if isinstance(now, Fsr) and isinstance(before, Fsr):
@@ -32,12 +35,12 @@ def drift(now: Part | None, before: Part | None) -> str:
 def _of_level(now: Response, before: Response) -> str:
     parts = [one.figures.get(f"acceleration_{name}_percent", math.nan) for one in (now, before) for name in _UNCERTAIN]
     change = 100.0 * (now.acceleration_per_unit / before.acceleration_per_unit - 1.0)
-    if now.load != before.load or not abs(change) > 2.0 * math.hypot(*parts):
+    if now.load != before.load or not abs(change) > COVERAGE * math.hypot(*parts):
         return ""
     way = "more" if change > 0.0 else "less"
     return (
         f"acceleration at full scale is {abs(change):.0f} % {way} than on {before.made}, "
-        f"beyond the {2.0 * math.hypot(*parts):.1f} % of both (k = 2): did a gain, the accelerometer or its place "
+        f"beyond the {COVERAGE * math.hypot(*parts):.1f} % of both (k = 2): did a gain, the accelerometer or its place "
         "change, or did something come loose?"
     )
 
