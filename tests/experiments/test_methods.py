@@ -160,9 +160,10 @@ def test_two_answers_of_yes_are_needed_for_each_step_down_and_one_of_no_for_a_st
     assert one.reversals_db == [-2.0, -1.0, -2.0]
 
 
-def test_pairs_of_staircases_follow_each_other_in_an_order_of_ones_own():
-    given = {"followed": list("abcd"), "standard": "X", "reversals": 2, "last": 2}
-    protocol, orders = made_protocol("staircases", given, dict.fromkeys("abcdX", TD)), set()
+@pytest.mark.parametrize("standard", ["TD", ""])
+def test_pairs_of_staircases_follow_each_other_in_an_order_of_ones_own(standard):
+    given = {"followed": list("abcd"), "standard": standard, "reversals": 2, "last": 2}
+    protocol, orders = made_protocol("staircases", given, dict.fromkeys([*"abcd", "TD"], TD)), set()
     for person in range(8):
         found = trials(walked(Study(protocol, f"P{person}")))
         assert len({(t.block, t.facts["comparison"]) for t in found}) == 4

@@ -82,8 +82,7 @@ class Staircases(Method):
         self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
     ) -> None:
         super().__init__(given, stimuli, draws, turn)
-        names = [name for name in given["followed"] for _ in range(given["pairs"])]
-        pairs = [(name,) for name in (draws.shuffled(names) if given["standard"] else names)]
+        pairs = draws.shuffled([(name,) for name in given["followed"]] * given["pairs"])
         self._blocks = [tuple(given["followed"])] * given["pairs"] if given["interleaved"] == ALL else pairs
         self._block = self._number = self._restarts = 0
         self._staircases: dict[tuple[str, str], Staircase] = {}
