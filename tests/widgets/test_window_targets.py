@@ -151,9 +151,9 @@ def test_a_simulated_tile_whose_file_is_gone_is_an_ideal_one(tmp_path):
 
 def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     """A real pseudo-terminal, with an emulated floor behind it on which a walker walks; chosen again,
-    in other words, it begins anew, where another program was said to have it.
+    with a second port, it begins anew, where another program was said to have it.
     """
-    sender = PtySender()
+    sender, second = PtySender(), PtySender()
     emulator = Emulator(sender, SimulatedFloor(default_floor()))
     window.settings.references["fsr"] = "9.1:0.05:120"
     window.main_bar.target_chosen.emit("transport serial")
@@ -177,11 +177,12 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
         qtbot.waitUntil(lambda: not window.findChildren(TransportDialog))
         window.main_bar.target_chosen.emit("transport serial")
         dialog = window.findChild(TransportDialog)
-        dialog.address.setEditText(f"{sender.name}@1000000")
+        dialog.address.setEditText(f"{second.name},{sender.name}")
         with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
             qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     finally:
         emulator.close()
+        second.close()
     assert window.settings.kind == "simulator"
 
 

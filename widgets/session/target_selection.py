@@ -57,7 +57,7 @@ class TargetSelection:
         """Raise `UnderfootError` if hardware on a transport cannot be opened. May wait for it, in any thread."""
         present = self._controller.target
         wanted = transport_of(scheme, address)
-        if scheme != present.kind or wanted.device != transport_of(scheme, present.source).device:
+        if scheme != present.kind or wanted.devices.isdisjoint(transport_of(scheme, present.source).devices):
             require_source(make_target(self._settings, scheme, address, present.floor))  # the session has no other open
 
     def use_transport(self, scheme: str, address: str) -> None:

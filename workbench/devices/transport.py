@@ -90,9 +90,9 @@ class Transport(ABC):
         """Return addresses that the dialog offers, the likeliest first."""
 
     @property
-    def device(self) -> str:
+    def devices(self) -> frozenset[str]:
         """What only one can have open, in the same words for each way of writing its address."""
-        return self.name
+        return frozenset({self.name})
 
     @abstractmethod
     def open(self) -> None:

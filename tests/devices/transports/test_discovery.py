@@ -87,15 +87,16 @@ def test_what_is_no_transport_is_refused():
 @pytest.mark.parametrize(
     ("scheme", "ways", "another"),
     [
-        ("serial", ("{}/port", "{}/port@9600", "{}/link"), "{}/other"),
+        ("serial", ("{}/port", "{}/port@9600", "{}/link", "{}/second,{}/port"), "{}/other"),
         ("tcp", ("9001", ":9001", "localhost:9001", "127.0.0.1:9001"), "hub:9001"),
         ("udp", ("9001", ":9001", "0.0.0.0:9001", "127.0.0.1:9001"), "9002"),
     ],
 )
 def test_a_device_is_known_however_its_address_is_written(scheme, ways, another, tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "port")
-    device, *others = (transport_of(scheme, way.format(tmp_path)).device for way in (*ways, another))
-    assert [other == device for other in others] == [True] * (len(ways) - 1) + [False]
+    sent = (transport_of(scheme, way.replace("{}", str(tmp_path))) for way in (*ways, another))
+    devices, *others = (transport.devices for transport in sent)
+    assert [devices.isdisjoint(other) for other in others] == [False] * (len(ways) - 1) + [True]
 
 
 @pytest.mark.parametrize("scheme", ["udp", "tcp"])

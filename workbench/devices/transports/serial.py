@@ -237,9 +237,9 @@ class SerialTransport(Transport):
         return sorted(lasting.get(os.path.realpath(port.device), port.device) for port in comports())
 
     @property
-    def device(self) -> str:
+    def devices(self) -> frozenset[str]:
         """The ports behind links, at any rate."""
-        return ",".join(sorted(map(os.path.realpath, self._paths)))
+        return frozenset(map(os.path.realpath, self._paths))
 
     def open(self) -> None:
         """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""

@@ -120,9 +120,9 @@ class TcpTransport(Transport):
         return ["127.0.0.1:9001"]
 
     @property
-    def device(self) -> str:
+    def devices(self) -> frozenset[str]:
         """The hub, which listens to whoever connected last."""
-        return address_text("127.0.0.1" if self.host in ("", "localhost") else self.host, self.port)
+        return frozenset({address_text("127.0.0.1" if self.host in ("", "localhost") else self.host, self.port)})
 
     def open(self) -> None:
         """Connect; raise `DeviceError` if nobody answers."""

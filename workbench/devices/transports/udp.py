@@ -110,9 +110,9 @@ class UdpTransport(Transport):
         return ["0.0.0.0:9000"]
 
     @property
-    def device(self) -> str:
+    def devices(self) -> frozenset[str]:
         """The port: who listens to it at all addresses has it at each."""
-        return str(self.port)
+        return frozenset({str(self.port)})
 
     def open(self) -> None:
         """Listen; raise `DeviceError` if that fails."""
