@@ -101,15 +101,18 @@ def test_a_port_is_offered_by_the_name_that_its_board_keeps(tmp_path, monkeypatc
 
 
 def test_a_port_belongs_to_one():
-    sender = PtySender()
-    one, other = SerialTransport(sender.name), SerialTransport(sender.name)
-    one.open()
+    """One that is opened with it in vain is free again."""
+    ends = PtySender(), PtySender()
+    first, second = (SerialTransport(end.name) for end in ends)
+    both = SerialTransport(f"{ends[0].name},{ends[1].name}")
+    second.open()
     try:
         with pytest.raises(DeviceError, match="cannot be opened: another program has it, or Underfoot itself"):
-            other.open()
+            both.open()
+        first.open()
     finally:
-        one.close()
-        sender.close()
+        for opened in (first, second, *ends):
+            opened.close()
 
 
 def test_what_lay_in_the_buffer_is_dropped():

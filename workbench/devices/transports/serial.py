@@ -103,13 +103,13 @@ class PtySender(Sender):
 
 
 class _Port:
-    """The port at `path`, which is opened exclusively; `timeout_s` is the longest wait of `read`."""
+    """The port at `path`, which is opened exclusively."""
 
-    def __init__(self, path: str, baud: int, timeout_s: float) -> None:
+    def __init__(self, path: str, baud: int) -> None:
         import serial  # here: not all commands need a port; and not in `open`, when a session is already running
 
         self._pyserial = serial
-        self._path, self._baud, self._timeout_s = path, baud, timeout_s
+        self._path, self._baud = path, baud
         self.name = f"serial:{path}"
         self._serial: Serial | None = None
         self._rest, self._is_joined, self._again_s = b"", False, 0.0
@@ -119,7 +119,7 @@ class _Port:
         self._rest, self._is_joined = b"", False
         try:
             with opening(f"{self.name} cannot be opened"):
-                self._serial = self._pyserial.Serial(self._path, self._baud, timeout=self._timeout_s, exclusive=True)
+                self._serial = self._pyserial.Serial(self._path, self._baud, timeout=READ_TIMEOUT_S, exclusive=True)
                 if sys.platform == "linux":  # pyserial supports it only there
                     with suppress(ValueError):  # chips without that timer refuse
                         self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
@@ -128,14 +128,15 @@ class _Port:
             self.close()
             raise
 
-    def read(self) -> bytes:
-        """Return the bytes received; raise `DeviceError` if the port is gone."""
+    def read(self, least: int) -> bytes:
+        """Return the bytes received, after at most a tenth of a second until there are so many; raise `DeviceError` if
+        the port is gone.
+        """
         port = self._serial
         if port is None:
             raise DeviceError(f"{self.name} is not open")
         try:
-            first = port.read(max(1, port.in_waiting))  # requesting more would wait for it
-            return first + port.read(port.in_waiting)  # otherwise the rest would wait until the next read
+            return port.read(least) + port.read(port.in_waiting)  # requesting more would wait for it
         except (OSError, TypeError) as error:
             raise DeviceError(f"{self.name} went away: {port_reason(error)}") from None
 
@@ -150,7 +151,7 @@ class _Port:
             self._again_s = now_s + _AGAIN_S
             self.open()
         try:
-            came = self._rest + self.read()
+            came = self._rest + self.read(0)
         except DeviceError:
             self.close()
             raise
@@ -178,6 +179,8 @@ def _end_of_frames(data: bytes) -> int:
 
     >>> [_end_of_frames(data) for data in (b"frame\\0par", b"0,1,1000,1,2,3,4\\n0,2,2000,", b"\\npart of frame")]
     [6, 17, 0]
+    >>> [_end_of_frames(b"?" * count) for count in (4096, 4097)]
+    [0, 4097]
     """
     if zero := data.rfind(0) + 1:
         return zero
@@ -213,8 +216,7 @@ class SerialTransport(Transport):
         require(len({*self._paths}) == len(self._paths), "port", paths, "each port once")
         require(50 <= baud <= 20_000_000, "baud", baud, "50 to 20000000")
         self.name = f"serial:{paths}"
-        timeout_s = READ_TIMEOUT_S if len(self._paths) == 1 else 0.0
-        self._ports = tuple(_Port(path, baud, timeout_s) for path in self._paths)
+        self._ports = tuple(_Port(path, baud) for path in self._paths)
 
     @classmethod
     def of(cls, address: str) -> Self:
@@ -253,7 +255,7 @@ class SerialTransport(Transport):
     def read(self) -> bytes:
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
         if len(self._ports) == 1:
-            return self._ports[0].read()
+            return self._ports[0].read(1)
         until_s = time.perf_counter() + READ_TIMEOUT_S
         while not any(pieces := self._pieces()) and time.perf_counter() < until_s:
             time.sleep(_LOOK_S)
