@@ -150,6 +150,8 @@ def test_all_of_design_and_of_monitor_can_be_scrolled_to(qtbot):
         held = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
         assert not [pair for pair in combinations(held, 2) if pair[0].intersects(pair[1])]
         assert all(area.widget().rect().contains(place) for place in held)
+        workspace.resize(853, 480)  # at 150 %
+        qtbot.waitUntil(lambda bar=bars[0]: bar.maximum() == 0)
     assert all(button.width() >= button.sizeHint().width() for button in monitor.force.span_buttons.values())
 
 

@@ -60,7 +60,7 @@ class PreviewPanel(QWidget):
         self.tiles.setAccessibleName("Tile")
         self.tiles.setToolTip("The tile that is shown, struck and pressed")
         self.tiles.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        self.tiles.setMinimumWidth(6 * theme.GRID)
+        self.tiles.setMinimumWidth(5 * theme.GRID)
         self.tiles.setMaximumWidth(18 * theme.GRID)
         self.tiles.hide()
         self.pad = TilePad(self)
@@ -82,7 +82,7 @@ class PreviewPanel(QWidget):
     def _lay_out(self) -> None:
         head = self._head = QHBoxLayout()
         head.setContentsMargins(16, 8, 8, 0)
-        head.setSpacing(4)
+        head.setSpacing(2)
         for box in (self.output, self.tiles):
             box.setProperty("role", "chip")
         head.addWidget(self.title, 1)
