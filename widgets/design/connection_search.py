@@ -92,18 +92,19 @@ class _ConnectionList(NamedList):
         if self.asking is None:
             return
         patch, registry, item, do = self._scene.patch, self._scene.registry, self.asking, self._answers
+        names = patch.names(registry)
+
+        def name(end: str) -> str:
+            return f"{names[node_id(end)]}: {display_name(port_name(end))}"
+
         outputs = [port for port in item.geometry.ports if port.side == "out"]
         for port in outputs:
             source, own = item.end(port), port.row.text if len(outputs) > 1 else ""
             yield _Row("A new node…", theme.MUTED, own, partial(do.add, source))
             for target in open_targets(patch, registry, source):
                 colour = accent(registry[patch.node(node_id(target)).type])
-                yield _Row(self._name(target), colour, own, partial(do.connect, source, target))
+                yield _Row(name(target), colour, own, partial(do.connect, source, target))
         for wire in [shown.wire for shown in item.wires]:
             is_out = node_id(wire[0]) in self._scene.members([item.node.id])
             other, own = wire[is_out], display_name(port_name(wire[not is_out]))
-            yield _Row(f"Disconnect {self._name(other)}", theme.ALARM, own, partial(do.disconnect, wire), removes=True)
-
-    def _name(self, end: str) -> str:
-        id = node_id(end)
-        return f"{self._scene.patch.node(id).name_in(self._scene.registry)} ({id}): {display_name(port_name(end))}"
+            yield _Row(f"Disconnect {name(other)}", theme.ALARM, own, partial(do.disconnect, wire), removes=True)

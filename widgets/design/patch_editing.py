@@ -126,7 +126,7 @@ def unit_hint(patch: Patch, registry: Registry, source: str, target: str) -> str
         return ""
     return (
         f"{patch.node(node_id(source)).name_in(registry)} brings newtons; {parameter.label.lower()} is a plain "
-        f"number. Double-click the wire for a Force envelope or a Map between"
+        "number. Double-click the wire for a Force envelope or a Map between"
     )
 
 
