@@ -1,5 +1,6 @@
 """Tables of steps and contacts on disk: whole or not there."""
 
+import csv
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ from underfoot.errors import BadFile
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import default_floor
-from underfoot.records.tables import contact_table, step_table
+from underfoot.records.tables import Table, contact_table, step_table
 
 STEP = Step(1, "t1", "left", 0.2, 600.0, 760.0, 500.0, 740.0, 320.0, 7.25, 210.0, 200.0, spike=True)
 
@@ -45,6 +46,18 @@ def test_steps_are_written_under_the_columns_of_the_design(tmp_path):
     ]
     assert (cells["spike"], second.split(",")[-2:]) == ("1", ["0", "0"])
     assert second.split(",")[9] == ""
+
+
+def test_words_of_a_table_come_back_as_they_were(tmp_path):
+    columns = {
+        "ground, wet": ["soft, wet", 'called "ice"', "of two\nlines", "of two\rlines"],
+        "force_n": [1.0, 2.0, 3.0, 4.0],
+    }
+    Table("presses", columns).save(tmp_path / "presses.csv")
+    with (tmp_path / "presses.csv").open(newline="") as file:
+        header, *lines = csv.reader(file)
+    assert header == [*columns]
+    assert lines == [[word, f"{force:g}"] for word, force in zip(*columns.values(), strict=True)]
 
 
 def test_contacts_are_written_a_line_for_each_contact_and_sample(tmp_path):

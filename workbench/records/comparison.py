@@ -1,7 +1,5 @@
 """Recordings, feet or persons compared: the same measures side by side, and the mean force over the stance of each."""
 
-import csv
-import io
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -17,7 +15,7 @@ from underfoot.drawing import Drawing, Series
 from underfoot.files import replaced, written
 from underfoot.floor.gait_summary import gait_of
 from underfoot.records.survey import STANCE, Stance
-from underfoot.records.tables import require_table_name
+from underfoot.records.tables import csv_line, require_table_name
 
 BY = ("recording", "side", "person")
 """What groups differ in; those by side and by person are of each recording."""
@@ -216,9 +214,7 @@ def comparison_data(groups: Sequence[Group]) -> list[dict[str, Any]]:
 
 
 def _csv(lines: Sequence[Sequence[str]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(lines)
-    return text.getvalue()
+    return "".join(f"{csv_line(line)}\n" for line in lines)
 
 
 def _cell(value: float) -> str:

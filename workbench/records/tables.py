@@ -6,6 +6,8 @@ be measured again is `live`: it is moved there at once, and gets whole lines, so
 leaves what came before. `BadFile` if it cannot be written.
 """
 
+import csv
+import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -107,9 +109,9 @@ class Table(Mapping[str, NDArray[Any]]):
 
     def save(self, path: str | Path) -> None:
         """Write a CSV file, with empty cells for NaN; `BadFile` if that fails."""
-        with _table(path, ",".join(self)) as lines:
+        with _table(path, csv_line(self)) as lines:
             cells = zip(*(column.tolist() for column in self.values()), strict=True)
-            lines(",".join("" if value != value else _cell(value) for value in row) for row in cells)
+            lines(csv_line("" if value != value else _cell(value) for value in row) for row in cells)
 
 
 def to_dataframe(columns: Mapping[str, Any]) -> "pandas.DataFrame":
@@ -119,6 +121,17 @@ def to_dataframe(columns: Mapping[str, Any]) -> "pandas.DataFrame":
     except ModuleNotFoundError:
         raise UnderfootError("to_dataframe needs pandas: pip install pandas") from None
     return pandas.DataFrame(dict(columns))
+
+
+def csv_line(cells: Iterable[str]) -> str:
+    """Return a line of a CSV file without its end; a cell with a comma, or another sign of CSV, is in quotes.
+
+    >>> csv_line(["soft, wet", "1.5", ""])
+    '"soft, wet",1.5,'
+    """
+    line = io.StringIO()
+    csv.writer(line).writerow(cells)  # whose own line end puts cells with a part of it in quotes
+    return line.getvalue().removesuffix("\r\n")
 
 
 def force_table(path: str | Path, columns: Mapping[str, Any]) -> None:
