@@ -93,8 +93,10 @@ def test_two_walks_are_compared_on_the_command_line(underfoot, walk, heavier, fo
     shown = next(line for line in lines if line["measure"] == "peak1_n")
     assert float(shown["loaded/walk mean"]) == pytest.approx(second["measures"]["peak1_n"]["mean"], rel=1e-5)
     assert len((folder / "both.stance.csv").read_text().splitlines()) == 102
-    line = next(line for line in underfoot("compare", walk, heavier).out.splitlines() if line.startswith("peak1_n"))
-    assert line.endswith(" +10.0 %")
+    head, *lines = underfoot("compare", walk, heavier, "corridor").out.splitlines()
+    assert head.split() == [f"{folder.name}/walk", "loaded/walk", "corridor"]
+    (line,) = (line for line in lines if line.startswith("peak1_n"))
+    assert " +10.0 %  " in line
 
 
 def test_what_cannot_be_compared_is_said_before_anything_is_written(refused, walk, heavier, folder):

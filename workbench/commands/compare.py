@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable
+from underfoot.commands.files import OUTPUT, FileOrPreset, require_outputs_writable
 from underfoot.commands.telling import tell
 from underfoot.errors import BadValue
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("recordings", metavar="RECORDING...", type=FILE, nargs=-1, required=True)
+@click.argument("recordings", metavar="RECORDING...", type=FileOrPreset("walks"), nargs=-1, required=True)
 @click.option(
     "--by",
     type=click.Choice(["recording", "side", "person"]),
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 def compare(recordings: tuple[Path, ...], by: str, output: Path | None, as_json: bool) -> None:
     """Compare the steps of RECORDINGs: mean ± SD of each measure, and differences from the first.
 
-    A RECORDING can also be a force CSV or a C3D file.
+    A RECORDING can also be a force CSV, a C3D file, or a preset walk.
     """
     from underfoot.records.comparison import STANCE_SUFFIX, compared, comparison_data, names_of, write_comparison
     from underfoot.records.tables import require_table_name
