@@ -256,6 +256,7 @@ BAD_OPTIONS = [
     ("plate --emulate --port simulated", "--port is given with --emulate; allowed: --emulate alone"),
     ("plate --port simulated --stiffness 90 -o a.json", "--output is given with --port; allowed: --calibration, --st"),
     ("plate --footsteps a.csv --port simulated", "--port is given with --footsteps; allowed: --output, --report"),
+    ("calibrate vibration --sweep a.wav --recorded b.wav --input-channel 1", "--input-channel is given with files of"),
     ("cost PATCH --curve sine --block 64", "--block is given with --curve; allowed: --outside-files, --run-code"),
     ("bench --short --times 5", "--times is given with --short; allowed: --compare, --report, --json"),
     ("bench --times 5", "--times is given with the whole bench; allowed: --quick, --compare"),

@@ -12,7 +12,7 @@ import click
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import raised_at_signals
-from underfoot.commands.options import command
+from underfoot.commands.options import command, require_only
 from underfoot.commands.telling import tell
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
@@ -60,6 +60,7 @@ def command_of(declared: "type[Calibration]") -> click.Command:
         if rig.target:
             _on_target(calibration, rig, tile)
             return
+        require_only(rig, "files of a measurement", "--target")
         measured = calibration.from_files(tile.floor, tile.tile)
         known = tile.known(measured.tile)
         tile.conclude(measured.analyse(known), known)
