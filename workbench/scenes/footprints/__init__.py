@@ -80,7 +80,7 @@ class Footprints(Scene):
         unit="s",
         scale="log",
         label="Fades after",
-        doc="how long a print is seen after its foot",
+        doc=f"how long a print is seen after its foot; of more than {MOST_PRINTS} the oldest go",
     )
     ground = Choice("silent", options=tuple(GROUNDS), doc="what the floor feels like")
     gain = Number(1.0, 0.0, 1.0, scale="gain", doc="of the ground")
