@@ -107,8 +107,8 @@ class FrozenPond(Scene):
             yield Lines(aged_m, colour, 0.0025)
         for contact in self._contacts:
             radius_m = 0.06 + 0.08 * min(contact.force_n / 700.0, 1.0)
-            for share in np.linspace(1.0, 0.1, 10):
-                yield Disc(contact.x_m, contact.y_m, share * radius_m, LIGHT, 0.04)
+            for share in np.linspace(1.0, 0.05, 20):  # each edge fainter than can be seen
+                yield Disc(contact.x_m, contact.y_m, share * radius_m, LIGHT, 0.02)
         yield Lines(fresh_m, FRESH, 0.004)
 
     @property
