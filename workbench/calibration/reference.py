@@ -12,8 +12,8 @@ OF_FORCE = ask(
         20.0,
         unit="%",
         label="Uncertainty of the reference",
-        doc="Expanded uncertainty of the reference (k = 2), % of the largest force: some 0.1 % of a weighing cell, "
-        "1 % of a load cell that was set by a weight, 0.05 % of weights of class M, 3 % of a gym's.",
+        doc="By how much the reference may be off, % of the largest force (k = 2, as in a certificate): some 0.1 % of "
+        "a weighing cell, 1 % of a load cell that was set by a weight, 0.05 % of weights of class M, 3 % of a gym's.",
     ),
 )
 OF_ACCELERATION = ask(
@@ -24,8 +24,8 @@ OF_ACCELERATION = ask(
         50.0,
         unit="%",
         label="Uncertainty of the accelerometer",
-        doc="Expanded uncertainty of the accelerometer, its input and its mounting (k = 2): some 3 % by a certificate, "
-        "10 % by a data sheet alone.",
+        doc="By how much accelerometer, input and mounting may be off together (k = 2, as in a certificate): some 3 % "
+        "with a certificate, 10 % by a data sheet alone.",
     ),
 )
 OF_PLACE = ask(

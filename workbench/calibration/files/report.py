@@ -54,7 +54,7 @@ def _body(result: Result, profile: Profile, operator: str) -> list[str]:
     facts = [
         ("tile", f"{profile.tile}, simulated" if result.is_simulated else profile.tile),
         ("serial number", profile.serial or "not given"),
-        ("reference", part.reference if part is not None else ""),
+        ("reference", pretty_text(part.reference) if part is not None else ""),
         ("conditions", part.conditions or "not given" if part is not None else ""),
         ("calibration", part.identity if part is not None else ""),
         *made_by(operator),
