@@ -83,6 +83,9 @@ def test_a_patch_that_cannot_be_read(refused, path):
 def test_a_recording_that_is_none(refused, folder):
     (folder / "rec.underfoot").write_bytes(b"SQLite format 3\0" + bytes(5000))
     assert "rec.underfoot" in refused("render", "rec.underfoot", "-o", "out.wav")
+    assert "--seed is given with rec.underfoot, a recording; allowed: --output, --measured" in refused(
+        "render", "rec.underfoot", "-o", "out.wav", "--seed", "3"
+    )
     assert "rec.underfoot" in refused("monitor", "rec.underfoot", "--steps", "steps.csv")
 
 

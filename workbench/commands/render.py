@@ -19,7 +19,7 @@ from underfoot.commands.files import (
     FileName,
     require_outputs_writable,
 )
-from underfoot.commands.options import command
+from underfoot.commands.options import command, require_only
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder, read_file, require_file_name
@@ -288,10 +288,8 @@ def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "S
     if is_recording(path):
         from underfoot.engine.session_replay import ReplayJob
 
-        of_a_patch = (options.rate, options.seed, options.force, options.floor, options.seconds, options.profiles)
-        if any(given is not None for given in (*of_a_patch, options.simulation)) or options.settings:
-            allowed = "--output, --measured, --under-foot, --block and --json"
-            raise BadValue(f"{path} is a recording; allowed with it: {allowed}")
+        of_others = "--cluster --outside-files --run-code"  # patches that are rendered beside it
+        require_only(options, f"{path}, a recording", f"--output --measured --under-foot --block --json {of_others}")
         return [ReplayJob(path, options.block, tuple(options.plates))]
     patch = Patch.load(path)
     if not options.outside_files:
