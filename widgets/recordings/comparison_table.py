@@ -24,7 +24,7 @@ ROWS = (
         (1, 1, 1),
         (
             "Of each person: difference of left and right stance over their mean",
-            "Of each person: difference of left and right step length over their mean",
+            "Of each person: difference of left and right step length over their mean, without steps beside a turn",
             "Of each person: SD of the stride time over its mean, from 30 strides on",
         ),
     ),
