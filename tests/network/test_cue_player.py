@@ -61,6 +61,10 @@ class Stage:
 
         return self.until(found, f"{address} {number}")
 
+    def panics(self):
+        """How many were applied."""
+        return sum(isinstance(done.command, Panic) for done in self.playing.of(CommandApplied))
+
     def frame_of(self, holds):
         """The frame of the newest command of which something holds."""
         return [done.frame for done in self.playing.of(CommandApplied) if holds(done.command)][-1]
@@ -294,12 +298,12 @@ def test_while_a_study_has_the_floor_cues_are_refused_but_marks(stage):
 
 
 def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
-    before = stage.server.counts.received
+    before, panics = stage.server.counts.received, stage.panics()
     stage.send_message("/underfoot/panic")
     stage.playing.until(lambda: stage.server.counts.received > before, "it came")
     stage.player.tick([])
     stage.player.tick([stage.playing.started()])  # an engine that starts meanwhile is silent, too, and answers
-    stage.until(lambda: any(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied)), "panic")
+    stage.until(lambda: stage.panics() > panics, "panic")
     assert stage.playing.session.memory.status.panic
     silent = stage.frame_of(lambda command: isinstance(command, Panic))
 
@@ -316,16 +320,13 @@ def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
 
 
 def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(stage, recorded):
-    def panics():
-        return sum(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied))
-
-    before = panics()
+    before = stage.panics()
     stage.send_message("/underfoot/set", "tone", "frequency", 95.0, 93)
     stage.send_message("/underfoot/strike", "t1", 1.0, 94)
     for number in (93, 94):
         stage.answer("/underfoot/played", number)
     stage.send_message("/underfoot/panic")
-    stage.until(lambda: panics() > before, "panic")
+    stage.until(lambda: stage.panics() > before, "panic")
     stage.playing.session.play()
     stage.playing.play(9_600)
     stage.playing.session.stop_recording()
