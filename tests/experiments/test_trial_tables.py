@@ -329,6 +329,9 @@ def test_sessions_that_lack_answers_are_named_and_a_word_of_thanks_is_none(tmp_p
             while len(study.entries) < answers:
                 file.add(study.answer(first_answers(study.page)))
     assert results_of(paths).remarks == ["Not finished, and counted as far as they go: P1."]
+    with closing(SessionFile.open(paths[0])) as file:
+        file.correct_id("P9")
+    assert results_of(paths).remarks == ["Not finished, and counted as far as they go: P9 (P1.session)."]
 
 
 def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
@@ -365,7 +368,7 @@ def test_who_prefers_the_left_foot_counts_with_the_others(tmp_path):
             while not study.is_done:
                 file.add(study.answer({"selected": "yes", "time_s": 0.8}))
     found = results_of(paths)
-    assert found.reworded == (paths[1],)
+    assert found.reworded == ("left",)
     places = [
         sorted((row["bearing_rad"], row["x_m"]) for row in found.rows if row["participant"] == foot)
         for foot in ("right", "left")

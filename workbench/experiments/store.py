@@ -189,6 +189,11 @@ class SessionFile:
         return self.about.get("corrected_id", self.participant)
 
     @property
+    def label(self) -> str:
+        """The id in tables and, where the file has another name, that: P7 (P1.session)."""
+        return self.counts_as if self.counts_as == self.path.stem else f"{self.counts_as} ({self.path.name})"
+
+    @property
     def left_out(self) -> str:
         """Why the experimenter has left the session out of the analysis; "" if it counts."""
         return self.about.get("left_out", "")

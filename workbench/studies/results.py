@@ -30,7 +30,7 @@ SUFFIX = ".session"
 class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
-    `left_out` lists sessions of another version of the protocol, and `reworded` those that differ in words alone, or in
+    `left_out` names sessions of another version of the protocol, and `reworded` those that differ in words alone, or in
     the preferred foot, which count; `unfinished` those that lack answers, and count as far as they go; `notes` those of
     the experimenter: participant, time, number of the entry before, text. `excluded` are the participants whom the
     experimenter has left out, with why; their rows are spoiled. `unread` says of damaged sessions what is wrong.
@@ -40,9 +40,9 @@ class Results:
     rows: tuple[Row, ...]
     protocol: Protocol | None
     sessions: tuple[Path, ...]
-    left_out: tuple[Path, ...] = ()
-    reworded: tuple[Path, ...] = ()
-    unfinished: tuple[Path, ...] = ()
+    left_out: tuple[str, ...] = ()
+    reworded: tuple[str, ...] = ()
+    unfinished: tuple[str, ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
     excluded: tuple[tuple[str, str], ...] = ()
     unread: tuple[str, ...] = ()
@@ -56,13 +56,13 @@ class Results:
     def remarks(self) -> list[str]:
         """What the user should know about these trials, a line each."""
         found = [f"Cannot be read, and does not count: {why}." for why in self.unread]
-        for how, paths in (
+        for how, labels in (
             ("Begun with another version of the protocol, left out", self.left_out),
             ("Begun with other words in titles, texts or questions, or for the other foot, and counted", self.reworded),
             ("Not finished, and counted as far as they go", self.unfinished),
         ):
-            if paths:
-                found.append(f"{how}: {', '.join(path.stem for path in paths)}.")
+            if labels:
+                found.append(f"{how}: {', '.join(labels)}.")
         if self.excluded:
             found.append(f"Left out by the experimenter: {self._excluded_text}.")
         for ids in alike_ids(self.rows):
@@ -125,7 +125,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     there are none.
     """
     rows, that_count = list[Row](), set[tuple[object, ...]]()
-    sessions, left_out, reworded, unfinished = list[Path](), list[Path](), list[Path](), list[Path]()
+    sessions, left_out, reworded, unfinished = list[Path](), list[str](), list[str](), list[str]()
     whose = dict[str, Path]()
     notes, excluded, unread = list[tuple[str, str, int, str]](), dict[tuple[str, str], None](), list[UnderfootError]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
@@ -146,7 +146,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             if protocol is None:
                 other = f"{path} is of another protocol than {sessions[0]}"
                 raise BadValue(f"{other}; analyse them one by one, or write a CSV of each, and analyse these")
-            left_out.append(path)
+            left_out.append(one.label)
             continue
         shared, text = one.protocol, text or one.text
         if one.rows and not one.left_out and (before := whose.setdefault(one.participant, path)) != path:
@@ -154,11 +154,11 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
             raise BadValue(f"{what}; analyse one of them, leave one out, or correct an id")
         rows += _required_new(path, as_left_out(one.rows, one.left_out) if one.left_out else one.rows, that_count)
         if one.text != text:
-            reworded.append(path)
+            reworded.append(one.label)
         if one.left_out:
             excluded[one.participant, one.left_out] = None
         elif one.is_unfinished:
-            unfinished.append(path)
+            unfinished.append(one.label)
         notes += one.notes
         sessions.append(path)
     if unread and not (rows or sessions or left_out):
@@ -231,6 +231,7 @@ class _Session:
     """The protocol as the file has it."""
     is_of_study: bool
     participant: str
+    label: str
     left_out: str
     rows: Sequence[Row]
     is_unfinished: bool
@@ -248,7 +249,7 @@ def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
         rows = [{**row, "participant": participant} for row in rows]
         is_unfinished = bool(rows) and not has_all_answers(of, begun_as, entries)
         notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
-        return _Session(of, known, is_of_study, participant, file.left_out, rows, is_unfinished, notes)
+        return _Session(of, known, is_of_study, participant, file.label, file.left_out, rows, is_unfinished, notes)
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:

@@ -63,7 +63,7 @@ def session_line(path: Path) -> SessionLine:
             answered = [one for one in entries if one.trial is not None and not one.spoiled and one.stage in counted]
             return SessionLine(
                 path,
-                file.counts_as if file.counts_as == path.stem else f"{file.counts_as} ({path.name})",
+                file.label,
                 file.counts_as,
                 about.get("begun", "")[:16].replace("T", " "),
                 len(answered),
