@@ -57,9 +57,11 @@ def walled_stream():
 
         thread = threading.Thread(target=answer)
         thread.start()
-        yield (source, "walled", "")
-        over.set()
-        thread.join()
+        try:
+            yield (source, "walled", "")
+        finally:
+            over.set()
+            thread.join()
 
 
 def test_each_mark_of_a_sender_that_was_started_again_is_taken_once(marks, until):
