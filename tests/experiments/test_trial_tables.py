@@ -184,21 +184,6 @@ def test_a_fault_of_the_analysis_is_not_told_as_the_tables(tmp_path, monkeypatch
         analysis_of(tmp_path, f"{HEADER},stimulus,rating\nP1,rating,1,a,5\n")
 
 
-def test_ratings_of_some_combinations_say_why_their_factors_are_not_tested(tmp_path):
-    cells = [("a", "heel", "soft"), ("b", "heel", "loud"), ("c", "toe", "soft"), ("d", "toe", "loud")]
-    for shown, remarks in ((cells, []), (cells[:3], ["Effects of place, force: the test needs all combinations"])):
-        rows = [
-            f"P{person},rating,{trial},{stimulus},{place},{force},{10 * person + person % 2 * trial}"
-            for person in (1, 2, 3)
-            for trial, (stimulus, place, force) in enumerate(shown)
-        ]
-        (found,) = analysis_of(tmp_path, "\n".join([f"{HEADER},stimulus,place,force,rating", *rows]))
-        assert [remark.partition(" of their")[0] for remark in found.remarks] == remarks
-        tested = [table.note for table in found.tables if table.title == "Effects of place, force"]
-        assert len(tested) == 1 - len(remarks)
-        assert all("sphericity" in note for note in tested)
-
-
 @pytest.mark.parametrize(("no", "yes"), [("false", "true"), ("False", "True"), ("FALSE", "TRUE")])
 def test_a_table_that_a_spreadsheet_saved_has_the_same_trials(tmp_path, no, yes):
     """Labels are sorted in one: it writes what is true in capitals, and every trial was practice."""

@@ -1,4 +1,4 @@
-"""Ratings of conditions that have no factors, such as materials, and of patches whose level nobody has measured."""
+"""Ratings: of conditions with factors and without, such as materials, and of patches whose level is not known."""
 
 import numpy as np
 import pytest
@@ -58,3 +58,19 @@ def test_conditions_without_factors_are_compared_with_each_other_in_the_order_of
     assert (len(pairs.rows), *pairs.rows[1][:5:4]) == (6, "wool - cork", pytest.approx(6.0 * p))
     (drawing,) = found.drawings
     assert (drawing.title, drawing.x) == ("Rating by stimulus", "1 wool, 2 felt, 3 cork, 4 ash")
+
+
+def test_ratings_of_some_combinations_say_why_their_factors_are_not_tested():
+    cells = [("a", "heel", "soft"), ("b", "heel", "loud"), ("c", "toe", "soft"), ("d", "toe", "loud")]
+    columns = ("participant", "method", "trial", "stimulus", "place", "force", "rating")
+    for shown, remarks in ((cells, []), (cells[:3], ["Effects of place, force: the test needs all combinations"])):
+        rows = [
+            dict(zip(columns, (person, "rating", trial, *cell, 10 * person + person % 2 * trial), strict=True))
+            for person in (1, 2, 3)
+            for trial, cell in enumerate(shown)
+        ]
+        (found,) = analysed(rows, None, Settings())
+        assert [remark.partition(" of their")[0] for remark in found.remarks] == remarks
+        tested = [table.note for table in found.tables if table.title == "Effects of place, force"]
+        assert len(tested) == 1 - len(remarks)
+        assert all("sphericity" in note for note in tested)
