@@ -61,6 +61,7 @@ def in_terminal(command, typed, printed):
         [sys.executable, "-u", "-m", "underfoot", *command],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
     ) as child:
         waits, line = next(left)
@@ -302,8 +303,13 @@ def make_room(child):
     return ""
 
 
+def end(child):
+    child.terminate()
+    return ""
+
+
 def test_a_study_is_run_in_a_terminal(tmp_path):
-    """Two trials begun by Enter and answered by typing; a line that cannot be is said again; then it is at its end.
+    """Trials begun by Enter and answered by typing; a line that cannot be is said again; then a signal ends it.
 
     What a full disk refuses, an answer or a pause that ends by itself, is written when there is room; a note is typed
     again.
@@ -328,13 +334,15 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
         ("When it can be written, press Enter", ""),
         ("When it can be written, press Enter", make_room),
         ("press Enter to begin", ""),
-        ("How was it", "60"),
+        ("How was it", end),
     )
     printed = []
-    assert in_terminal(command, typed, printed) == 0
+    assert in_terminal(command, typed, printed) == 143
+    assert "How was it" in "".join(printed).rstrip().splitlines()[-1]  # nothing of memory that was left
     assert "You can stop at any time.\n" in printed  # a page without a title
     file = SessionFile.open(tmp_path / "p7.session")
-    assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {}, {"rating": 40.0}, {"rating": 60.0}]
+    begun = {}
+    assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {}, {"rating": 40.0}, begun]
     assert [note.text for note in file.notes()].count("tired") == 1
     file.close()
 

@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.files import require_outputs_writable
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
@@ -70,8 +71,9 @@ def go_on_as_begun(options: "ExperimentOptions") -> None:
     _run(options, lambda: SessionFile.open(path))
 
 
+@raised_at_signals()
 def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", beside: Path | None = None) -> None:
-    """Run or go on with a session; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
+    """Run or go on with a session; ends with it, at "stop", at a signal, or where standard input ends."""
     from underfoot.engine.card_process import CardProcess
     from underfoot.engine.session import Session
     from underfoot.nodes import REGISTRY
