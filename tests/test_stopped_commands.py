@@ -12,6 +12,7 @@ import pytest
 
 from underfoot.commands.ending import Interrupted, raised_at_signals
 from underfoot.engine.worker_pool import cores
+from underfoot.errors import BadFile
 from underfoot.patch import preset_files
 
 SINE = preset_files.patches()["stimulus-sp"]
@@ -65,7 +66,22 @@ def test_a_signal_that_a_library_drops_in_its_callback_ends_the_command_without_
     with pytest.raises(Interrupted) as ended:
         compile()
     assert ended.value.status == 143
+    assert str(ended.value.__cause__) == "no compiled object yet"
     assert capfd.readouterr().err == ""
+
+
+def test_what_fails_as_a_signal_ends_a_command_is_told():
+    """As a session that cannot be written: a signal had come, so its error was taken for the signal's."""
+
+    @raised_at_signals()
+    def run():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            raise BadFile("p7.session cannot be written: no space left")
+
+    with pytest.raises(BadFile, match="no space left"):
+        run()
 
 
 ENDLESS = """

@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+from bare_transport import BareTransport
 
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.plate import PlateProcedure
@@ -18,10 +19,8 @@ from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
 
 
-class Line:
+class Line(BareTransport):
     """A port that gives what is put into it, and says when all of it was read."""
-
-    senders, boot_s = None, 0.0
 
     def __init__(self, name="line"):
         self.name, self._waiting, self._more = name, [], threading.Condition()
@@ -29,9 +28,6 @@ class Line:
     def put(self, frames):
         with self._more:
             self._waiting.append(encode(frames))
-
-    def open(self):
-        pass
 
     def read(self):
         with self._more:
@@ -47,9 +43,6 @@ class Line:
             for _ in range(2):
                 assert self._more.wait_for(lambda: not self._waiting, 5.0)
                 self._more.wait(1.0)
-
-    def close(self):
-        pass
 
 
 def gathered(rig, line):

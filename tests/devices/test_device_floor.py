@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from bare_transport import BareTransport
 
 from underfoot.devices import transport_reader
 from underfoot.devices.conversion import Conversion, nominal_force
@@ -25,11 +26,8 @@ from underfoot.floor.profile import Fsr, Profile
 RATE = 48_000.0
 
 
-class Given:
+class Given(BareTransport):
     """A transport over which comes what a test puts there."""
-
-    name, doubt, boot_s = "given", "is it?", 0.0
-    senders = None
 
     def __init__(self):
         self._data = deque()
@@ -39,17 +37,11 @@ class Given:
         self._data.append(data)
         self._some.set()
 
-    def open(self):
-        pass
-
     def read(self):
         if not self._data and not self._some.wait(0.02):
             return b""
         self._some.clear()
         return self._data.popleft() if self._data else b""
-
-    def close(self):
-        pass
 
 
 @contextmanager

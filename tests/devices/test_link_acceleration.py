@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bare_transport import BareTransport
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
@@ -25,21 +26,6 @@ from underfoot.floor.layout import default_floor
 
 RATE, FULL_SCALE = 48_000.0, 98.1
 FLOOR = default_floor(1, 2)
-
-
-class Silent:
-    """A transport over which nothing comes by itself."""
-
-    name, senders, doubt, boot_s = "given", None, "", 0.0
-
-    def open(self):
-        pass
-
-    def read(self):
-        return b""
-
-    def close(self):
-        pass
 
 
 class Unheard:
@@ -72,7 +58,7 @@ def measured(clock, hz, seconds=2.0, keep=lambda number: True, block=128, turn_u
     emulator = Emulator(Unheard(), Replay(force, FLOOR, RATE), acceleration=sine(hz, seconds))
     count = round(1000 * seconds)
     frames = emulator.samples(48.0 * np.arange(count), np.zeros((count, 2, 4))).reshape(count, -1)
-    source, parser, injector = DeviceFloor(Silent(), FLOOR, RATE), Parser(), FaultInjector()
+    source, parser, injector = DeviceFloor(BareTransport(), FLOOR, RATE), Parser(), FaultInjector()
     heard = accelerometers_of(f"t1:link:{FULL_SCALE} t2:link:{FULL_SCALE}", FLOOR)
     memory = SessionMemory.create(2, 2.0 * RATE * seconds / RING_S, 1000.0)
     ring, sent, began_s = memory.measured, 0, clock[0]

@@ -27,27 +27,29 @@ def ended_by_signals(end: Callable[[], object]) -> Iterator[None]:
 def raised_at_signals() -> Iterator[None]:
     """Raise `Interrupted` in this block at these signals.
 
-    LLVM, which compiles kernels, drops what is raised while it calls Python, and Numba fails for want of the code that
-    was to be kept there.
+    LLVM, which compiles kernels, drops what is raised while it calls Python, and Numba then fails for want of the code
+    that was to be kept there: what was dropped is raised from that. Where nothing was dropped, errors are the block's
+    own, also after a signal.
     """
-    told: list[int] = []
+    dropped: list[Interrupted] = []
     report = sys.unraisablehook
 
     def interrupt(number: int) -> None:
-        told.append(number)
         raise Interrupted(number)
 
-    def report_others(dropped: "sys.UnraisableHookArgs") -> None:
-        if not isinstance(dropped.exc_value, Interrupted):
-            report(dropped)
+    def keep(unraisable: "sys.UnraisableHookArgs") -> None:
+        if isinstance(unraisable.exc_value, Interrupted):
+            dropped.append(unraisable.exc_value)
+        else:
+            report(unraisable)
 
-    sys.unraisablehook = report_others
+    sys.unraisablehook = keep
     try:
         with _told_of_signals(interrupt):
             yield
-    except Exception:
-        if told:
-            raise Interrupted(told[0]) from None
+    except Exception as error:
+        if dropped:
+            raise dropped[0] from error
         raise
     finally:
         sys.unraisablehook = report

@@ -78,6 +78,8 @@ class Transport(ABC):
     """The target, as the user wrote it."""
     senders: Sequence[tuple[int, int]] | None = None
     """Of the last `read`, the end of each sender's bytes, and the sender's number; None for a single sender."""
+    lost: Sequence[str] = ()
+    """Of the last `read`, a line for each of several devices that went away meanwhile, while others are read."""
 
     @classmethod
     @abstractmethod

@@ -135,6 +135,8 @@ class TransportReader:
                 self._is_missed, self.trouble = False, ""
             self.is_open = True
             now_s = time.perf_counter()
+            for line in self.transport.lost:
+                self._say(self._losses, line, now_s)
             samples = self.parser.feed(data, self.transport.senders, now_s)
             before, valid = valid, self.parser.counts.valid
             if valid > before:
@@ -154,9 +156,7 @@ class TransportReader:
     def _tell_loss(self, line: str) -> None:
         """Tell that the transport is gone, not each time: two programs that take a hub from each other never end."""
         self.trouble = line
-        self._is_loss_told = self._losses.says(time.perf_counter())
-        if self._is_loss_told:
-            self.notices.append(line + (f"; {LAST}" if self._losses.is_last else ""))
+        self._is_loss_told = self._say(self._losses, line, time.perf_counter())
 
     def _tell_silence(self, now_s: float, unread: int, first: bytes) -> bool:
         """Tell that no frame comes, of `unread` bytes that begin with `first`; return whether that was said.
@@ -166,12 +166,16 @@ class TransportReader:
         """
         is_rubbish = unread >= _MANY_BYTES
         recurrence = self._rubbish if is_rubbish else self._silence
-        is_said = recurrence.says(now_s)
         if not is_rubbish:
             self.trouble = f"{self.transport.name}: nothing comes"
         elif _NO_FRAME not in self.trouble:
             why = why_unread(first, self.transport.doubt)
             self.trouble = f"{self.transport.name}: {unread} bytes came, {_NO_FRAME}: {why}"
+        return self._say(recurrence, self.trouble, now_s)
+
+    def _say(self, recurrence: Recurrence, line: str, now_s: float) -> bool:
+        """Say a line, unless its like was said often enough; return whether it was said."""
+        is_said = recurrence.says(now_s)
         if is_said:
-            self.notices.append(self.trouble + (f"; {LAST}" if recurrence.is_last else ""))
+            self.notices.append(line + (f"; {LAST}" if recurrence.is_last else ""))
         return is_said

@@ -178,7 +178,9 @@ def test_several_ports_are_read_as_one_line_of_which_a_part_may_go_away(form, un
         until(lambda: sent(40, (1,)) and heard & {(1, 59)}, "it is back")
         assert reader.parser.counts.corrupted == 0
         assert line.sender_name(reader.parser.senders_of(2)[0]) == f"serial:{boards[2].name}"
-        assert not reader.notices
+        (notice,) = reader.take_notices()
+        assert notice.startswith(f"serial:{boards[1].name} went away: ")
+        assert notice.endswith("; waiting for it")
         for board in boards:
             board.unplug()
         until(lambda: reader.trouble.endswith("; waiting for it"), "all are gone", seen=lambda: reader.trouble)

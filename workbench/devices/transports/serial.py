@@ -256,6 +256,7 @@ class SerialTransport(Transport):
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
         if len(self._ports) == 1:
             return self._ports[0].read(1)
+        self.lost = []
         until_s = time.perf_counter() + READ_TIMEOUT_S
         while not any(pieces := self._pieces()) and time.perf_counter() < until_s:
             time.sleep(_LOOK_S)
@@ -266,11 +267,14 @@ class SerialTransport(Transport):
         """Return what came over each of several ports; raise `DeviceError` if all are gone."""
         pieces, failure = list[bytes](), None
         for port in self._ports:
+            was_open = port.is_open
             try:
                 pieces.append(port.read_whole(time.perf_counter()))
             except DeviceError as error:
                 pieces.append(b"")
                 failure = error
+                if was_open:
+                    self.lost = [*self.lost, f"{error}; waiting for it"]
         if failure is not None and not any(port.is_open for port in self._ports):
             raise failure
         return pieces
