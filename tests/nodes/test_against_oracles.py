@@ -232,6 +232,18 @@ def test_a_rhythm_goes_on_from_where_it_is_at_the_pace_of_another_bar(bar):
     np.testing.assert_allclose(onsets, expected, atol=240 / RATE)  # the ramp in which a number moves
 
 
+def test_a_rhythm_follows_a_wire_to_its_bar_beat_by_beat():
+    patch = chain("tile-force", "map", high=1_000.0, out_low=0.4, out_high=0.8)
+    patch = patch.add("rhythm", REGISTRY, notes=((0, 4, 1.0), (12, 4, 0.5)), repeats=0)
+    patch = patch.connect("map.out", "rhythm.bar", REGISTRY)
+    program = Program(patch, REGISTRY, TILE, rate=RATE, block=48_000, scopes=["rhythm.out"])
+    program.engine_signals["force_n"][0] = np.linspace(0.0, 1_000.0, 48_000, endpoint=False)
+    program.run(0, 48_000)
+    onsets = program.events("rhythm.out")[:, 0] / RATE
+    expected = np.exp(0.2 * np.arange(4)) - 1.0  # the integral of 1 / (0.4 + 0.4 t) is 2.5 log(1 + t) bars
+    np.testing.assert_allclose(onsets, expected, atol=32 / RATE)  # a bar is read every 32 frames
+
+
 def test_noise_fills_its_band_and_texture_has_its_rate_of_bursts():
     heard = play(chain("noise", low=50.0, high=700.0, amplitude=2.0), "noise.out", frames=96_000)
     assert heard.std() == pytest.approx(2.0, rel=0.1)

@@ -74,7 +74,7 @@ class Poisson:
 class Rhythm:
     """Sequencer, or metronome: notes on a bar of 24 steps, repeated.
 
-    Each note is an event with its amplitude and duration.
+    Each note is an event with its amplitude and duration. A wire to the bar sets the pace as it plays.
     """
 
     accuracy = "exact: an onset is off by at most 1e-6 frames after an hour"
@@ -84,7 +84,7 @@ class Rhythm:
         most=24,
         doc="step, length in whole steps and amplitude of each note; on one step the loudest note plays",
     )
-    bar = Number(0.6, 0.1, 4.0, unit="s", doc="length of a bar; thesis: 0.45 to 0.75 s")
+    bar = Number(0.6, 0.1, 4.0, unit="s", wire="span", doc="length of a bar; thesis: 0.45 to 0.75 s")
     repeats = Count(3, 0, 1000, doc="number of bars played; 0 is endless")
     begin = Choice("at once", options=STARTS, doc="what starts it")
     start = Input(kind="event", doc="starts at the first step; strength scales the notes")
