@@ -101,17 +101,20 @@ def test_a_port_is_offered_by_the_name_that_its_board_keeps(tmp_path, monkeypatc
 
 
 def test_a_port_belongs_to_one():
-    """One that is opened with it in vain is free again."""
+    """Beside others it is waited for."""
     ends = PtySender(), PtySender()
     first, second = (SerialTransport(end.name) for end in ends)
     both = SerialTransport(f"{ends[0].name},{ends[1].name}")
+    taken = "cannot be opened: another program has it, or Underfoot itself"
     second.open()
     try:
-        with pytest.raises(DeviceError, match="cannot be opened: another program has it, or Underfoot itself"):
-            both.open()
-        first.open()
+        both.open()
+        both.read()
+        assert both.lost[0].startswith(f"{second.name} {taken}")
+        with pytest.raises(DeviceError, match=taken):
+            first.open()
     finally:
-        for opened in (first, second, *ends):
+        for opened in (first, second, both, *ends):
             opened.close()
 
 
@@ -151,7 +154,7 @@ def test_what_is_no_port_is_said_to_be_none(tmp_path):
 
 
 @pytest.mark.parametrize("form", [encode, csv_lines])
-def test_several_ports_are_read_as_one_line_of_which_a_part_may_go_away(form, until, monkeypatch):
+def test_several_ports_are_read_as_one_line_of_which_a_part_may_be_missing(form, until, monkeypatch):
     """Of boards with a port each one alone was read. Their frames come in pieces, now of the one, now of the other."""
     monkeypatch.setattr(serial_ports, "_AGAIN_S", 0.0)
     boards, heard = [PtySender() for _ in range(3)], set()
@@ -166,24 +169,30 @@ def test_several_ports_are_read_as_one_line_of_which_a_part_may_go_away(form, un
                 boards[tile].send(data[tile][at : at + 17], [])
         return {(tile, first + 19) for tile in tiles}
 
+    boards[1].unplug()
     reader.start()
     try:
-        until(lambda: reader.is_open, "all are open")
-        last = sent(0, (0, 1, 2))
-        until(lambda: last <= heard, "all came")
+        until(lambda: reader.is_open, "those that are there are open")
+        last = sent(0, (0, 2))
+        until(lambda: last <= heard, "these come")
+        boards[1].plug()
+        until(lambda: sent(20, (1,)) and heard & {(1, 39)}, "it is there")
         boards[1].unplug()
-        last = sent(20, (0, 2))
+        last = sent(40, (0, 2))
         until(lambda: last <= heard, "the others come")
         boards[1].plug()
-        until(lambda: sent(40, (1,)) and heard & {(1, 59)}, "it is back")
+        until(lambda: sent(60, (1,)) and heard & {(1, 79)}, "it is back")
         assert reader.parser.counts.corrupted == 0
         assert line.sender_name(reader.parser.senders_of(2)[0]) == f"serial:{boards[2].name}"
-        (notice,) = reader.take_notices()
-        assert notice.startswith(f"serial:{boards[1].name} went away: ")
-        assert notice.endswith("; waiting for it")
+        missing, lost = reader.take_notices()
+        assert missing == f"serial:{boards[1].name} cannot be opened: there is no such port; waiting for it"
+        assert lost.startswith(f"serial:{boards[1].name} went away: ")
+        assert lost.endswith("; waiting for it")
         for board in boards:
             board.unplug()
         until(lambda: reader.trouble.endswith("; waiting for it"), "all are gone", seen=lambda: reader.trouble)
+        boards[2].plug()
+        until(lambda: sent(80, (2,)) and heard & {(2, 99)}, "one of them is enough")
     finally:
         reader.close()
         for board in boards:

@@ -192,7 +192,7 @@ def _end_of_frames(data: bytes) -> int:
 class SerialTransport(Transport):
     """The ports of `paths`, with commas between, opened exclusively. Each is a sender of its own.
 
-    All have to be there when it is opened; one that goes away later is opened again while the others are read.
+    One has to be there when it is opened; those that are missing, or go away later, are opened while others are read.
 
     >>> SerialTransport.of("/dev/ttyUSB0,/dev/ttyUSB1@115200").name
     'serial:/dev/ttyUSB0,/dev/ttyUSB1'
@@ -217,6 +217,7 @@ class SerialTransport(Transport):
         require(50 <= baud <= 20_000_000, "baud", baud, "50 to 20000000")
         self.name = f"serial:{paths}"
         self._ports = tuple(_Port(path, baud) for path in self._paths)
+        self._missing: list[str] = []
 
     @classmethod
     def of(cls, address: str) -> Self:
@@ -244,19 +245,22 @@ class SerialTransport(Transport):
         return frozenset(map(os.path.realpath, self._paths))
 
     def open(self) -> None:
-        """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
-        try:
-            for port in self._ports:
+        """Open it and drop the old contents of its buffer; raise `DeviceError` if none of its ports opens."""
+        failures = list[DeviceError]()
+        for port in self._ports:
+            try:
                 port.open()
-        except DeviceError:
-            self.close()
-            raise
+            except DeviceError as error:
+                failures.append(error)
+        if len(failures) == len(self._ports):
+            raise failures[0]
+        self._missing = [f"{'; '.join(map(str, failures))}; waiting for it"] if failures else []
 
     def read(self) -> bytes:
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
         if len(self._ports) == 1:
             return self._ports[0].read(1)
-        self.lost = []
+        self.lost, self._missing = self._missing, []
         until_s = time.perf_counter() + READ_TIMEOUT_S
         while not any(pieces := self._pieces()) and time.perf_counter() < until_s:
             time.sleep(_LOOK_S)
