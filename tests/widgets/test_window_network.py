@@ -11,6 +11,7 @@ from windows import dialog_of
 
 from underfoot.engine.commands import PressTile
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
+from underfoot.widgets.session import network_link
 from underfoot.widgets.session.network_link import LENT_MESSAGE
 from underfoot.widgets.session.settings import Settings
 
@@ -120,3 +121,18 @@ def test_a_port_that_is_taken_leaves_all_as_it_was(window, served, client, qtbot
     assert window.settings.network_on == ["tuio", "listen"]
     client.send_message(served, "/underfoot/mark", "still here", 9)
     answer(client, qtbot, "/underfoot/played", 9)
+
+
+def test_what_is_taken_as_the_session_begins_is_served_once_it_is_free(window, client, qtbot, monkeypatch):
+    """As where a network comes after the window: nothing was sent until somebody looked."""
+    monkeypatch.setattr(network_link, "AGAIN_S", 0.0)
+    before = window.settings.network_addresses
+    with closing(OscEnd()) as other:
+        window.settings.network_addresses, window.settings.network_on = {"listen": other.text}, ["listen"]
+        window.controller.opened.emit(window.controller.target)
+        qtbot.waitUntil(lambda: window.status.message.startswith("Network: nothing is sent to other programs: cues"))
+        assert "choose another port" in window.network.problem
+    qtbot.waitUntil(lambda: window.status.message == "Network: all is sent and taken again.")
+    client.send_message(other.port, "/underfoot/mark", "heard", 10)
+    answer(client, qtbot, "/underfoot/played", 10)
+    window.network.apply(before, [])

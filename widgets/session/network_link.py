@@ -1,5 +1,7 @@
 """The network connection of the window's session: sends its reports, and executes incoming requests."""
 
+import math
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from underfoot.network.server import Counts, NetworkServer
 
 _HEALTH_DIVISOR = 5  # one of this many reports, which come at 10 Hz
+AGAIN_S = 5.0
+"""Time after which what could not be served as the session began is tried again: a port that another program has, a
+network or a serial line that is not there yet."""
 LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and panic meanwhile"
 
 
@@ -34,6 +39,7 @@ class NetworkLink(QObject):
         self._counts: Counts | None = None
         self._reports: list[Report] = []
         self._health_count, self._told = 0, ""
+        self._failure, self._again_s = "", math.inf
         bridge = controller.bridge
         controller.opened.connect(self._open)
         bridge.reported.connect(self._reports.extend)
@@ -51,8 +57,8 @@ class NetworkLink(QObject):
 
     @property
     def problem(self) -> str:
-        """Why part of the plan is not possible; "" if all is well."""
-        return self._server.problem if self._server is not None else ""
+        """Why the plan, or part of it, is not possible; "" if all is well."""
+        return self._server.problem if self._server is not None else self._failure
 
     def apply(self, addresses: dict[str, str], on: list[str]) -> None:
         """Use and keep these addresses of `DEFAULT_ADDRESSES`; those named in `on`, and of `plan.FLAGS`, are active.
@@ -61,6 +67,7 @@ class NetworkLink(QObject):
         """
         plan = NetworkPlan.chosen(addresses, on)
         self._serve(plan)
+        self._failure, self._again_s = "", math.inf
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
 
     def close(self, *, wait: bool = True) -> None:
@@ -70,14 +77,16 @@ class NetworkLink(QObject):
             self._counts, self._server = self._server.counts, None
 
     def _open(self) -> None:
-        """Serve a newly opened session, and report which data leave this computer."""
+        """Serve a newly opened session, and report which data leave this computer; if it cannot be, try again later."""
+        self._failure, self._again_s = "", math.inf
         try:
             plan = NetworkPlan.chosen(
                 {**DEFAULT_ADDRESSES, **self._settings.network_addresses}, self._settings.network_on
             )
             self._serve(plan)
         except UnderfootError as error:
-            self._controller.notified.emit(f"Nothing is sent to other programs: {error}")
+            self._failure = f"nothing is sent to other programs: {error}"
+            self._again_s = time.perf_counter() + AGAIN_S
             return
         for line in plan.warnings():
             self._controller.notified.emit(f"Network: {line}.")
@@ -124,9 +133,11 @@ class NetworkLink(QObject):
         if self._server is not None and self._player is not None:
             self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else "")
         self._reports.clear()
+        if time.perf_counter() > self._again_s:
+            self._open()
         if self._told != self.problem:
             self._told = self.problem
-            if self._server is not None:
+            if self._server is not None or self._failure:
                 self._controller.notified.emit(f"Network: {self._told or 'all is sent and taken again'}.")
 
     def _send_forces(self, update: ForceUpdate) -> None:
