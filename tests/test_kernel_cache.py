@@ -92,15 +92,13 @@ def test_what_a_called_function_does_counts(kernels, old, new):
 BORROWED = """
 from typing import Annotated, NamedTuple
 import numpy as np
-from underfoot.array_tables import borrow
-from underfoot.kernels import intrinsic, kernel
+from underfoot.array_tables import arrays_at
+from underfoot.kernels import kernel
 
 class Table(NamedTuple):
     rows: Annotated[np.ndarray, np.dtype([("force_n", np.float64), ("x_m", np.float64)], align=True), 1]
 
-@intrinsic
-def table_at(context, where):
-    return borrow(context, where, Table)
+table_at = arrays_at(Table)
 
 @kernel
 def one_more(where):

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated, get_type_hints
 
 import numpy as np
 
+from underfoot.kernels import Intrinsic
+
 if TYPE_CHECKING:
     from llvmlite import ir
     from numba import types
@@ -42,11 +44,15 @@ def addresses(tables: tuple[np.ndarray, ...]) -> np.ndarray:
     return np.array([(a.ctypes.data, *a.shape, *([1] * (4 - a.ndim))) for a in tables], np.int64)
 
 
-def borrow(context: "TypingContext", where: "types.Type", kind: type) -> "Emission":
-    """Return the body of an intrinsic that makes a named tuple of the arrays at these addresses, without references.
+def arrays_at(kind: type) -> Intrinsic:
+    """Return the intrinsic that makes a named tuple of the arrays at these addresses: an array, or its address.
 
-    `where` is an array, or its address.
+    It counts no references.
     """
+    return Intrinsic(lambda context, where: _borrowed(context, where, kind))
+
+
+def _borrowed(context: "TypingContext", where: "types.Type", kind: type) -> "Emission":
     from llvmlite import ir
     from numba import from_dtype, types
     from numba.np.arrayobj import populate_array

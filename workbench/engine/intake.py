@@ -15,12 +15,12 @@ Times are in session frames of the samples: the output at frame f depends on the
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.array_tables import B1, F1, F3, addresses, borrow
+from underfoot.array_tables import B1, F1, F3, addresses, arrays_at
 from underfoot.devices.force_source import MAX_SAMPLES, ForceSource
 from underfoot.engine.simulated_step import StepAdder
 from underfoot.floor import tracking
@@ -28,10 +28,7 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.tracker_memory import STREAM, TILE
-from underfoot.kernels import Floats, call_at, inlined, intrinsic, kernel
-
-if TYPE_CHECKING:
-    from underfoot.emission import Emission, Type, TypingContext
+from underfoot.kernels import Floats, call_at, inlined, kernel
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap."""
@@ -196,10 +193,7 @@ def _ignore(count: int) -> None:
     """Ignore samples; the default of `on_samples`."""
 
 
-@intrinsic
-def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
-    """Return the arrays at these addresses as `IntakeMemory`."""
-    return borrow(context, where, IntakeMemory)
+_memory_at = arrays_at(IntakeMemory)
 
 
 @kernel

@@ -5,21 +5,18 @@ silence where a value is not finite. It runs sample by sample, so the result doe
 """
 
 import math
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.array_tables import F1, addresses, borrow
+from underfoot.array_tables import F1, addresses, arrays_at
 from underfoot.clock import FADE, RAMP
 from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
 from underfoot.engine.safety_rows import NEGLIGIBLE, ROW, STAGE, along, is_still
 from underfoot.floor.profile import NOMINAL_ACCELERATION
-from underfoot.kernels import intrinsic, kernel
-
-if TYPE_CHECKING:
-    from underfoot.emission import Emission, Type, TypingContext
+from underfoot.kernels import kernel
 
 DC_HZ = 5.0
 """Corner frequency of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
@@ -204,12 +201,7 @@ def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
 
 
 _work_at = WORK.at
-
-
-@intrinsic
-def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
-    """Return the arrays at these addresses as `SafetyMemory`."""
-    return borrow(context, where, SafetyMemory)
+_memory_at = arrays_at(SafetyMemory)
 
 
 @kernel

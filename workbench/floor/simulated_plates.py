@@ -10,7 +10,7 @@ a triangle further away, is a crossfade of `FADE` frames.
 
 import hashlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import msgspec
 import numpy as np
@@ -19,20 +19,17 @@ from numpy.typing import NDArray
 
 from underfoot.arguments import choice
 from underfoot.array_cache import ArrayCache
-from underfoot.array_tables import F2, F3, F4, addresses, borrow
+from underfoot.array_tables import F2, F3, F4, addresses, arrays_at
 from underfoot.clock import FADE, LONG_AGO, SPAN
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import copy, inlined, intrinsic, kernel
+from underfoot.kernels import copy, inlined, kernel
 from underfoot.layouts import Memory
 from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
 from underfoot.models.filtering.poles import Poles
 from underfoot.models.tile import shaker
 from underfoot.models.tile.assembly import Assembly
-
-if TYPE_CHECKING:
-    from underfoot.emission import Emission, Type, TypingContext
 
 QUIET_M_S2 = 1e-9
 """Bound of the remaining acceleration below which a plate is set to rest."""
@@ -262,10 +259,7 @@ def _zeros(rows: int, columns: int, size: int) -> NDArray[np.float64]:
     return aligned_zeros(rows * columns * size).reshape(rows, columns, size)
 
 
-@intrinsic
-def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
-    """Return the arrays at these addresses as `PlateMemory`."""
-    return borrow(context, where, PlateMemory)
+_memory_at = arrays_at(PlateMemory)
 
 
 @kernel

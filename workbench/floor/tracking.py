@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.array_tables import borrow
+from underfoot.array_tables import arrays_at
 from underfoot.floor.baselines import (
     forget_quiet,
     noise_n,
@@ -21,12 +21,10 @@ from underfoot.floor.baselines import (
     weigh,
 )
 from underfoot.floor.tracker_memory import BEGAN, ENDED, TrackerMemory
-from underfoot.kernels import Floats, callback, intrinsic, kernel
+from underfoot.kernels import Floats, callback, kernel
 
 if TYPE_CHECKING:
     from numba.core.ccallback import CFunc
-
-    from underfoot.emission import Emission, Type, TypingContext
 
 
 ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
@@ -67,10 +65,7 @@ def _follow_at(where: int, begin: int, end: int) -> None:
     _follow(_memory_at(where), begin, end)
 
 
-@intrinsic
-def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
-    """Return the arrays at these addresses as `TrackerMemory`."""
-    return borrow(context, where, TrackerMemory)
+_memory_at = arrays_at(TrackerMemory)
 
 
 @kernel

@@ -1,14 +1,10 @@
 """Arrays of a program, and their transfer to compiled code."""
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from underfoot.array_tables import B1, B2, F1, F2, F3, I1, I2, U2, borrow
-from underfoot.kernels import intrinsic
-
-if TYPE_CHECKING:
-    from underfoot.emission import Emission, Type, TypingContext
+from underfoot.array_tables import B1, B2, F1, F2, F3, I1, I2, U2, arrays_at
 
 NODE = np.dtype(
     [
@@ -89,8 +85,4 @@ ALL, ANY, GUARDED = range(3)
 """Condition for a row to sleep: all watched inputs zero and no tail; any of them zero; or all of them zero, whatever
 its tail, because it is inaudible."""
 
-
-@intrinsic
-def tables_at(context: "TypingContext", where: "Type") -> "Emission":
-    """Return the arrays at these addresses as `Tables`."""
-    return borrow(context, where, Tables)
+tables_at = arrays_at(Tables)
