@@ -1,5 +1,6 @@
 """The list of node types by family, and a search field, for the palette and the canvas."""
 
+import re
 from collections.abc import Collection
 
 from PySide6.QtCore import QEvent, QMimeData, Qt, Signal
@@ -77,7 +78,8 @@ class NodeList(NamedList):
                 self._add_type(type)
 
     def _add_type(self, type: NodeType, note: str = "") -> None:
-        self.add(type.type, type.label, accent(type), note, pretty_text(type.doc))
+        called = f"\n\nAlso called: {type.also_called}" if type.also_called else ""
+        self.add(type.type, type.label, accent(type), note, pretty_text(type.doc) + called)
 
     def types(self) -> list[str]:
         """Return the visible types."""
@@ -166,13 +168,22 @@ def grouped(registry: Registry) -> dict[str, list[NodeType]]:
 
 
 def rank(type: NodeType, text: str) -> int:
-    """Return the rank of a node type for a search text: 0 is best, 4 fits its parameters and ports, -1 no match."""
+    """Return the rank of a node type for a search text: 0 is best, 4 fits its parameters and ports, -1 no match.
+
+    Words are anywhere in the name, and elsewhere begin a word: not "ring" of "during".
+    """
     words = text.lower().replace("~", " ").split()  # noise~ is what Max and Pure Data call it
-    label, rest = type.label.lower(), f"{type.type} {type.family} {type.doc}".lower()
-    if not all(word in label or word in rest for word in words):
+    label, called = type.label.lower(), type.also_called.lower()
+    about = f"{type.type} {type.family} {type.doc} {called}".lower()
+    if not all(word in label or _begins_in(about, word) for word in words):
         parts: list[Parameter | Port] = [*type.parameters.values(), *type.inputs, *type.outputs]
         details = " ".join(f"{part.name} {part.doc}" for part in parts).replace("_", " ").lower()
-        return 4 if all(word in label or word in rest or word in details for word in words) else -1
+        return 4 if all(word in label or _begins_in(f"{about} {details}", word) for word in words) else -1
     if not words or label.startswith(words[0]):
         return 0
-    return 1 if any(part.startswith(words[0]) for part in label.split()) else (2 if words[0] in label else 3)
+    return 1 if _begins_in(f"{label} {called}", words[0]) else (2 if words[0] in label else 3)
+
+
+def _begins_in(text: str, word: str) -> bool:
+    """Return whether a word of the text begins so."""
+    return re.search(rf"(?<!\w){re.escape(word)}", text) is not None

@@ -20,6 +20,7 @@ class AttackDecay:
     An event's strength scales its height.
     """
 
+    also_called = "AR, AD, EG, line, vline"
     accuracy = "exact: the closed form, to 1e-9"
     strike = Input(kind="event", doc="starts a note; the event's duration is used if it has one")
     attack = Number(0.01, 0.0005, 2.0, unit="s", scale="log", wire="span", doc="rise time")
@@ -51,6 +52,7 @@ class Breakpoints:
     The level is 0 after the last point. A start during playback begins again; the level gets there in 5 ms.
     """
 
+    also_called = "line, vline, function, curve, ramp"
     accuracy = "exact: linear between points, to 1e-9"
     points = Rows(
         ((0.0, 0.0, 80.0), (0.02, 1.0, 120.0), (0.3, 0.0, 80.0)),
@@ -87,6 +89,7 @@ class Breakpoints:
 class ContactEnvelope:
     """Gate: 1 while somebody stands on the tile, else 0, with ramps of 5 ms."""
 
+    also_called = "ASR, switch, presence"
     accuracy = "exact: the closed form, to 1e-9"
     force = Input("N")
     out = Output()
@@ -106,6 +109,7 @@ class ContactEnvelope:
 class ForceEnvelope:
     """Envelope proportional to the force: 1 at the full force (thesis: 750 N)."""
 
+    also_called = "envelope follower"
     accuracy = "exact: to 1e-12"
     force = Input("N")
     full_force = Number(
@@ -126,6 +130,7 @@ class ForceEnvelope:
 class StrainRateEnvelope:
     """Strain rate of a compressible layer (equation 6.1): large while the foot loads the tile, 0 while it rests."""
 
+    also_called = "derivative, speed, change"
     accuracy = "exact: SciPy's bilinear, to 1e-9; of the continuous step's response, 1e-5 at 12.5 Hz and 48 kHz"
     force = Input("N")
     frequency = Number(

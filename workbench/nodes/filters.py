@@ -27,6 +27,7 @@ def _q() -> Number:
 class LowPass(_Section):
     """Second-order low-pass, 12 dB per octave."""
 
+    also_called = "LPF, lop, lores, onepole, VCF, SVF, biquad, smooth, slew, lag, slide"
     signal = Input()
     cutoff = Number(300.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
     q = _q()
@@ -40,6 +41,7 @@ class LowPass(_Section):
 class HighPass(_Section):
     """Second-order high-pass, 12 dB per octave."""
 
+    also_called = "HPF, hip, VCF, SVF, biquad"
     signal = Input()
     cutoff = Number(60.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
     q = _q()
@@ -53,6 +55,7 @@ class HighPass(_Section):
 class BandPass(_Section):
     """Second-order band-pass with gain 1 at its centre."""
 
+    also_called = "BPF, bp, reson, VCF, SVF, biquad"
     signal = Input()
     centre = Number(250.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="centre frequency")
     width = Number(100.0, 0.5, 20_000.0, unit="Hz", scale="log", wire="span", doc="bandwidth at -3 dB")

@@ -12,6 +12,7 @@ from underfoot.patch.node import Input, Output, node
 class TileForce:
     """Tared force on each tile, its load, in newtons; exactly 0 while nobody stands on it."""
 
+    also_called = "pressure, weight, input, ADC, sensor"
     accuracy = "exact: linear between force samples, to 1e-12"
     force_n = Input("N", from_engine=True)
     tiles = Tiles(doc="tiles whose force is read")
@@ -27,6 +28,7 @@ class TileForce:
 class Contact:
     """Centroid of the contact (centre of pressure) in the tile's frame, in metres; 0 while nobody stands on it."""
 
+    also_called = "COP, position, XY"
     accuracy = "exact: linear between force samples, to 1e-12"
     x_m = Input("m", from_engine=True)
     y_m = Input("m", from_engine=True)
@@ -51,6 +53,7 @@ class Footfall:
     does.
     """
 
+    also_called = "trigger, edge, threshold, onset, heel strike"
     accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
     force = Input("N", doc="usually from Tile force")
     cut = Input(from_engine=True)

@@ -42,6 +42,7 @@ class Impact:
     strength. The object keeps ringing through further strikes.
     """
 
+    also_called = "hit, hammer, kick, bell, metal"
     accuracy = "requested: the error below, of the displacement; energy grows by at most 1e-11"
     requested_error = RequestedError(
         "of the displacement", "a blow, with 0.1 s of ringing", "underfoot.models.modal.strike_error"
@@ -105,6 +106,7 @@ class Impact:
 class ModalBank:
     """Bank of resonators, such as a drum or a board: damped sines, a exp(-b t) sin(2 pi f t), excited by events."""
 
+    also_called = "ring, bell, metal, plate, reson, resonate"
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
     pitch = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all mode frequencies")
@@ -146,6 +148,7 @@ class DrawnBank:
     All tiles have the same modes; `draw` selects another set. The squares of the amplitudes sum to 1.
     """
 
+    also_called = "ring, metal, plate, resonate, sand, gravel"
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
     low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="lowest mode frequency")

@@ -57,6 +57,7 @@ class FibreBundle(_Fibres):
     Each failure is an event. Below the largest strain so far nothing breaks, until the ground is renewed.
     """
 
+    also_called = "sand, gravel, crackle, grain"
     accuracy = "exact in distribution: order statistics, by Kolmogorov-Smirnov at 1 %; strain to the step of a frame"
     force = Input("N", doc="load on the bundle")
     events = Output(kind="event", doc="failures; at most one per frame")
@@ -91,6 +92,7 @@ class FibreGrid(_Fibres):
     The load follows the contact: intact cells break where the foot rolls.
     """
 
+    also_called = "sand, gravel, leaves, crackle"
     accuracy = "exact in distribution for each cell (Kolmogorov-Smirnov at 1 %); cells share load once per frame"
     force = Input("N", doc="load on the grid")
     x = Input("m", doc="contact position on the tile, from Contact")

@@ -37,6 +37,7 @@ class Lfo:
     Edges of saw and square, and restarts, take 1 ms, so that they do not click.
     """
 
+    also_called = "oscillator, osc, sine, VCO, phasor, vibrato"
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     restart = Input(kind="event", doc="restarts the wave at its phase")
     shape = Choice("sine", options=low_frequency.SHAPES, doc="waveform")
@@ -57,6 +58,7 @@ class Lfo:
 class RandomWalk:
     """Ornstein-Uhlenbeck process: a random value that reverts to its mean, independent on each tile."""
 
+    also_called = "drunk, drift, wander"
     accuracy = "exact in distribution at every 32nd frame, by Kolmogorov-Smirnov at 0.1 %; linear between"
     time = Number(
         1.0,
@@ -95,6 +97,7 @@ class RandomWalk:
 class StepSequence:
     """Sequencer of values: a list that is played in a loop, at a frequency or one value per event."""
 
+    also_called = "table, coll"
     accuracy = "exact: to 1e-12"
     advance = Input(kind="event", doc="next step (at events), or first step (at its frequency)")
     values = Numbers((1.0, 0.5, 0.0, 0.5), 0.0, 1.0, most=64, doc="value of each step, from 0 (low) to 1 (high)")
@@ -124,6 +127,7 @@ class StanceCurve:
     The last value is held until the foot leaves; then the curve returns to its start. Jumps take 5 ms.
     """
 
+    also_called = "function, roll"
     accuracy = "exact: linear between points, to 1e-9"
     force = Input("N", doc="usually from Tile force; the foot is down while the force is above 0")
     curve = Rows(
@@ -166,6 +170,7 @@ class StanceCurve:
 class Map(Mapped):
     """Map a signal from one range to another along a power curve, clipped at its ends: 0 to 700 N to 100 to 900 Hz."""
 
+    also_called = "curve, color ramp, colour ramp, threshold, compare, >, math"
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
 
     def design(low, high, out_low, out_high, exponent, coefficients):
@@ -179,6 +184,7 @@ class Map(Mapped):
 class SampleAndHold:
     """Value of the signal at the last event, held until the next; 0 before the first."""
 
+    also_called = "S&H, SAH, samphold, latch, snapshot"
     accuracy = "exact: the frame of the event, to 1e-12"
     signal = Input(doc="any unit")
     trigger = Input(kind="event", doc="samples the signal")
@@ -197,6 +203,7 @@ class SampleAndHold:
 class Value:
     """Constant that is set by hand, from low to high: one knob or slider for several parameters."""
 
+    also_called = "number, float"
     accuracy = "exact: to 1e-12"
     position = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is low, 1 is high")
     low, high = _low(), _high()

@@ -12,6 +12,7 @@ FARTHEST = 1e6
 class Gain:
     """Volume: multiply a signal by a factor, which a wire may drive."""
 
+    also_called = "VCA, amplifier, *, math"
     accuracy = "exact: to 1e-12"
     signal = Input(doc="signal to scale")
     gain = Number(1.0, 0.0, 1000.0, scale="gain", wire="audio", doc="factor; 2 is +6 dB")
@@ -27,6 +28,7 @@ class Gain:
 class Multiply:
     """Product of two signals, e.g. an envelope and a tone. An unconnected b counts as 0."""
 
+    also_called = "VCA, *, ring modulator, AM, switch, math"
     accuracy = "exact: to 1e-12"
     a = Input()
     b = Input()
@@ -42,6 +44,7 @@ class Multiply:
 class Mix:
     """Add up to four signals, each times its own factor: a weighted sum."""
 
+    also_called = "mixer, +, -, subtract, crossfade, xfade, math"
     accuracy = "exact: to 1e-12"
     a = Input()
     b = Input()
@@ -78,6 +81,8 @@ class Mapped:
 @node("scale", "Shapes")
 class Scale(Mapped):
     """Map a signal linearly from one range to another: low to out low, high to out high."""
+
+    also_called = "zmap, offset, math"
 
     def design(low, high, out_low, out_high, coefficients):
         ranges.design(low, high, out_low, out_high, 1.0, coefficients)

@@ -26,6 +26,7 @@ class StickSlip:
     The output is 0 while force or velocity is 0 or below.
     """
 
+    also_called = "bow, rub"
     accuracy = "requested: the error below, of the distributions (largest CDF difference)"
     requested_error = RequestedError(
         "largest CDF difference", "making its table; playing costs the same", "underfoot.models.stick_slip.table_error"

@@ -11,8 +11,9 @@ from underfoot.patch.node import Input, Output, node, prepared_columns
 
 @node("strike", "Timing")
 class Strike:
-    """Event by hand, a bang: click the tile in the preview, or press its button."""
+    """Event by hand: click the tile in the preview, or press its button."""
 
+    also_called = "bang, trigger"
     accuracy = "exact: between frames, to 1e-12"
     strength = Number(1.0, 0.0, 10.0, scale="gain", doc="strength of a strike at full force")
     by_hand = Input(kind="event", from_engine=True)
@@ -51,6 +52,7 @@ class Poisson:
     Events of one frame are one, of their added strength: at an interval of 1 ms and 48 kHz, one in a hundred.
     """
 
+    also_called = "dust, Geiger, impulse, click"
     accuracy = "exact in distribution: exponential intervals, by Kolmogorov-Smirnov at 0.1 %, down to a frame"
     interval = Number(0.02, 1e-3, 10.0, unit="s", scale="log", wire="span", doc="mean time between events")
     strength = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="strength of an event")
@@ -77,6 +79,7 @@ class Rhythm:
     Each note is an event with its amplitude and duration. A wire to the bar sets the pace as it plays.
     """
 
+    also_called = "clock, metro, tempo, BPM, beat, pulse, heartbeat"
     accuracy = "exact: an onset is off by at most 1e-6 frames after an hour"
     notes = Rows(
         ((0, 4, 1.0), (6, 4, 0.6), (12, 4, 0.6), (18, 4, 0.6)),

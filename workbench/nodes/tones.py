@@ -14,6 +14,7 @@ class Tone:
     Amplitude bounds the samples; at exactly 0 the node sleeps, and it wakes at the start of a period.
     """
 
+    also_called = "sine, VCO, osc, cycle, buzz, hum, waveshaper, distortion"
     accuracy = "exact: a sum of sines, to 1e-12"
     frequency = Number(50.0, 1.0, 5000.0, unit="Hz", scale="log", wire="audio", doc="fundamental frequency")
     harmonics = Numbers(
@@ -51,6 +52,7 @@ class Tone:
 class Roughness:
     """Amplitude modulation, 1 + depth sin(2 pi f t): beats that feel rough (thesis: 25 Hz)."""
 
+    also_called = "AM, tremolo, buzz"
     accuracy = "exact: to 1e-12"
     signal = Input()
     depth = Number(

@@ -120,6 +120,8 @@ class NodeType(Struct, frozen=True, dict=True):
     """Whether its output goes to the sound channel, not to a tile."""
     is_struck: bool
     """Whether the engine may send it events, at the last of its event inputs."""
+    also_called: str = ""
+    """What it, or what it is used for, is called in other programs, by which it is found: "VCA, amplifier"."""
     is_sum: bool = False
     """Whether its inputs are added, so that solo silences those without a soloed source."""
     accuracy: str = ""
@@ -214,10 +216,11 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
     Besides ports, parameters and functions a class may have: `state` and `coefficients`, layouts, and
     `sizes(values, rate)`, the values of their symbols; prepared tables; `muted_by`, signals any of which at exactly
-    zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as sound;
-    `is_sum`, if its inputs are added; `accuracy`; `requested_error`, how error and cost are measured for a parameter
-    `error`; `lasts(values)`, the seconds that it goes on by itself; and `distributions(values)`, which draws
-    distributions. `BadValue` for a function with an unknown argument, and for a `run` without one of the outputs.
+    zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as
+    sound; `is_sum`, if its inputs are added; `also_called`, words of other programs by which it is found;
+    `accuracy`; `requested_error`, how error and cost are measured for a parameter `error`; `lasts(values)`, the
+    seconds that it goes on by itself; and `distributions(values)`, which draws distributions. `BadValue` for a
+    function with an unknown argument, and for a `run` without one of the outputs.
     """
 
     def declare(cls: builtins.type) -> NodeType:
@@ -259,6 +262,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             is_sink=body.get("is_sink", False),
             to_sound=body.get("to_sound", False),
             is_struck=any(port.kind == "event" for port in from_engine.values()),
+            also_called=body.get("also_called", ""),
             is_sum=body.get("is_sum", False),
             accuracy=body.get("accuracy", ""),
             distributions=body.get("distributions"),

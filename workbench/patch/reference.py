@@ -15,6 +15,7 @@ def reference(registry: Registry) -> list[dict[str, Any]]:
             "label": node.label,
             "family": node.family,
             "doc": node.doc,
+            "also_called": node.also_called,
             "accuracy": node.accuracy,
             "inputs": [_port(port) for port in node.input_ports.values()],
             "outputs": [_port(port) for port in node.outputs],
@@ -29,6 +30,7 @@ def text(registry: Registry) -> str:
     pages = []
     for node in _ordered(registry):
         lines = [f"{node.type}  ({node.family}: {node.label})", *_wrapped(node.doc, 2)]
+        lines += _wrapped(f"also called: {node.also_called}", 2) if node.also_called else []
         lines += _wrapped(f"accuracy: {node.accuracy}", 2) if node.accuracy else []
         for word, ports in (("in", node.inputs), ("out", node.outputs)):
             for port in ports:

@@ -9,15 +9,19 @@ from underfoot.widgets.design.node_list import NodeList
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        ("sine", ["modal-bank", "tone", "stick-slip"]),
+        ("sine", ["lfo", "tone", "modal-bank", "stick-slip"]),
         ("drum", ["impact", "modal-bank"]),
         ("metronome", ["rhythm"]),
         ("slider", ["value"]),
-        ("heel", ["stance-curve"]),
-        ("crack", ["fibre-grid", "fibre-bundle"]),
+        ("heel", ["footfall", "stance-curve"]),
+        ("crack", ["fibre-bundle", "fibre-grid"]),
         ("weibull grid", ["fibre-grid"]),
         ("rolloff", ["drawn-bank"]),
         ("delay~", ["delay", "footfall"]),  # as in Max and Pure Data
+        ("*~", ["gain", "multiply"]),
+        ("vca", ["gain", "multiply"]),
+        ("color ramp", ["map"]),  # as in Blender
+        ("ring", ["drawn-bank", "modal-bank", "multiply", "impact"]),  # not "during"
         ("sequencer", ["rhythm", "step-sequence"]),
         ("bang", ["strike"]),
         ("clip", ["map"]),
