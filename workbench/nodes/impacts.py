@@ -148,7 +148,7 @@ class DrawnBank:
     All tiles have the same modes; `draw` selects another set. The squares of the amplitudes sum to 1.
     """
 
-    also_called = "ring, metal, plate, resonate, sand, gravel"
+    also_called = "ring, metal, plate, resonate"
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
     low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="lowest mode frequency")

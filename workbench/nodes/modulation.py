@@ -37,7 +37,7 @@ class Lfo:
     Edges of saw and square, and restarts, take 1 ms, so that they do not click.
     """
 
-    also_called = "oscillator, osc, sine, VCO, phasor, vibrato"
+    also_called = "phasor, vibrato"
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     restart = Input(kind="event", doc="restarts the wave at its phase")
     shape = Choice("sine", options=low_frequency.SHAPES, doc="waveform")

@@ -26,7 +26,7 @@ class TileOutput:
 class SoundOutput:
     """Sound for loudspeakers or headphones, summed over all tiles on a channel that no shaker plays."""
 
-    also_called = "DAC, speaker"
+    also_called = "speaker, headphones"
     accuracy = "exact: to 1e-12"
     sound = Input(doc="sound signal")
     level = Number(

@@ -9,7 +9,7 @@ from underfoot.widgets.design.node_list import NodeList
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        ("sine", ["lfo", "tone", "modal-bank", "stick-slip"]),
+        ("sine", ["tone", "modal-bank", "stick-slip"]),
         ("drum", ["impact", "modal-bank"]),
         ("metronome", ["rhythm"]),
         ("slider", ["value"]),
@@ -20,6 +20,7 @@ from underfoot.widgets.design.node_list import NodeList
         ("delay~", ["delay", "footfall"]),  # as in Max and Pure Data
         ("*~", ["gain", "multiply"]),
         ("vca", ["gain", "multiply"]),
+        ("osc~", ["tone", "lfo"]),
         ("color ramp", ["map"]),  # as in Blender
         ("ring", ["drawn-bank", "modal-bank", "multiply", "impact"]),  # not "during"
         ("sequencer", ["rhythm", "step-sequence"]),
