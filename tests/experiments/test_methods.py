@@ -45,6 +45,12 @@ def test_constant_stimuli_have_each_pair_once_a_block_and_the_standard_first_in_
     assert len(set(orders)) == 21  # of each pair another one
 
 
+def test_of_an_odd_number_of_blocks_the_standard_is_first_in_one_more_or_one_less():
+    made = made_protocol("constant-stimuli", {"comparisons": ["TD"], "standard": "X", "blocks": 3})
+    people = (trials(walked(Study(made, f"P{number}"))) for number in range(12))
+    assert {sum(t.facts["comparison_at"] == "second" for t in found) for found in people} == {1, 2}
+
+
 def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
     study = Study(made_protocol("constant-stimuli", {"comparisons": ["TD"], "blocks": 3}), "P1")
     assert [question.name for question in study.page.questions] == ["felt"]

@@ -15,8 +15,13 @@ def test_large_numbers_give_the_textbooks_d_prime():
     found, criterion = d_prime((800_000, 1_000_000), (400_000, 1_000_000))
     assert found.value == pytest.approx(1.095, abs=1e-3)
     assert criterion == pytest.approx(-0.5 * (0.842 - 0.253), abs=1e-3)
-    deviation = math.hypot(*(math.sqrt(p * (1.0 - p)) / norm.pdf(norm.ppf(p)) for p in (0.8, 0.4))) / 1000.0
-    assert found.high - found.low == pytest.approx(2.0 * 1.96 * deviation, rel=1e-3)
+
+
+def test_the_interval_is_gourevitch_and_galanters_by_the_number_of_trials():
+    found, _ = d_prime((8, 10), (4, 10))
+    rates = (8.5 / 11.0, 4.5 / 11.0)
+    deviation = math.sqrt(sum(p * (1.0 - p) / (10 * norm.pdf(norm.ppf(p)) ** 2) for p in rates))
+    assert found.high - found.low == pytest.approx(2.0 * norm.ppf(0.975) * deviation)
 
 
 @pytest.mark.parametrize(("truth", "criterion"), [(1.0, 0.0), (2.0, 0.4)])
