@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -38,11 +38,13 @@ def run(
     engine: ChildProcess | None = None,
     file: Path | None = None,
     restart_options: Sequence[str] = (),
+    scene: tuple[str, Mapping[str, object]] | None = None,
 ) -> int:
     """Open the window, and return the exit status when it is closed.
 
     `engine` is a process for the first session. `file` is opened in the workspace for its suffix. `restart_options` are
-    the options of the command line that give `target` again after a restart.
+    the options of the command line that give `target` again after a restart. `scene`, with its parameters, plays and
+    is shown on the floor once the session is open.
 
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes. It makes
     no sound and stores no settings.
@@ -58,6 +60,8 @@ def run(
         window.show()
         if file is not None:
             window.open_file(file)
+        if scene is not None:
+            window.perform(*scene)
         collect_in_this_thread(window)
         freeze_loaded(window.bridge.started, window.workspaces.loaded)
         window.painted.connect(window.start)

@@ -1,6 +1,7 @@
 """The window: the transport bar, the workspaces below it, and a line of messages."""
 
 import sys
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from underfoot.widgets.dialogs.shortcuts import keys_of
 from underfoot.widgets.main_bar import MainBar
 from underfoot.widgets.menu import MainMenu
 from underfoot.widgets.recolour import apply_colours
+from underfoot.widgets.scenes import WORKSPACE as SCENES
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles, Handlers
 from underfoot.widgets.session.exchange import Exchange
@@ -149,6 +151,15 @@ class MainWindow(QMainWindow):
         """Open a file in the workspace for it."""
         if not self.workspaces.open_file(path):
             self.show_message(f"{path} cannot be opened here")
+
+    def perform(self, scene: str, given: Mapping[str, object]) -> None:
+        """Play a scene with these parameters, and show it on the floor, once the session is open."""
+        from underfoot.widgets.scenes.workspace import ScenesWorkspace  # which most starts need not load
+
+        self.workspaces.choose(SCENES.name)
+        workspace = self.workspaces[SCENES.name]
+        assert isinstance(workspace, ScenesWorkspace)
+        workspace.perform(scene, given)
 
     def _handlers(self) -> Handlers:
         """Return what opens dropped files: workspaces theirs, patches of any program, forces to be replayed, floors."""

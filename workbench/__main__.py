@@ -6,6 +6,7 @@ import gc
 import os
 import stat
 import sys
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
 from importlib import import_module
 from io import TextIOWrapper
@@ -19,14 +20,20 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.files import FILE, FileOrPreset, require_folders_writable
+from underfoot.commands.files import FILE, FileOrPreset, complete_names, require_folders_writable
 from underfoot.commands.telling import no_window
 from underfoot.devices.transports import target_forms
-from underfoot.errors import BadFile, UnderfootError
+from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
+
+
+def _scenes() -> Iterable[str]:
+    from underfoot.scenes import discover
+
+    return discover()
 
 
 @click.group(cls=CommandGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
@@ -45,6 +52,12 @@ if TYPE_CHECKING:
     help="Patch to open: a file (also `underfoot FILE.json`), or a preset's name.",
 )
 @click.option("--recording", type=FILE, help="Recording to open; also `underfoot FILE`.")
+@click.option(
+    "--scene",
+    shell_complete=complete_names(_scenes),
+    help="Scene to play, and to show on the last screen, once the window is open.",
+)
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")
 @click.option("--screenshot", type=FILE, help="Save a picture of every workspace in this folder, and exit.")
 @click.pass_context
 def cli(
@@ -53,11 +66,13 @@ def cli(
     floor: Path | None,
     patch: Path | None,
     recording: Path | None,
+    scene: str | None,
+    settings: tuple[str, ...],
     screenshot: Path | None,
 ) -> None:
     """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
     if context.invoked_subcommand is None:
-        context.exit(open_window(target, floor, patch, recording, screenshot))
+        context.exit(open_window(target, floor, patch, recording, screenshot, _scene(scene, settings)))
 
 
 def main() -> None:
@@ -133,7 +148,12 @@ def _fail(line: str) -> None:
 
 
 def open_window(
-    target: str, floor: Path | None, patch: Path | None, recording: Path | None, screenshot: Path | None
+    target: str,
+    floor: Path | None,
+    patch: Path | None,
+    recording: Path | None,
+    screenshot: Path | None,
+    scene: tuple[str, Mapping[str, object]] | None = None,
 ) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
     from underfoot.engine.child_process import engine_process
@@ -167,7 +187,7 @@ def open_window(
             data_folder()  # refused here, the engine is ended
         unless_opened.pop_all()
     options = ["--target", target, *(["--floor", str(floor)] if floor else [])] if opened else []
-    return run(opened, patch, screenshot, engine, recording, options)
+    return run(opened, patch, screenshot, engine, recording, options, scene)
 
 
 def _require_qt() -> None:
@@ -182,6 +202,21 @@ def _require_qt() -> None:
         builtins.__import__ = imports
     except ImportError as error:
         raise UnderfootError(no_window(str(error))) from None
+
+
+def _scene(name: str | None, settings: tuple[str, ...]) -> tuple[str, Mapping[str, object]] | None:
+    """Return the scene of the command line and its parameters; None without one."""
+    if name is None:
+        if settings:
+            raise BadValue(f"--set is {' '.join(settings)}; allowed: with --scene, of which it is a parameter")
+        return None
+    from underfoot.arguments import choice
+    from underfoot.scenes import discover
+    from underfoot.scenes.scene import values_of
+
+    kinds = discover()
+    choice("scene", name, kinds)
+    return name, values_of(kinds[name], settings)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":

@@ -260,6 +260,23 @@ def test_a_projection_waits_for_its_projector(scenes, qtbot):
     assert scenes.projection is None
 
 
+def test_a_scene_of_the_command_line_plays_and_is_shown_on_the_floor_once_the_session_is_open(window, qtbot):
+    """An installation with a projector waited for three clicks after each start of its computer."""
+    window.controller.stop()
+    window.workspaces.choose("Monitor")
+    window.perform("footprints", {"ground": "snow"})
+    scenes = window.workspaces["Scenes"]
+    assert scenes.stage is None
+    window.controller.opened.emit(window.controller.target)
+    qtbot.waitUntil(lambda: scenes.projection is not None and scenes.projection.isFullScreen())
+    assert scenes.stage.scene.title == scenes.list.list.currentItem().text() == "Footprints"
+    assert scenes.stage.scene.given["ground"] == scenes.panel.editors["ground"].value() == "snow"
+    assert window.controller.is_playing
+    scenes.stop()
+    window.controller.opened.emit(window.controller.target)  # as of another target, chosen by somebody
+    assert not scenes.is_making
+
+
 def test_the_keys_of_the_projection_can_be_read_on_black_in_the_light_palette(scenes, qtbot):
     start(scenes, qtbot, "frozen-pond")
     qtbot.mouseClick(scenes.panel.project, LEFT)

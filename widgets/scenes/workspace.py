@@ -1,7 +1,7 @@
 """The Scenes workspace: choose, adjust, start and stop a scene, shown here and on a projector."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -62,6 +62,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._pending = 0
         self._ticks = 0
         self._has_news = False
+        self._is_awaited = False
         self._poll_timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=POLL_MS)
         self._poll_timer.timeout.connect(self._poll)
         self.make(self._parts())
@@ -171,6 +172,16 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._maker = threading.Thread(target=make, name="make scene")
         self._maker.start()
 
+    def perform(self, name: str, given: Mapping[str, Any]) -> None:
+        """Play a scene with these parameters, and show it on the screen of the projector, once a session is open.
+
+        For where nobody is: the output is opened, too.
+        """
+        self._values[name].update(given)
+        self.list.list.setCurrentRow(list(self.kinds).index(name))
+        self.choose(name)
+        self._is_awaited = True
+
     def stop(self) -> None:
         """End the scene, and play the earlier patch; a scene that is being made will not play."""
         if self.is_making:
@@ -232,6 +243,11 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.panel.log.clear()
         self._poll_timer.start()
         self._show_availability()
+        if self._is_awaited:
+            self._is_awaited = False
+            controller.play()
+            self._show_screens()
+            self.project()
 
     def _fail(self, why: str) -> None:
         self.stop()
@@ -318,6 +334,8 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.panel.walker.setVisible(self.view.can_press)
         self._show_walker()
         self._show_availability()
+        if self._is_awaited:
+            self.start()
 
     def _why_not(self) -> str:
         """Return why no scene can play; "" if one can."""
