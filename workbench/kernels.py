@@ -82,19 +82,14 @@ class Kernel:
 
 
 class Intrinsic:
-    """Function that emits its own machine code (an intrinsic of Numba). Python calls what is declared as `in_python`.
+    """Function that emits its own machine code (an intrinsic of Numba). Python calls `in_python` instead.
 
     That is for kernels that run as plain Python, where Numba is disabled.
     """
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], in_python: Callable[..., Any] | None = None) -> None:
         self.py_func, self.__doc__ = function, function.__doc__
-        self._in_python: Callable[..., Any] | None = None
-
-    def in_python(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Declare the function that does the same in Python, on NumPy's arrays."""
-        self._in_python = function
-        return function
+        self._in_python = in_python
 
     def __call__(self, *args: object) -> Any:  # noqa: ANN401 - what the intrinsic makes
         if self._in_python is None:
@@ -139,6 +134,11 @@ def intrinsic(function: Callable[..., "Emission"]) -> Intrinsic:
     return Intrinsic(function)
 
 
+def intrinsic_or(in_python: Callable[..., Any]) -> Callable[[Callable[..., "Emission"]], Intrinsic]:
+    """Declare an intrinsic, and the function that does the same in Python, on NumPy's arrays."""
+    return lambda function: Intrinsic(function, in_python)
+
+
 def callback(signature: "str | Signature", function: Callable[..., Any]) -> "CFunc":
     """Compile or load, at once, a kernel that is called by its address."""
     from underfoot.compilation import IS_DISABLED, compiled_callback
@@ -179,7 +179,7 @@ def call_at(context: "TypingContext", address: "types.Type", *arguments: "types.
     return types.void(types.int64, types.StarArgTuple(tuple(map(types.unliteral, arguments)))), code
 
 
-@intrinsic
+@intrinsic_or(lambda: None)
 def widest(context: "TypingContext") -> "Emission":
     """Let the loops of the calling kernel use the processor's widest vectors.
 
@@ -193,8 +193,3 @@ def widest(context: "TypingContext") -> "Emission":
         return context.get_dummy_value()
 
     return types.void(), code
-
-
-@widest.in_python
-def _any_width() -> None:
-    """Do nothing."""

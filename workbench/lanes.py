@@ -6,13 +6,11 @@ m + 7; they are added, subtracted, multiplied, divided and compared like single 
 bits. Indices of a two-dimensional array continue from row to row.
 """
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, intrinsic
+from underfoot.kernels import Floats, intrinsic_or
 
 if TYPE_CHECKING:
     from numba import types
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
     from underfoot.lane_lowering import Compared, Lanes
 
 
-@intrinsic
+@intrinsic_or(lambda array, m: np.ravel(array)[m : m + 4].copy())
 def four(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Emission":
     """Return the numbers m to m + 3 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
@@ -29,12 +27,7 @@ def four(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Em
     return loaded(array, 4)
 
 
-@four.in_python
-def _four(array: Floats, m: int) -> Floats:
-    return np.ravel(array)[m : m + 4].copy()
-
-
-@intrinsic
+@intrinsic_or(lambda array, m: np.ravel(array)[m : m + 8].copy())
 def eight(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Emission":
     """Return the numbers m to m + 7 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
@@ -42,12 +35,7 @@ def eight(context: "TypingContext", array: "types.Array", m: "types.Type") -> "E
     return loaded(array, 8)
 
 
-@eight.in_python
-def _eight(array: Floats, m: int) -> Floats:
-    return np.ravel(array)[m : m + 8].copy()
-
-
-@intrinsic
+@intrinsic_or(lambda like, array, m: np.ravel(array)[m : m + len(like)].copy())
 def take_like(context: "TypingContext", like: "Lanes", array: "types.Array", m: "types.Type") -> "Emission":
     """Return the numbers of an array of float64 from index m on, as many as `like` has; all must exist."""
     from underfoot.lane_lowering import after, loaded
@@ -55,12 +43,7 @@ def take_like(context: "TypingContext", like: "Lanes", array: "types.Array", m: 
     return after(like, *loaded(array, like.count))
 
 
-@take_like.in_python
-def _take_like(like: Floats, array: Floats, m: int) -> Floats:
-    return np.ravel(array)[m : m + len(like)].copy()
-
-
-@intrinsic
+@intrinsic_or(lambda array, m, numbers: np.put(array, range(m, m + len(numbers)), numbers))
 def put(context: "TypingContext", array: "types.Array", m: "types.Type", numbers: "Lanes") -> "Emission":
     """Write numbers from index m on of an array of float64, or of float32."""
     from underfoot.lane_lowering import stored
@@ -68,12 +51,7 @@ def put(context: "TypingContext", array: "types.Array", m: "types.Type", numbers
     return stored(array, numbers)
 
 
-@put.in_python
-def _put(array: Floats, m: int, numbers: Floats) -> None:
-    array.reshape(-1)[m : m + len(numbers)] = numbers
-
-
-@intrinsic
+@intrinsic_or(lambda array, m, rows: np.put(array, range(m, m + 64), np.transpose(rows)))
 def put_across(context: "TypingContext", array: "types.Array", m: "types.Type", rows: "types.UniTuple") -> "Emission":
     """Write a tuple of eight rows of eight numbers column by column, from index m of an array on."""
     from underfoot.lane_lowering import stored_across
@@ -81,12 +59,7 @@ def put_across(context: "TypingContext", array: "types.Array", m: "types.Type", 
     return stored_across(array, rows)
 
 
-@put_across.in_python
-def _put_across(array: Floats, m: int, rows: Sequence[Floats]) -> None:
-    array.reshape(-1)[m : m + 64] = np.transpose(rows).reshape(-1)
-
-
-@intrinsic
+@intrinsic_or(lambda number: np.full(4, number))
 def all_four(context: "TypingContext", number: "types.Type") -> "Emission":
     """Return four copies of a number."""
     from underfoot.lane_lowering import repeated
@@ -94,12 +67,7 @@ def all_four(context: "TypingContext", number: "types.Type") -> "Emission":
     return repeated(4)
 
 
-@all_four.in_python
-def _all_four(number: float) -> Floats:
-    return np.full(4, number)
-
-
-@intrinsic
+@intrinsic_or(lambda number: np.full(8, number))
 def all_eight(context: "TypingContext", number: "types.Type") -> "Emission":
     """Return eight copies of a number."""
     from underfoot.lane_lowering import repeated
@@ -107,12 +75,7 @@ def all_eight(context: "TypingContext", number: "types.Type") -> "Emission":
     return repeated(8)
 
 
-@all_eight.in_python
-def _all_eight(number: float) -> Floats:
-    return np.full(8, number)
-
-
-@intrinsic
+@intrinsic_or(lambda number: np.full(1, number))
 def all_one(context: "TypingContext", number: "types.Type") -> "Emission":
     """Return a number as a vector of one, for what is written for four or eight."""
     from underfoot.lane_lowering import repeated
@@ -120,12 +83,7 @@ def all_one(context: "TypingContext", number: "types.Type") -> "Emission":
     return repeated(1)
 
 
-@all_one.in_python
-def _all_one(number: float) -> Floats:
-    return np.full(1, number)
-
-
-@intrinsic
+@intrinsic_or(lambda like, number: np.full(len(like), number))
 def full_like(context: "TypingContext", like: "Lanes", number: "types.Type") -> "Emission":
     """Return as many copies of a number as `like` has."""
     from underfoot.lane_lowering import after, repeated
@@ -133,12 +91,13 @@ def full_like(context: "TypingContext", like: "Lanes", number: "types.Type") -> 
     return after(like, *repeated(like.count))
 
 
-@full_like.in_python
-def _full_like(like: Floats, number: float) -> Floats:
-    return np.full(len(like), number)
+def _total(numbers: Floats) -> float:
+    while len(numbers) > 1:
+        numbers = numbers[: len(numbers) // 2] + numbers[len(numbers) // 2 :]
+    return float(numbers[0])
 
 
-@intrinsic
+@intrinsic_or(_total)
 def total(context: "TypingContext", numbers: "Lanes") -> "Emission":
     """Return the sum of one, four or eight: the second half is added to the first, until one number is left."""
     from underfoot.lane_lowering import summed
@@ -146,14 +105,7 @@ def total(context: "TypingContext", numbers: "Lanes") -> "Emission":
     return summed(numbers)
 
 
-@total.in_python
-def _total(numbers: Floats) -> float:
-    while len(numbers) > 1:
-        numbers = numbers[: len(numbers) // 2] + numbers[len(numbers) // 2 :]
-    return float(numbers[0])
-
-
-@intrinsic
+@intrinsic_or(lambda where, numbers, others: np.where(where, numbers, others))
 def chosen(context: "TypingContext", where: "Compared", numbers: "Lanes", others: "Lanes") -> "Emission":
     """Return numbers where a comparison holds, and the others elsewhere."""
     from underfoot.lane_lowering import selected
@@ -161,12 +113,7 @@ def chosen(context: "TypingContext", where: "Compared", numbers: "Lanes", others
     return selected(where, numbers, others)
 
 
-@chosen.in_python
-def _chosen(where: NDArray[np.bool_], numbers: Floats, others: Floats) -> Floats:
-    return np.where(where, numbers, others)
-
-
-@intrinsic
+@intrinsic_or(lambda where: bool(np.any(where)))
 def anywhere(context: "TypingContext", where: "Compared") -> "Emission":
     """Return whether a comparison holds in any lane."""
     from underfoot.lane_lowering import any_of
@@ -174,12 +121,7 @@ def anywhere(context: "TypingContext", where: "Compared") -> "Emission":
     return any_of(where)
 
 
-@anywhere.in_python
-def _anywhere(where: NDArray[np.bool_]) -> bool:
-    return bool(np.any(where))
-
-
-@intrinsic
+@intrinsic_or(lambda where: bool(np.all(where)))
 def everywhere(context: "TypingContext", where: "Compared") -> "Emission":
     """Return whether a comparison holds in all lanes."""
     from underfoot.lane_lowering import all_of
@@ -187,12 +129,7 @@ def everywhere(context: "TypingContext", where: "Compared") -> "Emission":
     return all_of(where)
 
 
-@everywhere.in_python
-def _everywhere(where: NDArray[np.bool_]) -> bool:
-    return bool(np.all(where))
-
-
-@intrinsic
+@intrinsic_or(lambda numbers: np.sqrt(numbers))
 def roots(context: "TypingContext", numbers: "Lanes") -> "Emission":
     """Return the square roots."""
     from underfoot.lane_lowering import each
@@ -200,19 +137,9 @@ def roots(context: "TypingContext", numbers: "Lanes") -> "Emission":
     return each(numbers, "llvm.sqrt")
 
 
-@roots.in_python
-def _roots(numbers: Floats) -> Floats:
-    return np.sqrt(numbers)
-
-
-@intrinsic
+@intrinsic_or(lambda numbers: np.abs(numbers))
 def magnitudes(context: "TypingContext", numbers: "Lanes") -> "Emission":
     """Return the magnitudes."""
     from underfoot.lane_lowering import each
 
     return each(numbers, "llvm.fabs")
-
-
-@magnitudes.in_python
-def _magnitudes(numbers: Floats) -> Floats:
-    return np.abs(numbers)
