@@ -231,9 +231,12 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, walk_on, sch
 @pytest.mark.parametrize("command", [("monitor",), ("scene", "footprints", "--target")], ids=lambda words: words[0])
 def test_hardware_of_which_nothing_comes_is_said_and_ends_when_it_is_told_to(underfoot, folder, command):
     port = free_port()
-    said = underfoot(*command, f"udp:127.0.0.1:{port}", "--seconds", 1)
-    assert said.status == 0
-    assert f"udp:127.0.0.1:{port}: nothing comes" in said.error
+    for seconds in (1, 10, 100):  # its engine waits for half of one first, and may be held up
+        said = underfoot(*command, f"udp:127.0.0.1:{port}", "--seconds", seconds)
+        assert said.status == 0
+        if f"udp:127.0.0.1:{port}: nothing comes" in said.error:
+            return
+    pytest.fail(said.error)
 
 
 def test_an_accelerometer_is_reported_before_anything_plays(underfoot, walk):
