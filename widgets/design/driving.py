@@ -16,6 +16,7 @@ from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, snapped
 from underfoot.widgets.design.patch_view import PatchView
+from underfoot.widgets.design.rewiring import LOUDNESS_SCALES
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
@@ -55,12 +56,16 @@ def with_driver(
 ) -> Patch:
     """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
-    The node moves the parameter within `driver_range`. What follows a signal is wired to the patch's Tile force, or to
-    a new one. `beside` is where the sub-patch stands that the driven node is in.
+    The node moves the parameter within `driver_range`. What follows a signal is wired to the patch's Tile force, or
+    to a new one, and moves a loudness from 0 to its value: an empty floor is silent. `beside` is where the
+    sub-patch stands that the driven node is in.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
-    low, high = driver_range(parameter, registry[node.type].values(node.parameters)[name])
+    value = registry[node.type].values(node.parameters)[name]
+    followed = [port.name for port in registry[type].inputs if port.kind == "signal"]
+    is_from_nothing = bool(followed) and parameter.scale in LOUDNESS_SCALES and value > 0.0
+    low, high = (0.0, value) if is_from_nothing else driver_range(parameter, value)
     ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
@@ -70,13 +75,12 @@ def with_driver(
     at = _free_place(patch, left - _WIDTH - _GAP, top)
     after = patch.add(type, registry, at, **ends)
     new = after.nodes[-1].id
-    for port in registry[type].inputs:
-        if port.kind == "signal":
-            force = next((node.id for node in patch.nodes if node.type == "tile-force"), "")
-            if not force:
-                after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDTH - _GAP, at[1]))
-                force = after.nodes[-1].id
-            after = after.connect(f"{force}.force", f"{new}.{port.name}", registry)
+    for port in followed:
+        force = next((node.id for node in patch.nodes if node.type == "tile-force"), "")
+        if not force:
+            after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDTH - _GAP, at[1]))
+            force = after.nodes[-1].id
+        after = after.connect(f"{force}.force", f"{new}.{port}", registry)
     return after.connect(f"{new}.out", f"{id}.{name}", registry)
 
 

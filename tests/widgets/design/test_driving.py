@@ -108,6 +108,17 @@ def test_new_drivers_never_lie_on_other_nodes():
     assert sum(node.type == "tile-force" for node in again.nodes) == 1
 
 
+@pytest.mark.parametrize("type", ["stance-curve", "map"])
+def test_a_loudness_that_follows_the_force_is_silence_where_nobody_stands(type):
+    patch = with_driver(Patch().add("noise", REGISTRY, amplitude=3.0), REGISTRY, "noise", "amplitude", type)
+    program = Program(patch, REGISTRY, ("t1", "t2"), block=48_000, scopes=("noise.out", f"{type}.out"))
+    program.engine_signals["force_n"][0] = 750.0
+    program.run(0, 48_000)
+    assert program.scope[f"{type}.out"].max() == pytest.approx(3.0, rel=1e-3)
+    assert program.scope["noise.out"][0].any()
+    assert not program.scope["noise.out"][1].any()
+
+
 @pytest.mark.parametrize(
     "type", [type for type in REGISTRY if any(p.kind == "number" for p in REGISTRY[type].parameters.values())]
 )
