@@ -12,7 +12,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
 from underfoot.records.comparison import PERCENT, band, stance_curve
 from underfoot.records.survey import STANCE, Stance
-from underfoot.records.tables import step_lines
+from underfoot.records.tables import recorded_step_lines
 from underfoot.widgets import theme
 from underfoot.widgets.controls.gait_tip import GaitTip
 from underfoot.widgets.controls.panels import tool_button, with_header
@@ -146,7 +146,7 @@ class RecordedSteps(QWidget):
     def copy(self) -> None:
         """Copy the selected steps, or all that match the filters, to the clipboard as CSV."""
         steps = self.table.selected_steps() or self.table.steps_in_order()
-        QGuiApplication.clipboard().setText("\n".join(step_lines(steps)) + "\n")
+        QGuiApplication.clipboard().setText("\n".join(recorded_step_lines(steps)) + "\n")
         self.notified.emit(f"{counted(len(steps), 'step')} copied as CSV.")
 
     def _filter(self) -> None:

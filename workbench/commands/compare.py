@@ -17,6 +17,7 @@ from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.records.comparison import Figures, Group
+    from underfoot.records.recording import Recording
     from underfoot.records.survey import Stance, Survey
 
 
@@ -35,7 +36,8 @@ if TYPE_CHECKING:
 def compare(recordings: tuple[Path, ...], by: str, output: Path | None, as_json: bool) -> None:
     """Compare the steps of RECORDINGs: mean ± SD of each measure, and differences from the first.
 
-    A RECORDING can also be a force CSV, a C3D file, or a preset walk.
+    A RECORDING can also be a force CSV, a C3D file, or a preset walk. Steps that `underfoot steps` or the window left
+    out do not count.
     """
     from underfoot.records.comparison import STANCE_SUFFIX, compared, comparison_data, names_of, write_comparison
     from underfoot.records.tables import require_table_name
@@ -66,23 +68,30 @@ def _real(path: Path) -> str:
 
 
 def _stances_in(path: Path) -> "Sequence[Stance]":
-    """Return the steps in a file; those of a recording are kept in the cache."""
+    """Return the steps in a file."""
     from underfoot.floor.step_finder import find_steps
     from underfoot.records.force_files import read_force_file
     from underfoot.records.recording import Recording, is_recording
-    from underfoot.records.survey import cache_survey, load_cached_survey, survey, survey_of
+    from underfoot.records.survey import survey_of
 
     if not is_recording(path):
         forces, floor = read_force_file(path)
         found = find_steps([(forces.time_s, forces.force_n)], floor, forces.rate_hz)
         return survey_of(found, forces.seconds, _progress(path, forces.seconds)).steps
     with Recording(path) as recording:
-        known = load_cached_survey(recording)
-        if known is None:
-            first, end = recording.span
-            known = survey(recording, _progress(path, (end - first) / recording.rate_hz))
-            cache_survey(recording, known)
-        return known.steps
+        return survey_told(recording).steps
+
+
+def survey_told(recording: "Recording") -> "Survey":
+    """Return the contacts and footsteps of a recording, from the cache or else found now, with a line each second."""
+    from underfoot.records.survey import cache_survey, load_cached_survey, survey
+
+    known = load_cached_survey(recording)
+    if known is None:
+        first, end = recording.span
+        known = survey(recording, _progress(recording.path, (end - first) / recording.rate_hz))
+        cache_survey(recording, known)
+    return known
 
 
 def _progress(path: Path, length_s: float) -> "Callable[[Survey], bool]":

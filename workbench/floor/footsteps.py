@@ -42,6 +42,8 @@ class Step(Struct, frozen=True):
     All these are NaN if a foot between was not seen, and the first three if the last one was not seen as a whole.
     `heading_deg` is the direction of the foot, counter-clockwise from the floor's x axis, with the standard error
     `heading_error_deg`.
+
+    `left_out` is why a person has left the step out of means; "" if it counts. What was measured stays.
     """
 
     step: int
@@ -66,6 +68,7 @@ class Step(Struct, frozen=True):
     double_support_ms: float = math.nan
     heading_deg: float = math.nan
     heading_error_deg: float = math.nan
+    left_out: str = ""
 
     @property
     def end_s(self) -> float:

@@ -2,10 +2,11 @@
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import ArrayLike
 
 from underfoot.floor.footsteps import Step
@@ -31,6 +32,11 @@ KEPT_STEPS = 1000
 
 MOST_LINES = 8
 """Most persons with a line each; more are summed up in one."""
+
+_OF_STEP = tuple(one.name for one in structs.fields(Step) if one.type is float and one.name != "start_s")
+_FROM_LAST = ("cadence_per_min", "step_length_mm", "step_width_mm", "double_support_ms")
+_OF_NEIGHBOURS = (_FROM_LAST, ("swing_ms",))
+"""Measures of the person's next step, and of the one after it, that are from a step or between it and them."""
 
 _GONE_S = 60.0
 """A person who has not stepped for this long has left, or counts as another: longer than a walk can be lost."""
@@ -83,8 +89,24 @@ class PersonGait:
         return f"{counted(self.steps, 'step')}, {said}"
 
 
+def counting(steps: Iterable[Step]) -> Iterator[Step]:
+    """Yield the steps with NaN for measures that do not count: all of a step that is left out, and those that the
+    person's next two steps have from it. Each keeps its place: steps beside it are not neighbours of each other.
+
+    >>> steps = [Step(k, "t1", "left", k, 600.0, *[1.0] * 7, person=1, cadence_per_min=100.0) for k in range(3)]
+    >>> [step.cadence_per_min for step in counting([structs.replace(steps[0], left_out="stumbled"), *steps[1:]])]
+    [nan, nan, 100.0]
+    """
+    since: dict[int, int] = {}  # steps of a person since the last that is left out
+    for step in steps:
+        after = since.get(step.person, len(_OF_NEIGHBOURS))
+        since[step.person] = 0 if step.left_out else after + 1
+        gone = _OF_STEP if step.left_out else _OF_NEIGHBOURS[after] if after < len(_OF_NEIGHBOURS) else ()
+        yield structs.replace(step, **dict.fromkeys(gone, math.nan)) if gone else step
+
+
 def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
-    """Return the gait of each person with at least four of `steps`, in the order of their numbers.
+    """Return the gait of each person with at least four of `steps` that count, in the order of their numbers.
 
     >>> one = dict(tile="t1", start_s=0.0, contact_ms=600.0, peak1_n=700.0, valley_n=500.0, peak2_n=700.0)
     >>> one |= dict(impulse_ns=300.0, loading_kn_s=8.0, path_mm=200.0, net_mm=200.0, person=1, step_width_mm=100.0)
@@ -158,7 +180,7 @@ class _Sums:
         known = np.isfinite(figures)
         self._sum[known] += figures[known]
         self._known += known
-        self.steps += 1
+        self.steps += not step.left_out
         self.last_s = max(self.last_s, step.start_s)
         stride_s = self._last_step_s + step_s
         if math.isfinite(stride_s):
@@ -205,7 +227,7 @@ class _Sums:
 
 def _added(of_person: dict[int, _Sums], steps: Iterable[Step]) -> dict[int, _Sums]:
     """Take the steps of those who are known into the sums of each."""
-    for step in steps:
+    for step in counting(steps):
         if step.person:
             of_person.setdefault(step.person, _Sums()).add(step)
     return of_person

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import choice
 from underfoot.drawing import Drawing, Series
 from underfoot.files import replaced, written
-from underfoot.floor.gait_summary import gait_of
+from underfoot.floor.gait_summary import counting, gait_of
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import csv_line, require_table_name
 
@@ -83,7 +83,8 @@ class Group(Struct, frozen=True):
 def compared(recordings: Mapping[str, Sequence[Stance]], by: str = "recording") -> list[Group]:
     """Return the groups of some recordings, given by their names, in the order of these, then of sides or persons.
 
-    Groups by side or by person leave out the steps of which it is not known.
+    Groups by side or by person leave out the steps of which it is not known. Those that are left out of a recording
+    count nowhere, nor what is measured from them to the next ones.
 
     >>> from underfoot.floor.footsteps import Step
     >>> steps = [Step(k, "t1", ("left", "right")[k % 2], k, 600.0 + 10.0 * k, *[1.0] * 7) for k in range(4)]
@@ -95,7 +96,9 @@ def compared(recordings: Mapping[str, Sequence[Stance]], by: str = "recording") 
     groups = [
         _group(name, stances, with_gait=by != "side")
         for recording, whole in recordings.items()
-        for name, stances in _divided(recording if len(recordings) > 1 or by == "recording" else "", whole, by)
+        for name, stances in _divided(
+            recording if len(recordings) > 1 or by == "recording" else "", _counting(whole), by
+        )
     ]
     return [replace(group, figures=_against(groups[0].figures, group.figures)) for group in groups]
 
@@ -228,17 +231,23 @@ def _plain(value: float) -> float | None:
 # --- figures ---
 
 
+def _counting(whole: Sequence[Stance]) -> list[Stance]:
+    """Return the footsteps with what counts of them; none has the curve of one that is left out."""
+    steps = counting([one.step for one in whole])
+    return [Stance(step, () if step.left_out else one.force_n) for step, one in zip(steps, whole, strict=True)]
+
+
 def _divided(recording: str, stances: Sequence[Stance], by: str) -> Iterator[tuple[str, Sequence[Stance]]]:
     """Yield the groups of a recording by their names; `recording` is "" where it does not tell them apart."""
     if by == "recording":
         yield recording, stances
         return
-    persons = sorted({one.step.person for one in stances if one.step.person})
+    persons = sorted({one.step.person for one in stances if not one.step.left_out} - {0})
     values: Sequence[str | int] = ("left", "right") if by == "side" else persons
     for value in values:
         name = str(value) if by == "side" else f"person {value}"
         found = [one for one in stances if getattr(one.step, by) == value]
-        if found:
+        if not all(one.step.left_out for one in found):
             yield f"{recording}, {name}" if recording else name, found
 
 
@@ -248,8 +257,8 @@ def _group(name: str, stances: Sequence[Stance], *, with_gait: bool) -> Group:
     figures = {measure: _figures([getattr(step, measure) for step in steps]) for measure in STEP_MEASURES}
     figures["loading_kn_s"] = _figures([step.loading_kn_s for step in steps if not step.spike])  # else an impact has it
     figures |= {measure: _figures([getattr(gait, measure) for gait in gaits]) for measure in GAIT_MEASURES}
-    persons = len({step.person for step in steps if step.person})
-    return Group(name, len(steps), persons, figures, stance_curve([one.force_n for one in stances]))
+    persons = [step.person for step in steps if not step.left_out]
+    return Group(name, len(persons), len({*persons} - {0}), figures, stance_curve([one.force_n for one in stances]))
 
 
 def _figures(values: ArrayLike) -> Figures:

@@ -72,13 +72,16 @@ class Forces(ForceSeries, frozen=True):
         return float(self.time_s[-1] - self.time_s[0]) + 1.0 / self.rate_hz if len(self) else 0.0
 
     def steps(self) -> Table:
-        """Return the footsteps, one row each, with all columns of `underfoot.floor.footsteps.Step`.
+        """Return the footsteps, one row each, with all measures of `underfoot.floor.footsteps.Step`.
+
+        Forces do not tell which steps are left out of their recording; its exports do.
 
         >>> walk(4.0).steps()["tile"]
         array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
         """
         found = [step for part in self._found() for step in part.steps]
-        columns = {one.name: np.array([getattr(step, one.name) for step in found], one.type) for one in fields(Step)}
+        kept = [one for one in fields(Step) if one.name != "left_out"]
+        columns = {one.name: np.array([getattr(step, one.name) for step in found], one.type) for one in kept}
         return Table("steps", columns)  # each of its field's kind, also without a step
 
     def contacts(self) -> Table:

@@ -1,10 +1,12 @@
 """Reading of recordings, also of those whose writer was killed; `recording_format` says what is in them."""
 
+import getpass
 import json
 import math
 import sqlite3
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 
@@ -18,7 +20,8 @@ from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import head_of, no_file, path_of
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import InUse
-from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, SUFFIXES, TYPES, VERSION, Rows
+from underfoot.records.left_out import NEAR_S, LeftOut
+from underfoot.records.recording_format import APPLICATION_ID, FRAMES, LEFT_OUT, MARKS, SUFFIXES, TYPES, VERSION, Rows
 from underfoot.sqlite_files import is_gone, opened, require_whole
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
@@ -242,7 +245,7 @@ class Recording:
             last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
         return first, last[0] if last else None
 
-    # --- marks and envelopes ---
+    # --- marks, steps that are left out, and envelopes ---
 
     def marks(self) -> list[Mark]:
         """Return the marks in order of time."""
@@ -266,6 +269,30 @@ class Recording:
         """Remove a mark."""
         with self._written():
             self._base.execute("delete from mark where id = ?", (id,))
+
+    def left_out(self) -> list[LeftOut]:
+        """Return the steps that are left out of means, in order of time."""
+        if "left_out" not in self._tables:
+            return []
+        with self.readable("left_out"):
+            found = self._base.execute("select frame, tile, why, who, at from left_out order by frame, tile").fetchall()
+            if any([*map(type, row)] != [int, str, str, str, str] for row in found):
+                raise ValueError("an entry is not of a frame and four texts")
+            return [LeftOut(*row) for row in found]
+
+    def leave_out(self, places: Iterable[tuple[int, str]], why: str) -> None:
+        """Leave out the steps that begin at these session frames on these tiles, or with "" for `why` take them in
+        again; `BadFile` if the file cannot be written to."""
+        require(is_text(why), "why", why, "text in UTF-8")
+        why, when = " ".join(why.split()), datetime.now().isoformat(timespec="seconds")
+        with self._written():
+            self._base.execute(LEFT_OUT)
+            self._tables.add("left_out")
+            for frame, tile in places:
+                near = (tile, frame, NEAR_S * self.rate_hz)
+                self._base.execute("delete from left_out where tile = ? and abs(frame - ?) <= ?", near)
+                if why:
+                    self._base.execute("insert into left_out values (?, ?, ?, ?, ?)", (frame, tile, why, _user(), when))
 
     def envelope_base(self) -> sqlite3.Connection | None:
         """Return the connection for its envelopes; None for an earlier version, which has none."""
@@ -339,6 +366,13 @@ class Recording:
             yield
         except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as error:
             raise BadFile(f"{self.path}: table {table} cannot be read: {in_one_line(error)}") from None
+
+
+def _user() -> str:
+    """Return the name by which the user is known to the system; "" if it has none."""
+    with suppress(OSError, KeyError, ImportError):  # an account without a name, as in a container
+        return getpass.getuser()
+    return ""
 
 
 def _is_said(key: str, value: object) -> bool:

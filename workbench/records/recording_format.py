@@ -25,6 +25,12 @@ Rows = NDArray[Any]
 """Rows of a table: float64 of forces, else float32."""
 MARKS = "create table if not exists mark (id integer primary key, frame integer not null, text text not null);"
 """How the table of marks is made, also in a file of an earlier version."""
+LEFT_OUT = (
+    "create table if not exists left_out (frame integer not null, tile text not null, why text not null, "
+    "who text not null, at text not null);"
+)
+"""How the table of steps that are left out is made, with the first of them. An earlier Underfoot passes over it, and
+counts them."""
 
 
 def name_now() -> str:

@@ -7,12 +7,13 @@ the window.
 import hashlib
 import math
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
@@ -21,6 +22,7 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.footsteps import Step, is_step
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
+from underfoot.records.left_out import LeftOut, with_left_out
 from underfoot.records.recording import Recording
 from underfoot.sqlite_files import uri_of
 
@@ -77,6 +79,14 @@ class Survey(msgspec.Struct):
     warnings: list[str] = []
 
 
+def stances_with_left_out(
+    stances: Sequence[Stance], entries: Sequence[LeftOut], first: int, rate_hz: float
+) -> list[Stance]:
+    """Return footsteps, each with why it is left out, as `with_left_out` does."""
+    steps = with_left_out([one.step for one in stances], entries, first, rate_hz)
+    return [one if step is one.step else Stance(step, one.force_n) for step, one in zip(steps, stances, strict=True)]
+
+
 class RecordedForces:
     """The force samples of a recording: its floor, samples a second, and pieces of it, read as they are asked for.
 
@@ -95,14 +105,20 @@ class RecordedForces:
         """The seconds that were recorded."""
         return (self.end - self.first) / self.rate
 
+    def frame_at(self, time_s: float) -> int:
+        """Return the session frame of a second."""
+        return self.first + round(time_s * self.rate)
+
     def pieces(self) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield times (n,) and corner forces (n, tiles, 4), block by block."""
         for _, rows in self._recording.blocks("force"):
             yield (rows[:, 0] - self.first) / self.rate, rows[:, 2:].reshape(len(rows), -1, 4)
 
     def found(self) -> Iterator[Detections]:
-        """Yield contacts and footsteps, piece by piece."""
-        return find_steps(self.pieces(), self.floor, self.rate_hz)
+        """Yield contacts and footsteps, piece by piece, each step with why it is left out."""
+        entries = self._recording.left_out()
+        for found in find_steps(self.pieces(), self.floor, self.rate_hz):
+            yield replace(found, steps=with_left_out(found.steps, entries, self.first, self.rate))
 
 
 def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
@@ -155,11 +171,14 @@ def _span(contact: Contact) -> ContactSpan:
 
 def load_cached_survey(recording: Recording) -> Survey | None:
     """Return the cached survey of a recording in its present state; None if there is none."""
+    entries = recording.left_out()
     with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
         raw = msgspec.json.decode(_place(recording, "json").read_bytes())
         for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
             one["step"] = {name: math.nan if value is None else value for name, value in one["step"].items()}
-        return msgspec.convert(raw, Survey)
+        found = msgspec.convert(raw, Survey)  # with the steps that were left out when it was made
+        found.steps = stances_with_left_out(found.steps, entries, recording.span[0], recording.rate_hz)
+        return found
     return None
 
 

@@ -50,6 +50,8 @@ _STEP_COLUMNS = {
     "spike": "d",
     "contact": "d",
 }
+_WITH_LEFT_OUT = {**_STEP_COLUMNS, "left_out": "s"}
+"""Columns of the steps of a recording, in which some can be left out."""
 
 
 class Table(Mapping[str, NDArray[Any]]):
@@ -142,8 +144,12 @@ def force_table(path: str | Path, columns: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def step_table(path: str | Path, *, live: bool = False) -> Iterator[Callable[[Iterable[Step]], None]]:
+def step_table(
+    path: str | Path, *, live: bool = False, recorded: bool = False
+) -> Iterator[Callable[[Iterable[Step]], None]]:
     """Open a step table for writing; yield a function that appends steps, one line each. NaN is an empty cell.
+
+    One of `recorded` steps has the column `left_out`.
 
     >>> import tempfile
     >>> folder = tempfile.TemporaryDirectory()
@@ -156,13 +162,14 @@ def step_table(path: str | Path, *, live: bool = False) -> Iterator[Callable[[It
     '1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000,0,,,,,,,,0,0'
     >>> folder.cleanup()
     """
-    with (_live_table if live else _table)(path, ",".join(_STEP_COLUMNS)) as lines:
-        yield lambda steps: lines(_step_line(step) for step in steps)
+    columns = _WITH_LEFT_OUT if recorded else _STEP_COLUMNS
+    with (_live_table if live else _table)(path, ",".join(columns)) as lines:
+        yield lambda steps: lines(_step_line(step, columns) for step in steps)
 
 
-def step_lines(steps: Iterable[Step]) -> list[str]:
-    """Return the lines of a step table, header first."""
-    return [",".join(_STEP_COLUMNS), *map(_step_line, steps)]
+def recorded_step_lines(steps: Iterable[Step]) -> list[str]:
+    """Return the lines of a table of recorded steps, header first."""
+    return [",".join(_WITH_LEFT_OUT), *(_step_line(step, _WITH_LEFT_OUT) for step in steps)]
 
 
 @contextmanager
@@ -223,9 +230,9 @@ def _cell(value: object) -> str:
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
-def _step_line(step: Step) -> str:
-    cells = ((getattr(step, name), form) for name, form in _STEP_COLUMNS.items())
-    return ",".join("" if isinstance(v, float) and math.isnan(v) else format(v, form) for v, form in cells)
+def _step_line(step: Step, columns: Mapping[str, str]) -> str:
+    cells = ((getattr(step, name), form) for name, form in columns.items())
+    return csv_line("" if isinstance(v, float) and math.isnan(v) else format(v, form) for v, form in cells)
 
 
 def _contact_lines(rows: ContactRows, floor: Floor) -> Iterator[str]:

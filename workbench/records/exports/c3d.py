@@ -193,7 +193,8 @@ def _events(export: ExportSource, steps: list[Step], first_s: float) -> Paramete
 def _told(steps: list[Step], marks: list[tuple[float, str]]) -> Iterator[tuple[float, str, str, str, str]]:
     for step in steps:
         context = {"left": "Left", "right": "Right"}.get(step.side, "General")
-        name, description = _name(step.person), f"step {step.step}, tile {step.tile}"
+        left_out = f", left out: {step.left_out}" if step.left_out else ""
+        name, description = _name(step.person), f"step {step.step}, tile {step.tile}{left_out}"
         yield step.start_s, context, "Foot Strike", name, description
         yield step.end_s, context, "Foot Off", name, description
     for time_s, text in marks:

@@ -28,7 +28,7 @@ def _write(export: ExportSource, path: Path) -> None:
         write(".stretch.csv", ["from_s,length_s", f"{export.from_s:.10g},{export.length_s:.10g}"])
         used = [one.replace(" ", ",") for one in export.calibrations]
         write(".calibrations.csv", ["tile,calibration,made,digest", *used])
-        steps = stack.enter_context(step_table(path.with_suffix(".steps.csv")))
+        steps = stack.enter_context(step_table(path.with_suffix(".steps.csv"), recorded=True))
         contacts = stack.enter_context(contact_table(path.with_suffix(".contacts.csv"), floor))
         for found in export.found("Writing steps and contacts"):
             steps(found.steps)
