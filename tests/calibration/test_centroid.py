@@ -6,15 +6,17 @@ import made_sensors
 import msgspec
 import numpy as np
 import pytest
+from exact_hand import Hand
 
 from underfoot.calibration.files.measurements import Presses
-from underfoot.calibration.procedures.centroid import places
+from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures.centroid import CentroidProcedure, places
 from underfoot.calibration.results.centroid import drawings_of, part_of, quantities_of, result_of, verdict_of
 from underfoot.calibration.science.centroid import SHEAR_SHARE, assess, best_static_forces
 from underfoot.calibration.science.centroid_fit import centroid, convex_hull, fit_correction
 from underfoot.calibration.science.press_plausibility import load_groups
 from underfoot.errors import BadValue
-from underfoot.floor.curves import Curve
+from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Fsr, Profile
 
@@ -178,6 +180,24 @@ def test_readings_go_through_the_profile_s_curves():
     silent = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, Curve(uncalibrated="dead"), curve)))
     with pytest.raises(BadValue, match="sensor 3 has no curve"):
         assess(counts, TILE, silent)
+
+
+def test_without_a_load_cell_the_force_of_a_press_is_the_compensated_one():
+    """It was the static curves', and a load cell that was not there was said to disagree."""
+    memory = Compensation(readings=(2000, 22000), forces_n=(0, 1000), slopes=(0.05, 0.05))
+    curve = Curve(
+        family="line",
+        unloaded_reading=2000,
+        full_scale_n=880,
+        readings=(2000, 22000),
+        forces_n=(0, 880),
+        slopes=(0.044, 0.044),
+        compensation=memory,
+    )
+    profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve,) * 4))
+    found = run(CentroidProcedure(TILE, profile), Hand(force=False), {"form": "quick", "loads_n": (150.0, 300.0)})
+    assert found.warnings == ()
+    assert found.raw[0][2][:, 2] == pytest.approx(np.tile([150.0, 300.0], 9), rel=0.03)
 
 
 def test_another_tile_s_profile_is_refused_before_and_after():

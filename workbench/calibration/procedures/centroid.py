@@ -377,7 +377,7 @@ class CentroidProcedure(PagedProcedure):
             at.append(step.at_m)
             values.append(seen.values[:, :4].mean(axis=0))
             forces.append(corners)
-            load.append(float(corners[:4].sum() if seen.force_n is None else seen.force_n.mean()))
+            load.append(float(corners[4:].sum() if seen.force_n is None else seen.force_n.mean()))
         newtons = np.array(forces).reshape(-1, 8)[:, : 8 if self._has_hysteresis() else 4]
         counts = np.array(values).reshape(-1, 4)
         return Presses(self._tile.id, np.array(at).reshape(-1, 2), np.array(load), counts, newtons)
