@@ -7,6 +7,7 @@ import pytest
 from exact_hand import TILE, Hand
 
 from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures.centroid import CentroidProcedure
 from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.calibration.science.centroid_fit import centroid
@@ -90,25 +91,37 @@ def test_a_press_is_steady_or_waited_for_or_given_up():
 
 def test_a_press_elsewhere_is_refused_from_some_centimetres_on():
     corners = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
-    require_place(np.array([45.0, 25.0, 5.0, 25.0]), corners, (0.0, -0.02))  # at (0.04, 0.04)
+    require_place(np.array([45.0, 25.0, 5.0, 25.0]), corners, (0.0, -0.02), "")  # at (0.04, 0.04)
     with pytest.raises(
         BadMeasurement,
         match="measured 100 mm from where it was asked for: another place, or a sensor swapped, loose or dead",
     ):
-        require_place(np.array([60.0, 30.0, 5.0, 5.0]), corners, (0.03, -0.02))  # at (0.03, 0.08)
+        require_place(np.array([60.0, 30.0, 5.0, 5.0]), corners, (0.03, -0.02), "")  # at (0.03, 0.08)
 
 
-def test_sensors_are_silent_that_give_a_hundredth_of_the_load():
-    require_signal(100.0, np.full(9, 100.0), np.full(9, 4.0))
-    with pytest.raises(BadMeasurement, match="no signal: the sensors add up to 1 N under 100 N"):
-        require_signal(100.0, np.full(9, 100.0), np.full(9, 1.0))
+def test_sensors_are_silent_that_give_a_twentieth_of_the_load():
+    require_signal(100.0, np.full(9, 100.0), np.full((9, 4), 4.0), "")
+    with pytest.raises(BadMeasurement, match="no signal: the sensors add up to 5 N under 100 N; sensor 3, the nearest"):
+        require_signal(100.0, np.full(9, 100.0), np.full((9, 4), 1.25), "sensor 3, the nearest, reads 0")
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"), [(True, "no signal: the sensors add up to"), (False, "Press with 150 N. If")]
+)
+def test_a_dead_sensor_under_the_first_place_is_named(cell, said):
+    """It was 'no signal' of none, and without a load cell, after two minutes, 'Press harder'."""
+    dead = Hand(lambda corners: corners * [1.0, 1.0, 0.0, 1.0], force=cell, reach=1.13)  # right above the sensor
+    with pytest.raises(BadMeasurement, match=rf"{said}.* sensor 3, the nearest, reads 0, and 0 .*: look at its plug"):
+        run(CentroidProcedure(TILE), dead, {"form": "quick"})
 
 
 def test_a_load_cell_in_kilograms_is_told_by_calibrated_sensors_at_once():
     """Places said 'Press with 100 N' for two minutes."""
-    require_signal(100.0, np.full(9, 40.0), np.full(9, 100.0))
-    with pytest.raises(BadMeasurement, match=r"the load cell gives 10\.2 N, and the sensors add up to 100 N: does it"):
-        require_signal(100.0, np.full(9, 100.0 / 9.81), np.full(9, 100.0))
+    forces = np.tile([70.0, 20.0, 10.0, 0.0], (9, 1))
+    require_signal(100.0, np.full(9, 40.0), forces, "")
+    said = r"the load cell gives 10\.2 N, and the sensors add up to 100 N: does it .*1 to 4 give 70, 20, 10, 0 N$"
+    with pytest.raises(BadMeasurement, match=said):
+        require_signal(100.0, np.full(9, 100.0 / 9.81), forces, "")
 
 
 def test_a_sensor_clips_whose_rest_is_elsewhere():

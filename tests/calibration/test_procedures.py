@@ -468,7 +468,7 @@ def test_a_press_at_another_place_and_an_unsteady_one_are_refused():
 def test_what_each_sensor_bears_of_a_refused_press_is_told(sensors, bear):
     """A dead one was told as another place, and then a swapped one, which bears nothing of it either, as dead."""
     hand = Hand(lambda corners: np.column_stack([corners, 0.0 * corners[:, 0]])[:, sensors])
-    with pytest.raises(BadMeasurement, match=f"swapped, loose or dead. Sensors 1 to 4 bear {bear} % of it"):
+    with pytest.raises(BadMeasurement, match=f"swapped, loose or dead. Sensors 1 to 4 bear {bear} % of it; sensor"):
         run(CentroidProcedure(TILE), hand, {"form": "quick"})
 
 

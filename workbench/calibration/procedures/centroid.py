@@ -37,6 +37,8 @@ _STEADY_S = 0.5
 _FORCE_BAND = 0.2
 """Accepted relative deviation from the requested force."""
 _RELEASED_S = 0.3
+_DOUBTFUL_S = 10.0
+"""Time without a press after which a page tells what the nearest sensor reads: it may be dead."""
 _EMPTY_N = 20.0
 """Force below which a tile, or its load cell, counts as empty in the tare."""
 _RELEASED, _RELEASED_BY_SENSORS = 0.1, 0.25
@@ -277,8 +279,9 @@ class CentroidProcedure(PagedProcedure):
 
     def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.centroid_fit import centroid
-        from underfoot.calibration.science.press_checks import PRESSED, is_steady, require_place
+        from underfoot.calibration.science.press_checks import PRESSED, is_steady, nearest_words, require_place
 
+        waited_s = float(np.ptp(readings.time_s))
         if first:
             begun = self._begun(readings, load)
             if begun is None:
@@ -298,25 +301,28 @@ class CentroidProcedure(PagedProcedure):
         total = measured if latest.force_n is None else latest.force_n
         force = float(np.median(total))
         shown = [("force", force, "N")]
+        nearest = nearest_words(at, self._sensors_m, latest.values[:, :4], self._tare_counts())
+        doubt = f" If you do: {nearest}." if waited_s > _DOUBTFUL_S else ""
         if force < PRESSED * load or seen is None:
-            self._check(load, latest, measured)
-            return PageProgress(f"Press with {load:.0f} N.", 0.5 * max(force, 0.0) / load, tuple(shown))
+            self._check(load, latest, forces, nearest)
+            return PageProgress(f"Press with {load:.0f} N.{doubt}", 0.5 * max(force, 0.0) / load, tuple(shown))
         place = centroid(forces, self._sensors_m)
         x, y = np.median(place, axis=0)
         shown += [("x", 1e3 * float(x), "mm"), ("y", 1e3 * float(y), "mm")]
         if abs(force - load) > _FORCE_BAND * load:
-            return PageProgress("Press harder." if force < load else "Press less hard.", 0.6, tuple(shown))
-        self._check(load, latest, measured)
+            hint = f"Press harder.{doubt}" if force < load else "Press less hard."
+            return PageProgress(hint, 0.6, tuple(shown))
+        self._check(load, latest, forces, nearest)
         if not is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), np.ptp(readings.time_s)):
             return PageProgress("Hold still.", 0.8, tuple(shown))
-        require_place(np.median(forces, axis=0), self._sensors_m, at)
+        require_place(np.median(forces, axis=0), self._sensors_m, at, nearest)
         return None
 
-    def _check(self, load: float, readings: Readings, measured: Floats) -> None:
+    def _check(self, load: float, readings: Readings, forces: Floats, nearest: str) -> None:
         """Refuse a tile without signal under a load that the reference measures, and readings that clip."""
         from underfoot.calibration.science.press_checks import require_signal, require_unclipped
 
-        require_signal(load, readings.force_n, measured)
+        require_signal(load, readings.force_n, forces, nearest)
         if self._profile is not None and self._profile.is_calibrated:
             require_unclipped(readings.values[:, :4], self._tare_counts())
 

@@ -19,8 +19,10 @@ _MOST_SHARED, _SHARED = 0.4, 0.1
 """Largest share of a load over one sensor that the others carry; above the second one it is not over that sensor."""
 _RAILS = (0.0, LARGEST_READING)
 """Ends of the converter's range."""
-_LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
+LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
 """Changes of reading: below the first value there is none, above the second it is not noise."""
+LOOK = "look at its plug, its wire and its channel"
+"""What to do about a sensor whose reading does not move."""
 _REVERSED = 0.1
 """Share of full scale below 0 that is no drift of a load cell."""
 _LOADED = 0.3
@@ -78,7 +80,7 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
     if np.count_nonzero(loaded) >= _LEAST_SAMPLES:
         typical = np.median(change[loaded], axis=0)
         _require_own(sensor, typical, "pressed")
-        if typical[sensor] < _LEAST_COUNTS:
+        if typical[sensor] < LEAST_COUNTS:
             raise BadMeasurement(
                 f"sensor {sensor + 1} gives no signal: it stays at {np.median(pressed[loaded]):.0f} under "
                 f"{np.median(force_n[loaded]):.0f} N"
@@ -146,7 +148,7 @@ def require_weight(
     if given_n > 0.0:
         _require_own(sensor, np.abs(readings - rest), "loaded")
         _require_other(sensor, given_n, change, before)
-    if given_n >= _LOADED * full_scale_n and change < _LEAST_COUNTS:
+    if given_n >= _LOADED * full_scale_n and change < LEAST_COUNTS:
         raise BadMeasurement(f"sensor {sensor + 1} gives no signal: it stays at {reading:.0f} under {given_n:g} N")
     low, high = _APPARENT
     if given_n > 0.0 and apparent_n is not None and not low <= given_n / apparent_n <= high:
@@ -174,13 +176,13 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
     """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all are alike."""
     strongest, own = int(np.argmax(change)), float(change[sensor])
     others = float(np.median(np.delete(change, sensor)))
-    if own >= _LEAST_COUNTS and others > max(_ALIKE * own, _CLEAR_COUNTS):
+    if own >= LEAST_COUNTS and others > max(_ALIKE * own, _CLEAR_COUNTS):
         raise BadMeasurement(
             f"all sensors respond when sensor {sensor + 1} is {is_what}; is the load over it, and was the tile empty "
             "before? If not, go back to the page with nothing on it"
         )
     if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * own:
-        dead = f", or does sensor {sensor + 1} give no signal" if own < _LEAST_COUNTS else ""
+        dead = f", or does sensor {sensor + 1} give no signal" if own < LEAST_COUNTS else ""
         raise BadMeasurement(
             f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; is the load over sensor "
             f"{sensor + 1}, is the tile turned, or are their wires swapped{dead}?"

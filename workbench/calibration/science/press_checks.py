@@ -5,6 +5,7 @@ import numpy as np
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.rig import Readings
 from underfoot.calibration.science.centroid_fit import centroid
+from underfoot.calibration.science.load_checks import LEAST_COUNTS, LOOK
 from underfoot.devices.framing.wire_format import unshifted
 from underfoot.errors import BadMeasurement
 from underfoot.kernels import Floats
@@ -19,10 +20,12 @@ _UNSTEADY_S = 20.0
 """Time after which an unsteady press is given up."""
 _WRONG_PLACE_M = 0.08
 """Largest distance of a press from the requested position."""
+_EQUALLY_M = 0.02
+"""Difference of distance from a press up to which sensors are equally near to it."""
 _ENDS, _CLEAR_COUNTS, _MOVES = (0.0, LARGEST_READING), 400.0, 10
 """Ends of the converter's range, a change of reading that is no noise, and different readings of one that moves."""
-_LEAST_SHARE = 0.02
-"""Share of a load below which sensors count as giving no signal."""
+_LEAST_SHARE = 0.1
+"""Share of a load below which sensors give no signal: of one above a dead sensor, the others bear less."""
 
 
 def press_begun(readings: Readings, total_n: Floats, load_n: float) -> tuple[float, Floats, Readings] | None:
@@ -58,28 +61,51 @@ def is_steady(force_share: float, place_m: float, pressed_s: float) -> bool:
     return False
 
 
-def require_place(forces_n: Floats, sensors_m: Floats, wanted_m: tuple[float, float]) -> None:
-    """Raise `BadMeasurement` for a press that sensors (4,) at (4, 2) measure far from the requested position."""
+def nearest_words(wanted_m: tuple[float, float], sensors_m: Floats, readings: Floats, rest: Floats) -> str:
+    """Return what the sensor nearest to a press reads, of `readings` (n, 4), and read on the empty tile (4,).
+
+    Of sensors that are equally near, it is the one that moves least.
+
+    >>> corners, rest = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]), np.full(4, 730.0)
+    >>> nearest_words((-0.08, 0.09), corners, np.array([[900.0, 731.0, 730.0, 730.0]]), rest)
+    'sensor 2, the nearest, reads 731, and 730 on the empty tile: look at its plug, its wire and its channel'
+    """
+    reads, away_m = np.median(readings, axis=0) + 0.0, np.hypot(*(sensors_m - wanted_m).T)
+    moved = np.where(away_m < away_m.min() + _EQUALLY_M, np.abs(reads - rest), np.inf)
+    j = int(moved.argmin())
+    told = f"sensor {j + 1}, the nearest, reads {reads[j]:.0f}, and {rest[j]:.0f} on the empty tile"
+    return f"{told}: {LOOK}" if moved[j] < LEAST_COUNTS else told
+
+
+def require_place(forces_n: Floats, sensors_m: Floats, wanted_m: tuple[float, float], nearest: str) -> None:
+    """Raise `BadMeasurement` for a press that sensors (4,) at (4, 2) measure far from the requested position.
+
+    `nearest` are words on the sensor nearest to that.
+    """
     off = float(np.hypot(*(centroid(forces_n, sensors_m) - wanted_m)))
     if off > _WRONG_PLACE_M:
         shares = ", ".join(f"{round(share)}" for share in (100.0 * forces_n / forces_n.sum()).tolist())
         raise BadMeasurement(
             f"the press is measured {1e3 * off:.0f} mm from where it was asked for: another place, or a sensor "
-            f"swapped, loose or dead? Sensors 1 to 4 bear {shares} % of it"
+            f"swapped, loose or dead? Sensors 1 to 4 bear {shares} % of it; {nearest}"
         )
 
 
-def require_signal(load_n: float, reference_n: Floats | None, measured_n: Floats) -> None:
-    """Raise `BadMeasurement` where sensors and reference, newtons (n,), do not give the same load, nearly or at all."""
+def require_signal(load_n: float, reference_n: Floats | None, forces_n: Floats, nearest: str) -> None:
+    """Raise `BadMeasurement` where sensors (n, 4) and reference (n,), newtons, do not give the same load, or nearly so.
+
+    `nearest` are words on the sensor nearest to the press.
+    """
     if reference_n is None:
         return
-    reference, measured = float(np.median(reference_n)), float(np.median(measured_n))
+    reference, measured = float(np.median(reference_n)), float(np.median(forces_n.sum(axis=1)))
     if reference > 0.8 * load_n and measured < _LEAST_SHARE * reference:
-        raise BadMeasurement(f"no signal: the sensors add up to {measured:.3g} N under {load_n:.0f} N")
+        raise BadMeasurement(f"no signal: the sensors add up to {measured:.3g} N under {load_n:.0f} N; {nearest}")
     if measured > 0.8 * load_n and reference < PRESSED * measured:
+        each = ", ".join(f"{newtons:.0f}" for newtons in np.median(forces_n, axis=0) + 0.0)
         raise BadMeasurement(
             f"the load cell gives {reference:.3g} N, and the sensors add up to {measured:.3g} N: does it count "
-            "newtons, and does all of the load go through it?"
+            f"newtons, and does all of the load go through it? Sensors 1 to 4 give {each} N"
         )
 
 
