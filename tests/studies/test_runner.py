@@ -35,6 +35,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import SILENT_S
 from underfoot.studies.markers import LslMarkers, SerialTrigger
+from underfoot.studies.page_words import text_of
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE
 
@@ -149,14 +150,19 @@ def test_who_has_crossed_back_is_not_told_to_while_answering(session, until, tmp
         assert person.runner.hint == ""
 
 
-def test_two_intervals_follow_one_another(session, until, tmp_path):
-    parameters = {"standard": "WC", "comparisons": ["TD"], "blocks": 1}
-    stimuli = {"TD": TD, "WC": CONSTANT}
-    protocol = made_protocol("constant-stimuli", parameters, stimuli, start="step", interval_pause_s=0.2)
+def test_two_intervals_follow_one_another_and_feedback_is_read_before_the_first(session, until, tmp_path):
+    parameters = {"standard": "WC", "comparisons": ["TD"], "blocks": 2}
+    stimuli = {"TD": TD | {"correct": "comparison"}, "WC": CONSTANT}
+    waits = {"start": "step", "interval_pause_s": 0.2, "feedback": True}
+    protocol = made_protocol("constant-stimuli", parameters, stimuli, **waits)
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
-        person.finish_study()
-        file = person.runner.file
+        person.answer_page()
+        file, before = person.runner.file, text_of(person.runner)
         kinds = [(excerpt.part, excerpt.kind) for excerpt in file.excerpts(1)]
+        person.until_phase(Phase.READY)
+        person.present()
+        assert (person.runner.interval, text_of(person.runner)) == (2, "")  # the last one would be the first interval
+    assert before in ("The last one: right.", "The last one: wrong.")
     assert kinds == [(part, kind) for part in (0, 1) for kind in ("force", "measured", "vibration")]
 
 

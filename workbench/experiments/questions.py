@@ -40,12 +40,12 @@ class FreeNumber(Number):
     """A number that is typed, because no slider suggests a range.
 
     >>> FreeNumber(1.0, 1e-6, 1e6).allowed
-    'a number above 0, up to 1e+06'
+    'a number above 0, up to 1000000'
     """
 
     @property
     def allowed(self) -> str:
-        return f"a number above 0, up to {self.high:g}"
+        return f"a number above 0, up to {self.high:.0f}"
 
 
 def needs_answer(question: Parameter) -> bool:

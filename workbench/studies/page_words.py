@@ -27,14 +27,17 @@ def title_of(runner: Runner) -> str:
 
 
 def text_of(runner: Runner) -> str:
-    """Return the text of the page; before a trial the feedback on the one before, or else the stage's text."""
+    """Return the text of the page; before a trial the feedback on the one before, or else the stage's text.
+
+    Before its second interval it has none: "the last one" would be the first interval.
+    """
     page = runner.page
     last = f"The last one: {page.feedback[0].lower()}{page.feedback[1:]}" if page.feedback else ""
     match runner.phase:
         case Phase.PREPARING | Phase.STOPPED | Phase.PRESENTING | Phase.ANSWERING:
             return ""
         case Phase.WAITING | Phase.READY:
-            return last or (page.text if runner.interval == 1 else "")
+            return (last or page.text) if runner.interval == 1 else ""
     right = _right_answers(runner) if page.kind == "learn" else ""
     return "\n\n".join(part for part in (last, page.text, right) if part)
 
