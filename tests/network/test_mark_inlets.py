@@ -11,6 +11,7 @@ from contextlib import closing, contextmanager, suppress
 
 import pytest
 
+from underfoot.network import mark_inlets
 from underfoot.network.mark_inlets import MOST_STREAMS, LslMarks
 
 lsl = pytest.importorskip("pylsl")
@@ -116,12 +117,16 @@ def test_a_stream_that_ends_for_good_ends_no_other(marks, until):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere one program alone is asked for streams")
-def test_a_stream_behind_a_firewall_is_not_waited_for(marks, until):
-    """For a second twice in each one and a half nobody's marks were taken."""
+def test_a_stream_behind_a_firewall_is_named_and_not_waited_for(marks, until, monkeypatch):
+    """For a second twice in each one and a half nobody's marks were taken; then nobody was told of it."""
+    monkeypatch.setattr(mark_inlets, "_CLOCK_S", 0.0)
     inlet, heard = marks
     with walled_stream() as walled:
         until(lambda: walled in inlet.streams, "it has an inlet, without an answer")
-        say(markers("triggers", "beside it"), "of another", heard, until)
+        beside = markers("triggers", "beside it")
+        say(beside, "of another", heard, until)
+        until(lambda: inlet.problem.startswith("stream 'walled' does not answer"), "it is named")
+        until(lambda: "'triggers'" not in inlet.problem, "the other one has answered")
 
 
 def test_streams_that_ended_take_no_place(marks, until):

@@ -35,6 +35,7 @@ _LATEST_S, _EARLIEST_S = 600.0, 10.0
 """How late a mark may come, and how early: LSL keeps the last six minutes while a network is away. One whose stamp is
 further off, as of a sender that stamps by another clock, has the time of its arrival."""
 _LONGEST_LINE = 1000
+_UNANSWERED = "does not answer, as behind a firewall; its marks, if any come, count as they arrive"
 
 
 class LslMarks:
@@ -44,6 +45,7 @@ class LslMarks:
         """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
         self._off: dict[tuple[str, ...], str] = {}
+        self._unanswered: dict[tuple[str, ...], float] = {}  # since when
         self.streams: dict[tuple[str, ...], tuple[Any, float]] = {}
         """The inlets, and since when they are open, by what identifies a stream even after its sender is restarted."""
         self._end = threading.Event()
@@ -52,8 +54,16 @@ class LslMarks:
 
     @property
     def problem(self) -> str:
-        """The streams whose stamps cannot be, as far as they are there, in one line; "" without any."""
-        return "; ".join(line for source, line in tuple(self._off.items()) if source in self.streams)
+        """The streams that do not answer, or whose stamps cannot be, as far as they are there, in one line; "" without
+        any.
+        """
+        before_s = time.perf_counter() - _CLOCK_S
+        silent = {
+            source: f"{_name(source)} {_UNANSWERED}"
+            for source, since_s in tuple(self._unanswered.items())
+            if since_s < before_s
+        }
+        return "; ".join(line for source, line in {**self._off, **silent}.items() if source in self.streams)
 
     def close(self) -> None:
         """Stop listening."""
@@ -68,6 +78,8 @@ class LslMarks:
             if now_s - searched_s >= _SEARCH_S:
                 searched_s = now_s
                 self._open(resolver.results())
+                for gone in self._unanswered.keys() - self.streams.keys():
+                    del self._unanswered[gone]
             for source, (inlet, opened_s) in list(self.streams.items()):
                 try:
                     self._pull(source, inlet, now_s - opened_s < _CLOCK_S)
@@ -83,9 +95,12 @@ class LslMarks:
         try:
             correction_s = inlet.time_correction(timeout=0.0)
         except self._lsl.util.TimeoutError:
+            self._unanswered.setdefault(source, time.perf_counter())
             if may_wait:
                 return
             correction_s = math.nan
+        else:
+            self._unanswered.pop(source, None)
         now_s = time.perf_counter()
         ahead_s = now_s - self._lsl.local_clock() + correction_s
         for text, lsl_s in _samples(inlet):
@@ -93,8 +108,7 @@ class LslMarks:
             if -_EARLIEST_S < ago_s < _LATEST_S:
                 self._off.pop(source, None)
             else:
-                name = f"stream {source[1]!r}" if len(source) > 1 else "a stream"
-                line = f"marks of {name} are stamped {-ago_s:+.4g} s from now; they count as they arrive"
+                line = f"marks of {_name(source)} are stamped {-ago_s:+.4g} s from now; they count as they arrive"
                 self._off.setdefault(source, line)  # whatever the next ones say: each new line is told
                 ago_s = 0.0
             self._take(text, now_s - ago_s)
@@ -133,6 +147,11 @@ def _samples(inlet: Any) -> Iterator[tuple[str, float | None]]:  # noqa: ANN401 
         if sample is None:
             return
         yield str(sample[0]), lsl_s
+
+
+def _name(source: tuple[str, ...]) -> str:
+    """Return the name of a stream for a person."""
+    return f"stream {source[1]!r}" if len(source) > 1 else "a stream"
 
 
 def _source(info: Any) -> tuple[str, ...]:  # noqa: ANN401 - pylsl has no types
