@@ -20,7 +20,7 @@ from underfoot.devices.sound import PlayRecord, Stream, device_of, devices, max_
 from underfoot.engine.commands import Level, Panic, Swap
 from underfoot.engine.reports import Costs, Notice, OutputChanged, Started
 from underfoot.engine.safety import PANIC
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
@@ -91,7 +91,7 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
     with Recording(path) as recording:
         played = recording.vibration()[1]
     assert played.any()
-    assert replay(path, REGISTRY).samples.tobytes() == played.tobytes()
+    assert ReplayJob(path).run().samples.tobytes() == played.tobytes()
 
 
 @pytest.mark.parametrize("sound", ["no such card", ""])

@@ -21,7 +21,7 @@ from underfoot.engine.commands import Pulse, TileEqualiser, equalisers_of, from_
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render_source
 from underfoot.engine.safety import Limits
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.engine.target import Target
 from underfoot.engine.tile_pulse import PULSE_S
 from underfoot.errors import BadFile, BadValue
@@ -196,7 +196,7 @@ def test_a_live_session_takes_its_profiles_and_a_new_one_at_once_and_is_replayed
         played_live = recording.vibration()[1]
         used = recording.calibrations
     assert used == {"t1": {"response": Profile.load(folder / "t1.json").response.identity}}
-    assert replay(path, REGISTRY).samples.tobytes() == played_live.tobytes()
+    assert ReplayJob(path).run().samples.tobytes() == played_live.tobytes()
 
 
 def test_forces_and_places_are_in_use_where_there_are_readings_and_a_latency_where_it_holds(tmp_path):

@@ -20,9 +20,8 @@ from underfoot.engine.commands import Level, Panic, Play, PressTile, Set, Strike
 from underfoot.engine.recorder import RecordCommand, Recorder, RecordMark
 from underfoot.engine.reports import Notice, ProcessDied
 from underfoot.engine.rings import Ring
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import BadFile
-from underfoot.nodes import REGISTRY
 from underfoot.records.recording import Gap, Recording, is_recording
 from underfoot.records.recording_writer import Writer
 
@@ -234,7 +233,7 @@ def test_where_an_engine_took_over_there_is_a_gap(rings, record):
         np.testing.assert_array_equal(played[24_000:], expected(24_000, 28_800))
         assert (first, played[4_800:24_000].any()) == (0, False)
     with pytest.raises(BadFile, match="gaps"):
-        replay(recorder.path, REGISTRY)
+        ReplayJob(recorder.path).run()
 
 
 def test_a_file_that_is_there_is_not_written_over(rings, record):
@@ -394,7 +393,7 @@ def test_what_was_recorded_later_cannot_be_replayed(rings, record):
     recorder.end(960)
     assert recorder.has_ended(10.0)
     with pytest.raises(BadFile, match="does not begin with its session"):
-        replay(recorder.path, REGISTRY)
+        ReplayJob(recorder.path).run()
 
 
 def test_a_patch_that_cannot_be_played_is_told_with_the_name_of_its_recording(tmp_path):
@@ -404,7 +403,7 @@ def test_a_patch_that_cannot_be_played_is_told_with_the_name_of_its_recording(tm
     writer.command(96, *to_text(Swap(hum().dumps().replace(b'"tone"', b'"bagpipe"'))))
     writer.close()
     with pytest.raises(BadFile, match=r"a\.uf: .*bagpipe"):
-        replay(path, REGISTRY)
+        ReplayJob(path).run()
 
 
 # --- the file ---

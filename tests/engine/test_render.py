@@ -13,7 +13,7 @@ from underfoot.engine.commands import Level, Play, PressTile, Set, Strike
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.offline import RenderJob
 from underfoot.engine.render import render_source
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -123,7 +123,7 @@ def test_a_long_recording_is_replayed_part_by_part(tmp_path):
     with Recording(path) as recording:
         whole = recording.force_samples().nbytes
     tracemalloc.start()
-    played = replay(path, REGISTRY, files={"": tmp_path / "played.wav"})
+    played = ReplayJob(path).run({"": tmp_path / "played.wav"})
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert len(played.samples) == 20 * 48_000

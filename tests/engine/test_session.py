@@ -18,7 +18,7 @@ from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strik
 from underfoot.engine.reports import Notice, Outlines, OutputChanged, PatchRefused, Preview, ProcessDied
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session import Session
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import default_floor
@@ -74,7 +74,7 @@ def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
     assert played.any(axis=0).all()
     assert tiles["accelerometer"].any(axis=0).all()
     for block in (7, 64, 1024):
-        again = replay(path, REGISTRY, block, ("accelerometer",))
+        again = ReplayJob(path, block, ("accelerometer",)).run()
         assert again.samples.tobytes() == played.tobytes(), block
         for name, samples in tiles.items():
             assert again.tiles[name].tobytes() == samples.tobytes(), (name, block)
@@ -99,7 +99,7 @@ def test_a_force_file_played_live_and_recorded_gives_the_same_bytes(until, tmp_p
     assert len(played) >= shown  # and not only what the engine had reported, a block or more ago
     assert played.any()
     for block in (7, 1024):
-        assert replay(path, REGISTRY, block).samples.tobytes() == played.tobytes()
+        assert ReplayJob(path, block).run().samples.tobytes() == played.tobytes()
 
 
 @pytest.fixture(scope="module")
@@ -442,4 +442,4 @@ def test_when_the_window_is_gone_everything_ends_and_the_recording_is_whole(unti
     assert first == 0
     assert len(played) >= 20_000
     assert played[:20_000].any()
-    assert played[:20_000].tobytes() == replay(path, REGISTRY).samples[:20_000].tobytes()
+    assert played[:20_000].tobytes() == ReplayJob(path).run().samples[:20_000].tobytes()

@@ -11,7 +11,7 @@ from osc_ends import LOOPBACK, OscEnd
 
 from underfoot.engine.commands import Level, Mark, Panic, Set, Strike, Swap
 from underfoot.engine.reports import CommandApplied, PatchRefused
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import BadValue
 from underfoot.network.cue_player import CuePlayer
 from underfoot.network.plan import NetworkPlan
@@ -337,7 +337,7 @@ def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(st
         assert (first, recording.gaps()) == (0, [])
     assert {"Swap", "Set", "Strike", "Panic"} <= kinds
     assert marked == stage.marked
-    assert replay(recorded, REGISTRY, 333).samples.tobytes() == played.tobytes()
+    assert ReplayJob(recorded, 333).run().samples.tobytes() == played.tobytes()
 
 
 def test_a_node_that_is_called_as_a_cue_would_be_is_said(stage):

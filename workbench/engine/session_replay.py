@@ -19,7 +19,6 @@ from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.nodes import REGISTRY
 from underfoot.patch.custom_nodes import run_needed
-from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
@@ -46,42 +45,36 @@ class RecordedForce:
 
 @dataclass(frozen=True)
 class ReplayJob:
-    """A recording to replay, as data for another process."""
+    """A recording to replay, as data for another process; `plates` as in `LoopOptions`."""
 
     path: Path
     block: int = 1024
     plates: tuple[PlateOutput, ...] = ()
 
     def run(self, files: Files = NO_FILES) -> Rendered:
-        """Replay it, to `files` as it is played."""
-        return replay(self.path, REGISTRY, self.block, self.plates, files)
+        """Replay it from its first frame to its last, to `files` as it is played.
+
+        Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
+        """
+        path = self.path
+        with Recording(path) as recording:
+            first, end = recording.ends("vibration")
+            if end is None:
+                raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
+            if first != 0 or recording.gaps():
+                raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
+            loop = _loop_of(recording, self.block, self.plates)
+            for frame, kind, body in recording.commands():
+                with _readable(path, f"command {kind[:60]!r}"):
+                    command = from_text(kind, body)
+                if isinstance(command, Swap):
+                    _run_nodes(recording, command.patch)
+                    Patch.loads(command.patch, REGISTRY, str(path))  # for its error, which names the recording
+                loop.send(command, frame)
+            return Rendered.of(loop, end, files)
 
 
-def replay(
-    path: Path, registry: Registry, block: int = 1024, plates: tuple[PlateOutput, ...] = (), files: Files = NO_FILES
-) -> Rendered:
-    """Replay the recording from its first frame to its last, to `files` as it is played; `plates` as in `LoopOptions`.
-
-    Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
-    """
-    with Recording(path) as recording:
-        first, end = recording.ends("vibration")
-        if end is None:
-            raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
-        if first != 0 or recording.gaps():
-            raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
-        loop = _loop_of(recording, registry, block, plates)
-        for frame, kind, body in recording.commands():
-            with _readable(path, f"command {kind[:60]!r}"):
-                command = from_text(kind, body)
-            if isinstance(command, Swap):
-                _run_nodes(recording, command.patch)
-                Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
-            loop.send(command, frame)
-        return Rendered.of(loop, end, files)
-
-
-def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[PlateOutput, ...]) -> Loop:
+def _loop_of(recording: Recording, block: int, plates: tuple[PlateOutput, ...]) -> Loop:
     """Return the loop of the recorded session, as it was before its first frame."""
     about = recording.about
     _run_nodes(recording, about["patch"])
@@ -100,7 +93,7 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
         plates=plates,
         simulation=TileParameters.loads(about["simulation"]) if about.get("simulation") else None,
     )
-    return Loop(Patch.loads(about["patch"], registry, str(recording.path)), registry, source, options)
+    return Loop(Patch.loads(about["patch"], REGISTRY, str(recording.path)), REGISTRY, source, options)
 
 
 def _run_nodes(recording: Recording, patch: bytes | str) -> None:

@@ -12,7 +12,7 @@ from underfoot.bench.stress import corruption
 from underfoot.calibration.files.measurements import read_presses
 from underfoot.devices.plate import PlateCalibration
 from underfoot.engine.commands import Level, Play, to_text
-from underfoot.engine.session_replay import replay
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import UnderfootError
 from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol
@@ -148,7 +148,7 @@ def _read_recording(path: Path) -> None:
     with Recording(path) as recording:
         recording.force_samples(), recording.vibration(), recording.commands(), recording.gaps()
         recording.acceleration("commanded"), recording.acceleration("measured")
-    replay(path, REGISTRY)
+    ReplayJob(path).run()
 
 
 def _write_forces(path: Path) -> None:
