@@ -223,10 +223,10 @@ WEIGHTS_N = np.array([0.0, 5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0])
 UP_AND_DOWN_N = np.concatenate([WEIGHTS_N, WEIGHTS_N[-2::-1]])
 
 
-def weighed(order_n=UP_AND_DOWN_N, width=0.1, typed=lambda f: f):
+def weighed(order_n=UP_AND_DOWN_N, width=0.1, typed=lambda f: f, sensors=4):
     """Weights put on one by one, 10 s apart; on sensor 1 other ones are `typed`."""
     rows = []
-    for j in range(4):
+    for j in range(sensors):
         reading = made_sensors.CURVES["soft conductance"](made_sensors.lagging(order_n, width))
         force = typed(order_n.copy()) if j == 0 else order_n
         rows.append(np.stack([10.0 * np.arange(order_n.size), np.full(order_n.size, j), reading, force], axis=1))
@@ -267,11 +267,11 @@ def test_a_whole_table_in_another_unit_is_refused():
 def test_weights_in_any_order_few_and_coarse_are_not_refused():
     draws = np.random.default_rng(3)
     for order in (WEIGHTS_N, draws.permutation(np.tile(WEIGHTS_N, 3)), np.array([0.0, 1.0, 10.0, 100.0])):
-        assert linearise(pairs(weighed(order)), hysteresis=False).calibrated == (0, 1, 2, 3)
-    far_apart = pairs(weighed(np.array([0.0, 5.0, 10.0, 15.0, 20.0, 100.0])))
+        assert linearise(pairs(weighed(order, sensors=1)), hysteresis=False).calibrated == (0,)
+    far_apart = pairs(weighed(np.array([0.0, 5.0, 10.0, 15.0, 20.0, 100.0]), sensors=1))
     far_apart.reading[:] = 60000.0 * far_apart.force_n / (far_apart.force_n + 25.0)
-    assert linearise(far_apart, hysteresis=False).calibrated == (0, 1, 2, 3)
-    coarse = weighed(width=0.0)
+    assert linearise(far_apart, hysteresis=False).calibrated == (0,)
+    coarse = weighed(width=0.0, sensors=1)
     coarse[:, 2] = np.floor(coarse[:, 2] / 256.0)
     assert linearise(pairs(coarse), hysteresis=False).error_percent < 1.5
 
@@ -299,20 +299,20 @@ def test_a_held_load_that_was_mistyped_is_refused_and_so_is_one_wrong_line():
 
 def test_what_is_left_of_a_load_is_not_taken_for_noise():
     """A sensor whose reading comes back to a tenth of its range only is not dead."""
-    rows = made_sensors.pairs_rows("power", width=0.05)
+    rows = made_sensors.pairs_rows("power", width=0.05, gains=(1.0,))
     after = np.maximum.accumulate(np.where(rows[:, 0] % 100.0 < 0.5, 0.0, rows[:, 3])) > 100.0
     rows[:, 2] += np.where(after & (rows[:, 3] < 1.0), 9000.0, 0.0)
-    assert linearise(pairs(rows), hysteresis=False).calibrated == (0, 1, 2, 3)
+    assert linearise(pairs(rows), hysteresis=False).calibrated == (0,)
 
 
 def test_a_sensor_is_not_loose_because_somebody_waited_before_pressing_it():
     """In a minute with nothing on it, the noise of a load cell has no order, and most pairs were that."""
-    rows = made_sensors.pairs_rows("soft conductance", count=1)
+    rows = made_sensors.pairs_rows("soft conductance", gains=(1.0,), count=1)
     empty = rows[rows[:, 0] % 100.0 == 0.0]
     waited = np.concatenate([empty - [t, 0.0, 0.0, 0.0] for t in np.arange(0.02, 60.0, 0.02)])
     waited[:, 2:] += np.random.default_rng(5).standard_normal((len(waited), 2)) * [3.0, 0.2]
     found = linearise(pairs(np.concatenate([waited, rows])), hysteresis=False)
-    assert found.calibrated == (0, 1, 2, 3), found.warnings
+    assert found.calibrated == (0,), found.warnings
 
 
 def test_readings_in_volts_are_as_good_as_counts():
