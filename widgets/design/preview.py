@@ -218,6 +218,12 @@ class PreviewPanel(QWidget):
             self.tiles.setCurrentText(now)
         self.tiles.setVisible(len(tiles) > 1)
 
+    def choose_output(self, name: str) -> None:
+        """Show this output of the node; nothing changes if it has none of this name."""
+        if name in self._ports:
+            self.output.setCurrentText(name)
+            self._draw()
+
     @property
     def port(self) -> Port | None:
         """The output shown; None if there is none."""

@@ -40,7 +40,7 @@ class PreviewRequests(QObject):
         self.slots: SlotListening | None = None
         self.small_plots = SmallPlots(canvas)
         self._canvas, self._inspector, self._preview, self._registry = canvas, inspector, preview, registry
-        self._previewed = self._requested = self._distributions_of = ""
+        self._previewed = self._output = self._requested = self._distributions_of = ""
         self._preview_timer = self._timer(PREVIEW_DELAY_MS)
         self._preview_timer.timeout.connect(self._request_previewed)
         self._timeout_timer = self._timer(TIMEOUT_MS)
@@ -79,15 +79,17 @@ class PreviewRequests(QObject):
             self._preview_timer.start()
         self._restart_idle()
 
-    def choose(self, ids: Sequence[str]) -> None:
-        """Preview the selected node, or, without a selection, the tile's output."""
+    def choose(self, ids: Sequence[str], output: str = "") -> None:
+        """Preview the selected node, by this output if one is named, or, without a selection, the tile's output."""
         nodes = {node.id: node.type for node in self._patch.nodes}
         played = [id for id, type in nodes.items() if self._registry[type].is_sink]
         sinks = sorted(played, key=lambda id: self._registry[nodes[id]].to_sound)
         wanted = ids[0] if len(ids) == 1 else self._previewed if self._previewed in nodes else (sinks or [""])[0]
         if not ids and sinks:
             wanted = sinks[0]
+        self._output = output
         if wanted == self._previewed:
+            self._preview.choose_output(output)
             return
         self._previewed = wanted
         if wanted:
@@ -172,6 +174,8 @@ class PreviewRequests(QObject):
             self._preview.expect(
                 id, registry[node.type], outputs=outputs, why_silent=why, is_heard=is_heard, label=node.label
             )
+            self._preview.choose_output(self._output)
+            self._output = ""  # from now on it is what is chosen in the preview
             self._request(id)
 
     def _request(self, id: str) -> None:

@@ -16,7 +16,7 @@ from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import node_id
+from underfoot.patch.wiring import node_id, port_name
 from underfoot.quantities import first_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import add_action
@@ -341,7 +341,12 @@ class DesignWorkspace(Workspace):
 
     def _selected(self, ids: list[str]) -> None:
         self._inspect(ids)
-        sub_patch = self.canvas.patch_scene.selected_sub_patch()
+        scene = self.canvas.patch_scene
+        if not ids and len(wires := scene.chosen_wires()) == 1:
+            source = wires[0][0]
+            self.previews.choose([node_id(source)], port_name(source))
+            return
+        sub_patch = scene.selected_sub_patch()
         ports = sub_patch.geometry.ports if sub_patch is not None else ()
         self.previews.choose([node_id(placed.name) for placed in ports if placed.side == "out"][:1] or ids)
 

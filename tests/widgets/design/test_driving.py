@@ -208,6 +208,24 @@ def test_a_right_click_on_a_wire_is_about_the_wire(workspace):
     assert workspace.patch().wires == (("low-pass.out", "tile-output.acceleration"),)
 
 
+def test_a_click_on_a_wire_previews_the_output_that_it_carries(qtbot, workspace):
+    patch = Patch().add("contact", REGISTRY, (0, 0)).add("scale", REGISTRY, (240, 0))
+    patch = patch.add("tile-output", REGISTRY, (480, 0))
+    workspace.set_patch(patch.connect("contact.y", "scale.signal", REGISTRY))
+    canvas, preview = workspace.canvas, workspace.preview
+    wire = canvas.patch_scene.wires["contact.y", "scale.signal"]
+    at = canvas.mapFromScene(wire.boundingRect().center())
+    for before in ("tile-output", "contact"):  # which has x in front
+        canvas.patch_scene.select([before])
+        qtbot.waitUntil(lambda node=before: preview.node == node)
+        preview.output.setCurrentIndex(0)
+        QTest.mouseClick(canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
+        qtbot.waitUntil(lambda: preview.node == "contact" and preview.port.name == "y")
+        assert canvas.selected_ids() == []
+    QTest.mouseClick(canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(20, 20))
+    qtbot.waitUntil(lambda: preview.node == "tile-output")
+
+
 def test_an_envelope_that_is_pulled_into_the_open_can_go_to_the_loudness_of_a_tone(workspace):
     workspace.set_patch(Patch().add("attack-decay", REGISTRY))
     start = port(workspace, "attack-decay", "out", "out")
