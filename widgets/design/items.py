@@ -430,9 +430,11 @@ def _weights(count: int) -> np.ndarray:
 
 
 def curve(start: QPointF, end: QPointF) -> QPainterPath:
-    """Return the path of a wire: leaving to the right, arriving from the left."""
-    ahead = end.x() - start.x()
-    reach = max(abs(ahead) * 0.5, min(40.0 + abs(end.y() - start.y()) * 0.25, 120.0)) if ahead < 48 else ahead * 0.5
+    """Return the path of a wire: leaving to the right, arriving from the left; a short one does not turn back."""
+    ahead, across = end.x() - start.x(), abs(end.y() - start.y())
+    reach = abs(ahead) * 0.5
+    if ahead < 48.0:
+        reach = max(reach, min(min(abs(ahead), 40.0) + 0.25 * across, 120.0))
     reach = min(reach, 160.0)
     path = QPainterPath(start)
     path.cubicTo(start + QPointF(reach, 0.0), end - QPointF(reach, 0.0), end)

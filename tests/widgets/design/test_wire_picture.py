@@ -1,14 +1,16 @@
 """Wires that rest are painted from one picture: it shows what the wires themselves would."""
 
+from itertools import pairwise
 from pathlib import Path
 
 from design_samples import LEFT, middle, port, send
-from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtCore import QEvent, QPoint, QPointF
 
 from underfoot import scenes
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.items import curve
 from underfoot.widgets.design.scene import PatchScene
 
 
@@ -54,6 +56,13 @@ def test_a_level_wire_looks_the_same_all_along(row, qapp):
     across = [[image.pixel(x, begin.y() + y) for y in range(-4, 5)] for x in range(begin.x() + 10, end.x() - 10)]
     assert len(across) > 20
     assert all(column == across[0] for column in across)
+
+
+def test_a_short_wire_that_is_not_quite_level_does_not_zigzag():
+    for across in (-8.0, 8.0):
+        path = curve(QPointF(0.0, 0.0), QPointF(24.0, across))  # the gap that dropped nodes keep
+        ahead = [path.pointAtPercent(i / 50).x() for i in range(51)]
+        assert all(after > before - 0.5 for before, after in pairwise(ahead))
 
 
 def test_no_wire_of_a_preset_or_a_scene_runs_behind_a_node(qapp):
