@@ -1,7 +1,7 @@
 """The table of footsteps, filled as they occur."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -9,6 +9,8 @@ from typing import NamedTuple
 from PySide6.QtCore import (
     QAbstractTableModel,
     QEvent,
+    QItemSelection,
+    QItemSelectionModel,
     QModelIndex,
     QPersistentModelIndex,
     QRect,
@@ -75,6 +77,9 @@ COLUMNS = (
 )
 """The columns of the step table in files (docs/contracts.md#files), but for `spike`, a mark at the loading rate, and
 `contact`."""
+
+_LEFT_OUT = (Column("left_out", "Left out", "", 0, "Why the step does not count"),)
+"""In what is copied; the table shows such a row struck through."""
 
 TEXT_COLUMNS = ("tile", "side")
 ALIGNMENTS = tuple(
@@ -162,6 +167,8 @@ class StepModel(QAbstractTableModel):
             return self.texts[index.row()][index.column()]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return ALIGNMENTS[index.column()]
+        if role == Qt.ItemDataRole.ToolTipRole and step.left_out:
+            return f"Left out: {step.left_out}"
         if role == Qt.ItemDataRole.ToolTipRole and spike:
             return "The first peak is the impact transient: it rises more steeply than weight is taken on."
         return None
@@ -188,6 +195,7 @@ class StepTable(QTableView):
             self.setSortingEnabled(True)
         make_read_only(self)
         self._copying = copy_action(self, self._copy)
+        self._offered: list[tuple[str, Callable[[], object]]] = []
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setWordWrap(False)
         self.verticalHeader().setDefaultSectionSize(3 * theme.GRID)
@@ -197,7 +205,7 @@ class StepTable(QTableView):
             widest = "right" if column.name in TEXT_COLUMNS else _cell_text(_WIDEST_NUMBER, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))
-        self._row_pictures: dict[tuple[tuple[str, ...], bool, float], QPixmap] = {}
+        self._row_pictures: dict[tuple[tuple[str, ...], bool, bool, float], QPixmap] = {}
         header.sectionResized.connect(self._row_pictures.clear)
         header.sectionMoved.connect(self._row_pictures.clear)
         self._is_sortable = sortable
@@ -224,6 +232,20 @@ class StepTable(QTableView):
             self.selectRow(index.row())
             self.scrollTo(index)
 
+    def select_steps(self, steps: Iterable[Step]) -> None:
+        """Select the rows of these steps."""
+        wanted, selection = set(map(id, steps)), QItemSelection()
+        for number, step in enumerate(self.steps.steps):
+            if id(step) in wanted:
+                index = self._sorted.mapFromSource(self.steps.index(number, 0))
+                selection.select(index, index)
+        flags = QItemSelectionModel.SelectionFlag
+        self.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
+
+    def offer(self, text: str, do: Callable[[], object]) -> None:
+        """Offer something in the context menu."""
+        self._offered.append((text, do))
+
     def _step_at(self, row: int) -> Step:
         return self.steps.steps[self._sorted.mapToSource(self._sorted.index(row, 0)).row()]
 
@@ -237,8 +259,9 @@ class StepTable(QTableView):
         painter = QPainter(self.viewport())
         first, last = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
         for row in range(max(first, 0), (last if last >= 0 else self._sorted.rowCount() - 1) + 1):
-            texts = self.steps.texts[self._sorted.mapToSource(self._sorted.index(row, 0)).row()]
-            key = texts, self.selectionModel().isRowSelected(row), self.devicePixelRatioF()
+            number = self._sorted.mapToSource(self._sorted.index(row, 0)).row()
+            texts, is_left_out = self.steps.texts[number], bool(self.steps.steps[number].left_out)
+            key = texts, is_left_out, self.selectionModel().isRowSelected(row), self.devicePixelRatioF()
             if key not in self._row_pictures:
                 self._row_pictures[key] = self._paint_row(*key)
             painter.drawPixmap(-self.horizontalOffset(), self.rowViewportPosition(row), self._row_pictures[key])
@@ -251,16 +274,19 @@ class StepTable(QTableView):
         if hasattr(self, "_row_pictures"):
             self._row_pictures.clear()  # the colours or the font have changed
 
-    def _paint_row(self, texts: tuple[str, ...], is_selected: bool, ratio: float) -> QPixmap:
+    def _paint_row(self, texts: tuple[str, ...], is_left_out: bool, is_selected: bool, ratio: float) -> QPixmap:
         if len(self._row_pictures) >= _MAX_PICTURES:
             self._row_pictures.clear()
         header, height = self.horizontalHeader(), self.verticalHeader().defaultSectionSize()
         colour = self.palette().highlight().color() if is_selected else Qt.GlobalColor.transparent
         picture = blank_picture(QSize(header.length(), height), ratio, colour)
         painter = QPainter(picture)
-        painter.setFont(self.font())
+        font = self.font()
+        font.setStrikeOut(is_left_out)
+        painter.setFont(font)
         for column, text in enumerate(texts):
             plain = self.palette().highlightedText().color() if is_selected else theme.TEXT
+            plain = theme.MUTED if is_left_out and not is_selected else plain
             painter.setPen(theme.FORCE if text.endswith(_SPIKE) else theme.MUTED if text == UNKNOWN else plain)
             left, width = header.sectionPosition(column) + _MARGIN_PX, header.sectionSize(column) - 2 * _MARGIN_PX
             painter.drawText(QRect(left, 0, width, height), ALIGNMENTS[column], text)
@@ -275,6 +301,8 @@ class StepTable(QTableView):
         """Offer to copy, and the columns to sort by: their headings cannot be reached by keys."""
         menu = Menu(self)
         menu.addAction(self._copying)
+        for text, do in self._offered:
+            menu.addAction(text, do)
         if self._is_sortable:
             by = menu.addMenu("Sort by")
             for number in range(len(COLUMNS)):
@@ -293,9 +321,10 @@ class StepTable(QTableView):
 
     def _copy(self) -> None:
         """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
-        lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in COLUMNS)]
-        for step in self.selected_steps() or self.steps_in_order():
-            lines.append("\t".join(_plain_text(getattr(step, column.name)) for column in COLUMNS))
+        steps = self.selected_steps() or self.steps_in_order()
+        columns = COLUMNS + _LEFT_OUT * any(step.left_out for step in steps)
+        lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in columns)]
+        lines += ["\t".join(_plain_text(getattr(step, column.name)) for column in columns) for step in steps]
         QGuiApplication.clipboard().setText("\n".join(lines))
 
     def _follow(self) -> None:

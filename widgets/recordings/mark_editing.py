@@ -25,7 +25,7 @@ class MarkEditing:
         if self._axis.content is not None:
             opened = self._axis.content.opened
             frame = opened.first + round(self._axis.cursor_s * opened.rate)
-            self._reader.change_marks(lambda recording: recording.add_mark(frame, text))
+            self._reader.change(lambda recording: recording.add_mark(frame, text))
 
     def ask(self) -> None:
         """Ask for a text, and mark the cursor's time with it."""
@@ -46,6 +46,6 @@ class MarkEditing:
         cursor = opened.first + self._axis.cursor_s * opened.rate
         nearest = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
         if nearest is not None and abs(nearest.frame - cursor) <= _NEAR_PX * self._axis.seconds_per_px * opened.rate:
-            self._reader.change_marks(lambda recording: recording.remove_mark(nearest.id))
+            self._reader.change(lambda recording: recording.remove_mark(nearest.id))
         else:
             self._notify("No mark is near the cursor.")

@@ -17,6 +17,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import InUse
 from underfoot.records import envelopes
 from underfoot.records.envelopes import Envelope
+from underfoot.records.left_out import LeftOut
 from underfoot.records.recording import Gap, Mark, Recording
 from underfoot.records.renaming import rename_recording
 from underfoot.records.survey import Survey, has_envelopes, load_cached_survey, open_envelopes
@@ -28,7 +29,7 @@ RAW_S, FINE_S = 0.004, 0.1
 WINDOW_S = 0.1
 """Time around the cursor over which vibration is measured."""
 
-_CHANGES = ("mark", "rename")
+_CHANGES = ("change", "rename")
 """Kinds of requests that change a file; these are never dropped."""
 
 
@@ -43,6 +44,7 @@ class OpenedRecording:
     first: int
     end: int
     marks: list[Mark]
+    left_out: list[LeftOut]
     commands: list[tuple[int, str, str]]
     gaps: list[Gap]
     survey: Survey | None
@@ -122,6 +124,8 @@ class RecordingReader(QObject):
     """`CursorValues`."""
     marked = Signal(list)
     """Carries all marks of the recording after a change."""
+    left_out_read = Signal(list)
+    """Carries all steps that are left out after a change."""
     renamed = Signal(object, object)
     """The old and the new `Path` of a recording."""
     not_renamed = Signal(object, str)
@@ -166,9 +170,9 @@ class RecordingReader(QObject):
         """Request the values at a session frame."""
         self._enqueue("moment", partial(self._read_cursor_values, frame, tile))
 
-    def change_marks(self, change: Callable[[Recording], object]) -> None:
-        """Apply an edit to the recording's marks."""
-        self._enqueue(f"mark {id(change)}", partial(self._change_marks, change))
+    def change(self, change: Callable[[Recording], object]) -> None:
+        """Apply an edit to the recording's marks, or to the steps that are left out."""
+        self._enqueue(f"change {id(change)}", partial(self._change, change))
 
     def rename(self, path: Path, name: str) -> None:
         """Give a recording another name; if it is open, it stays open."""
@@ -315,10 +319,11 @@ class RecordingReader(QObject):
                 vibration[source] = vibration_of(np.nan_to_num(values), rate)
         self.cursor_values_read.emit(CursorValues(frame, tile, corners, vibration))
 
-    def _change_marks(self, change: Callable[[Recording], object]) -> None:
+    def _change(self, change: Callable[[Recording], object]) -> None:
         if self._recording is not None:
             change(self._recording)
             self.marked.emit(self._recording.marks())
+            self.left_out_read.emit(self._recording.left_out())
 
 
 def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
@@ -330,6 +335,7 @@ def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
         recording.rate_hz,
         *recording.span,
         recording.marks(),
+        recording.left_out(),
         recording.commands(),
         recording.gaps(),
         load_cached_survey(recording),

@@ -83,7 +83,8 @@ class RecordedSteps(QWidget):
         self.show_steps(())
 
     def show_steps(self, steps: Sequence[Stance], choice: int = -1) -> None:
-        """Replace the steps; filters are kept if possible."""
+        """Replace the steps; filters and several that are selected are kept if possible."""
+        selected = {step.step for step in self.table.selected_steps()}
         self._steps, self._choice = steps, choice
         place = self.table.verticalScrollBar().value()
         values = {
@@ -100,6 +101,8 @@ class RecordedSteps(QWidget):
                     box.addItem(f"{name} {value}" if name != "side" else value, value)
                 box.setCurrentIndex(max(box.findData(wanted), 0))
         self._filter()
+        if len(selected) > 1:
+            self.table.select_steps(step for step in self.visible_steps() if step.step in selected)
         if choice < 0:
             self.table.verticalScrollBar().setValue(place)
 
@@ -138,6 +141,10 @@ class RecordedSteps(QWidget):
         """Return the steps that match the filters."""
         return [self._steps[number].step for number in self._visible]
 
+    def chosen_steps(self) -> list[Step]:
+        """Return the selected steps; without any in the table, the one that is chosen on the axis."""
+        return self.table.selected_steps() or [one.step for one in self._steps[self._choice :][: self._choice >= 0]]
+
     def _steps_of_person(self) -> list[Step]:
         """Return all steps of the chosen person, or of all: a gait is of steps that follow one another."""
         wanted = self.filters["person"].currentData()
@@ -164,6 +171,8 @@ class RecordedSteps(QWidget):
     def _show_count(self) -> None:
         count, every = len(self._visible), len(self._steps)
         text = f"{every}" if count == every else f"{count} of {every}"
+        if left_out := sum(bool(one.step.left_out) for one in self._steps):
+            text += f", {left_out} left out"
         if self._waits_for:
             text = f"{text} so far" if every else "none yet"
         self.count.setText(text)
@@ -190,24 +199,27 @@ class RecordedSteps(QWidget):
 def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: str = "") -> Drawing:
     """Return a drawing of the curves of steps, with mean and a band of one standard deviation; or a note without any.
 
+    Steps that are left out are dashed, and in neither.
+
     >>> from underfoot.floor.footsteps import Step
     >>> steps = [Stance(Step(k, "t1", "left", k, 600.0, *[0.0] * 7), (100.0 * k,) * 101) for k in (1, 2)]
     >>> [one.name for one in stance_drawing(steps).series]
     ['± 1 SD', 'step 1', 'step 2', 'mean of 2']
     """
     series = []
-    known = [one for one in steps if len(one.force_n) == STANCE]
+    drawn = [one for one in steps if len(one.force_n) == STANCE]
+    known = [one for one in drawn if not one.step.left_out]
     if known:
         mean = stance_curve([one.force_n for one in known])
         if len(known) > 1:
             series.append(band(mean))
-        for one in known[:: max(1, -(-len(known) // MAX_CURVES))]:
-            if one is not chosen:
-                name = f"step {one.step.step}"
-                series.append(Series(name, PERCENT, np.array(one.force_n), colour="faint", in_legend=False))
+    for one in drawn[:: max(1, -(-len(drawn) // MAX_CURVES))]:
+        if one is not chosen:
+            series.append(_curve(one, "faint", in_legend=False))
+    if known:
         series.append(Series(f"mean of {len(known)}", PERCENT, mean.mean_n, colour="force"))
     if chosen is not None and len(chosen.force_n) == STANCE:
-        series.append(Series(f"step {chosen.step.step}", PERCENT, np.array(chosen.force_n), colour="contact"))
+        series.append(_curve(chosen, "contact"))
     largest = max((float(np.max(one.y)) for one in series), default=0.0)
     return Drawing(
         "Stance",
@@ -218,3 +230,10 @@ def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: 
         y_range=(0.0, max(100.0, 1.05 * largest)),
         note="" if series else note,
     )
+
+
+def _curve(one: Stance, colour: str, *, in_legend: bool = True) -> Series:
+    name, style = f"step {one.step.step}", "line"
+    if one.step.left_out:
+        name, style = f"{name}, left out", "dashed"
+    return Series(name, PERCENT, np.array(one.force_n), style, colour, in_legend=in_legend)

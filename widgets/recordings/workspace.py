@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButto
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.profile_parts import InUse, lines_of
+from underfoot.records.left_out import LeftOut
 from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
@@ -24,6 +25,8 @@ from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.recordings.comparison_view import MOST, ComparisonView
 from underfoot.widgets.recordings.exporting import Exporting
+from underfoot.widgets.recordings.keys import SHORTCUTS
+from underfoot.widgets.recordings.leaving_out import LeavingOut
 from underfoot.widgets.recordings.mark_editing import MarkEditing
 from underfoot.widgets.recordings.playback import Playback
 from underfoot.widgets.recordings.read_ahead import ReadAhead
@@ -38,21 +41,6 @@ from underfoot.widgets.recordings.tracks import RecordingContent
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
-SHORTCUTS = (
-    ("Move the cursor; by 1 ms", "Left and Right; with Shift"),
-    ("Cursor to the beginning, to the end", "Home, End"),
-    ("Scroll", "Page Up, Page Down, Shift and wheel"),
-    ("Zoom in, out; show all", "+, −, wheel; 0"),
-    ("Select a stretch", "Shift and drag, or [ and ]"),
-    ("Select nothing", "Backspace"),
-    ("Previous step, next step", ", and ."),
-    ("Mark; mark with a text; remove the nearest mark", "M; Shift+M; Shift+Backspace"),
-    ("Play the stretch, or stop", "P or Space"),
-    ("Loop", "L"),
-    ("Rename, delete the recording", "F2, Delete in the list"),
-    ("Compare recordings; back", "Ctrl or Shift and click in the list; Escape"),
-    ("Export the recording", "Ctrl+Shift+E"),
-)
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
 TITLE_PX = 100
 """Minimum width of a longer name of a recording: at 900 pixels no more is left beside what is being done with it."""
@@ -87,6 +75,7 @@ class RecordingsWorkspace(Workspace):
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self, self.notified.emit)
+        self.leaving_out = LeavingOut(self.axis, self.steps, self.reader, self, self.notified.emit)
         yield
         yield from self._build()
         yield
@@ -197,7 +186,7 @@ class RecordingsWorkspace(Workspace):
         content.visible_steps = self.steps.matching(survey.steps)
         self.readout.map.set_floor(opened.floor)
         self.axis.show_content(content)
-        self.steps.show_steps(survey.steps)
+        self.steps.show_steps(content.steps)
         if self._pages.currentWidget() is self._opened_page:  # others may have been chosen with it meanwhile
             self.recordings.mark(opened.path)
         self._show_name(opened.path.stem, opened.calibrations)
@@ -263,6 +252,12 @@ class RecordingsWorkspace(Workspace):
         if self.axis.content is not None:
             self.axis.content.opened.marks[:] = marks
             self.axis.redraw()
+
+    def _show_left_out(self, entries: list[LeftOut]) -> None:
+        content = self.axis.content
+        if content is not None and content.opened.left_out != entries:
+            content.opened.left_out[:] = entries
+            self._show_survey(Survey([*content.contacts], [*content.steps], whole=True))
 
     def _show_progress(self, progress: Progress) -> None:
         if not progress.text:
@@ -400,6 +395,7 @@ class RecordingsWorkspace(Workspace):
         self.follower.to_show.connect(self.open)
         reader.overview_read.connect(self._show_overview)
         reader.marked.connect(self._show_marks)
+        reader.left_out_read.connect(self._show_left_out)
         reader.renamed.connect(self._show_renamed)
         reader.not_renamed.connect(self._show_kept)
         reader.failed.connect(self._fail)
@@ -429,6 +425,8 @@ class RecordingsWorkspace(Workspace):
         axis.menu_requested.connect(partial(self._show_menu, on_axis))
         self._on_axis = [QShortcut(keys, self, do) for keys, _, do in on_axis]
         self._on_axis.append(QShortcut("Space", self, self.playback.play_or_stop))
+        self._on_axis.append(QShortcut("X", self, self.leaving_out.ask))
+        self.steps.table.offer("Leave out…, or take in again\tX", self.leaving_out.ask)
         renaming = QShortcut("F2", self, self.recordings.edit_name)
         deleting = QShortcut("Delete", self.recordings, self.recordings.ask_to_delete)
         for shortcut in (*self._on_axis, renaming, deleting):

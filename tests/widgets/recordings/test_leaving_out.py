@@ -1,0 +1,95 @@
+"""Steps of the open recording are left out of means by a key and by a menu, shown so, and taken in again."""
+
+import csv
+
+import numpy as np
+import pytest
+from long_recording import write_recording
+from on_screen import show
+from PySide6.QtCore import QItemSelectionModel, Qt
+from PySide6.QtGui import QContextMenuEvent, QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QInputDialog, QMenu
+
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    return write_recording(tmp_path_factory.mktemp("walks") / "walk.underfoot", 6.0, default_floor(1, 2))
+
+
+@pytest.fixture
+def opened(workspace, walk, folder, qtbot):
+    """The workspace with a copy of the recording, whose steps were found."""
+    (folder / "walk.underfoot").write_bytes(walk.read_bytes())
+    workspace.open_file(folder / "walk.underfoot")
+    qtbot.waitUntil(lambda: len(workspace.steps.visible_steps()) >= 6 and not workspace.surveyor.is_busy)
+    return workspace
+
+
+def answer(opened, why, qtbot):
+    """Answer the dialog that asks why."""
+    qtbot.waitUntil(lambda: any(one.isVisible() for one in opened.findChildren(QInputDialog)))
+    dialog = next(one for one in opened.findChildren(QInputDialog) if one.isVisible())
+    dialog.setTextValue(why)
+    dialog.accept()
+
+
+def reasons(opened):
+    return [step.left_out for step in opened.steps.visible_steps()]
+
+
+def test_the_step_on_the_axis_is_left_out_by_a_key_and_taken_in_again(opened, qtbot):
+    axis, panel, said = opened.axis, opened.steps, []
+    opened.notified.connect(said.append)
+    every = len(panel.visible_steps())
+    axis.setFocus()
+    QTest.keyClick(axis, Qt.Key.Key_X)
+    assert said == ["No step is chosen: click one, or press . for the next."]
+    QTest.keyClick(axis, Qt.Key.Key_Period)
+    QTest.keyClick(axis, Qt.Key.Key_X)
+    answer(opened, " ", qtbot)
+    assert said[1].startswith("Nothing is left out: it needs a reason")
+    pictures = [axis.grab().toImage(), panel.table.grab().toImage()]
+    QTest.keyClick(axis, Qt.Key.Key_X)
+    answer(opened, "stumbled", qtbot)
+    qtbot.waitUntil(lambda: reasons(opened) == ["stumbled", *[""] * (every - 1)])
+    assert panel.count.text() == f"{every}, 1 left out"
+    names = [one.name for one in panel.plot.drawing.series]
+    assert (f"mean of {every - 1}" in names, names[-1]) == (True, "step 1, left out")
+    mean = next(one for one in panel.plot.drawing.series if one.name.startswith("mean"))
+    curves = [one.force_n for one in axis.content.steps]
+    np.testing.assert_allclose(mean.y, np.mean(curves[1:], axis=0))
+    assert pictures[0] != axis.grab().toImage()
+    assert pictures[1] != panel.table.grab().toImage()
+    assert panel.table.model().index(0, 4).data(Qt.ItemDataRole.ToolTipRole) == "Left out: stumbled"
+    with Recording(axis.content.opened.path) as recording:
+        assert [one.why for one in recording.left_out()] == ["stumbled"]
+    show(qtbot, opened)  # a dialog that closes takes the focus along
+    axis.setFocus()
+    QTest.keyClick(axis, Qt.Key.Key_X)
+    qtbot.waitUntil(lambda: reasons(opened) == [""] * every)
+    assert panel.count.text() == str(every)
+
+
+def test_several_steps_are_left_out_by_the_menu_of_the_table_and_copied_with_the_reason(opened, qtbot):
+    table = opened.steps.table
+    flags = QItemSelectionModel.SelectionFlag
+    for row in (1, 2):
+        table.selectionModel().select(table.model().index(row, 0), flags.Select | flags.Rows)
+    place = table.viewport().rect().center()
+    QApplication.sendEvent(
+        table.viewport(),
+        QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, table.viewport().mapToGlobal(place)),
+    )
+    menu = next(menu for menu in table.findChildren(QMenu) if menu.isVisible())
+    action = next(action for action in menu.actions() if action.text().startswith("Leave out…"))
+    QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(action).center())
+    answer(opened, "a turn, sharp", qtbot)
+    qtbot.waitUntil(lambda: reasons(opened)[:4] == ["", "a turn, sharp", "a turn, sharp", ""])
+    assert [step.step for step in table.selected_steps()] == [2, 3], "they stay selected, to be taken in again"
+    opened.steps.copy()
+    lines = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))
+    assert [(line["step"], line["left_out"]) for line in lines] == [("2", "a turn, sharp"), ("3", "a turn, sharp")]
