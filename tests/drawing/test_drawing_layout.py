@@ -160,13 +160,15 @@ def test_a_dot_in_the_legend_is_in_the_colour_of_the_series():
 
 def test_a_band_and_its_mean_have_different_keys():
     """In one colour, as mean and standard deviation of a gait: the band is filled in the legend, too."""
-    outline = Series("± 1 SD", np.array([0.0, 1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0]), "area", "force")
-    frame = framed(Drawing("a", "x", "y", (outline, series("mean", [0, 1], [0, 1], colour="force"))))
+    around = Series("± 1 SD", np.array([0.0, 1.0]), np.array([0.5, 0.5]), "band", "force", spread=np.array([0.5, 2.0]))
+    frame = framed(Drawing("a", "x", "y", (around, series("mean", [0, 1], [0, 1], colour="force"))))
     (band,) = (shape for shape in frame.shapes if isinstance(shape, Area))
     (mean,) = (shape for shape in frame.shapes if isinstance(shape, Polyline))
     assert band.points[:, 0].max() < texts(frame)["± 1 SD"].x
     assert np.ptp(band.points[:, 1]) >= 8.0
     assert np.ptp(mean.points[:, 1]) == 0.0
+    assert max(frame.y.low, -1.5) == -1.5
+    assert min(frame.y.high, 2.5) == 2.5, "all of the band is seen"
 
 
 def compact(names, width):

@@ -21,6 +21,14 @@ def test_every_point_of_every_series_is_there():
     assert body == [['a "b", c', "1", "3.5", "", ""], ['a "b", c', "2", "nan", "", ""], ["force", "0", "1", "2", "3"]]
 
 
+def test_a_band_has_its_mean_and_how_far_it_reaches():
+    """What was saved of mean and standard deviation was an outline, there and back."""
+    around = Series("± 1 SD", np.array([0.0, 50.0]), np.array([20.0, 700.0]), "band", spread=np.array([5.0, 40.0]))
+    head, *body = rows(Drawing("T", "stance, %", "force, N", (around, series("mean", [0, 50], [20, 700]))))
+    assert head == ["series", "stance, %", "force, N", "plus_minus"]
+    assert body[:3] == [["± 1 SD", "0", "20", "5"], ["± 1 SD", "50", "700", "40"], ["mean", "0", "20", ""]]
+
+
 def test_levels_of_a_heat_map_stand_at_the_middles_of_their_cells():
     heat = HeatMap(np.array([[1, 2], [3, 4]], np.uint8), (0.0, 4.0), (10.0, 1000.0))
     *_, last = rows(Drawing("T", "time, ms", "frequency, Hz", heat=heat, y_log=True))

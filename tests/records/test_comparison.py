@@ -9,7 +9,7 @@ import pytest
 from made_steps import SPIKE, STEP
 from msgspec.structs import replace
 
-from underfoot.records.comparison import band, compared, comparison_csv, comparison_drawing, stance_csv
+from underfoot.records.comparison import compared, comparison_csv, comparison_drawing, stance_csv
 from underfoot.records.survey import Stance
 
 
@@ -60,11 +60,11 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
     assert stance_csv(groups).splitlines()[-1] == "100,1.5,1.29099,0.5,0.707107,0,"
     # A mean of one step has no band.
     drawn = comparison_drawing(groups).series
-    assert [one.style for one in drawn] == ["area", "area", "line", "line", "line"]
+    assert [one.style for one in drawn] == ["band", "band", "line", "line", "line"]
     names = [group.name for group in groups]
     assert [one.name for one in drawn] == [*(f"{name} ± 1 SD" for name in names[:2]), *names]  # in saved data
     assert [one.name for one in drawn if one.has_key] == names
-    np.testing.assert_array_equal(drawn[0].y, band(groups[0].stance).y)
+    np.testing.assert_array_equal([drawn[0].y, drawn[0].spread], [groups[0].stance.mean_n, groups[0].stance.sd_n])
     many = comparison_drawing([groups[0]] * 5)  # five bands would hide the means
     assert [one.style for one in many.series] == ["line"] * 5
     assert many.y == "mean force, N"

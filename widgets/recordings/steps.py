@@ -220,7 +220,7 @@ def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: 
         series.append(Series(f"mean of {len(known)}", PERCENT, mean.mean_n, colour="force"))
     if chosen is not None and len(chosen.force_n) == STANCE:
         series.append(_curve(chosen, "contact"))
-    largest = max((float(np.max(one.y)) for one in series), default=0.0)
+    largest = max((float(np.max(one.outline_y)) for one in series), default=0.0)
     return Drawing(
         "Stance",
         "share of stance, %",

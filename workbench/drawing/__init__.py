@@ -13,7 +13,7 @@ from underfoot.arguments import choice
 from underfoot.drawing.look import COLOURS
 from underfoot.errors import require
 
-STYLES = ("line", "dashed", "dots", "arrows", "stems", "heat", "area")
+STYLES = ("line", "dashed", "dots", "arrows", "stems", "heat", "band")
 Range = tuple[float, float]
 """Low and high end of an axis, in its unit."""
 
@@ -24,7 +24,7 @@ class Series(Struct, frozen=True):
     - `name`: label in the legend, and in tables; "" leaves it out.
     - `style`: "line", "dashed" or "dots"; "arrows" from each point to its end; "stems" up to each point from the
       bottom of the plot; "heat" fills between the line and the left end of the x axis, in the colours of a heat map;
-      "area" fills the outline given by the points, faintly.
+      "band" fills, faintly, what is up to `spread` [n] above and below the points.
     - `colour`: a name in `COLOURS`.
     - `right`: whether `y` belongs to the axis on the right.
     - `in_legend`: whether the legend has its name: of many alike it has none, while a table tells them apart.
@@ -40,6 +40,12 @@ class Series(Struct, frozen=True):
     to: NDArray[np.float64] | None = None
     right: bool = False
     in_legend: bool = True
+    spread: NDArray[np.float64] | None = None
+
+    @property
+    def outline_y(self) -> NDArray[np.float64]:
+        """`y`; of a band its upper edge and, from right to left, its lower one."""
+        return self.y if self.spread is None else np.concatenate([self.y + self.spread, (self.y - self.spread)[::-1]])
 
     @property
     def has_key(self) -> bool:

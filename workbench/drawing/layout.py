@@ -219,7 +219,9 @@ def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Ax
     x_shown = drawing.x_range or span(
         _joined([series.x for series in drawing.series] + [to[:, 0] for to in ends]), log=drawing.x_log
     )
-    y_shown = drawing.y_range or span(_joined([one.y for one in mine] + [to[:, 1] for to in ends]), log=drawing.y_log)
+    y_shown = drawing.y_range or span(
+        _joined([one.outline_y for one in mine] + [to[:, 1] for to in ends]), log=drawing.y_log
+    )
     x_make = y_make = fixed_axis
     if drawing.equal and not (drawing.x_log or drawing.y_log):
         per_px = max((x_shown[1] - x_shown[0]) / area.width, (y_shown[1] - y_shown[0]) / area.height)

@@ -110,7 +110,8 @@ Shape = Polyline | Segments | Dots | Area | HeatArea | HeatImage | Backdrop | Te
 def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
     """Yield the shapes of a series on its axes."""
     colour = one.colour
-    points = np.column_stack([x.place(one.x), y.place(one.y)])
+    across = one.x if one.spread is None else np.concatenate([one.x, one.x[::-1]])
+    points = np.column_stack([x.place(across), y.place(one.outline_y)])
     seen = _is_finite(points)
     if one.to is not None:
         ends = np.column_stack([x.place(one.to[:, 0]), y.place(one.to[:, 1])])
@@ -122,7 +123,7 @@ def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
     elif one.style == "stems":
         feet = np.column_stack([points[seen, 0], np.full(np.count_nonzero(seen), y.start)])
         yield Segments(np.stack([feet, points[seen]], axis=1), colour)
-    elif one.style == "area":
+    elif one.style == "band":
         yield Area(points[seen], colour)
     else:
         for run in _runs(points, seen):
@@ -133,10 +134,10 @@ def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
 
 
 def key_of(one: Series, left: float, middle: float, width: float) -> Iterator[Shape]:
-    """Yield the legend key of a series, `width` pixels wide: a piece of its line or area, an arrow, or a few dots."""
+    """Yield the legend key of a series, `width` pixels wide: a piece of its line or band, an arrow, or a few dots."""
     colour = one.colour
     right = left + width
-    if one.style == "area":
+    if one.style == "band":
         top, bottom = middle - 0.5 * _KEY_AREA_PX, middle + 0.5 * _KEY_AREA_PX
         yield Area(np.array([[left, top], [right, top], [right, bottom], [left, bottom]]), colour)
     elif one.style != "dots":

@@ -6,8 +6,8 @@ from underfoot.drawing import Drawing
 
 
 def csv(drawing: Drawing) -> str:
-    """Return every point drawn, one per line, with its series and, for arrows, the end; then every level of a heat map,
-    at the centre of its cell.
+    """Return every point drawn, one per line, with its series and, for arrows, the end, for bands how far they reach to
+    each side; then every level of a heat map, at the centre of its cell.
 
     >>> from underfoot.drawing import series
     >>> print(csv(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),))), end="")
@@ -16,13 +16,16 @@ def csv(drawing: Drawing) -> str:
     held,10,41
     """
     has_arrows = any(series.to is not None for series in drawing.series)
-    heads = ["series", _quoted(drawing.x), _quoted(drawing.y), *(["to_x", "to_y"] if has_arrows else [])]
-    lines = [",".join(heads)]
+    has_bands = any(series.spread is not None for series in drawing.series)
+    further = [*(["to_x", "to_y"] if has_arrows else []), *(["plus_minus"] if has_bands else [])]
+    lines = [",".join(["series", _quoted(drawing.x), _quoted(drawing.y), *further])]
     for series in drawing.series:
-        columns = [series.x, series.y] + ([series.to[:, 0], series.to[:, 1]] if series.to is not None else [])
-        rest = "" if series.to is not None or not has_arrows else ",,"
+        known = {} if series.to is None else {"to_x": series.to[:, 0], "to_y": series.to[:, 1]}
+        known |= {} if series.spread is None else {"plus_minus": series.spread}
         name = _quoted(series.name or (drawing.right if series.right else drawing.y).partition(",")[0])
-        lines += [f"{name},{','.join(f'{v:.9g}' for v in row)}{rest}" for row in np.column_stack(columns).tolist()]
+        columns = [series.x, series.y, *map(known.get, further)]
+        cells = [[""] * len(series.x) if one is None else [f"{v:.9g}" for v in one.tolist()] for one in columns]
+        lines += [",".join([name, *row]) for row in zip(*cells, strict=True)]
     heat = drawing.heat
     if heat is not None:
         rows, columns = heat.levels.shape

@@ -131,10 +131,8 @@ def stance_curve(curves: Sequence[Sequence[float]]) -> StanceCurve:
 
 
 def band(curve: StanceCurve, name: str = "± 1 SD", colour: str = "force", *, in_legend: bool = True) -> Series:
-    """Return the outline of one standard deviation around a mean."""
-    outline = np.concatenate([curve.mean_n + curve.sd_n, (curve.mean_n - curve.sd_n)[::-1]])
-    across = np.concatenate([PERCENT, PERCENT[::-1]])
-    return Series(name, across, outline, "area", colour, in_legend=in_legend)
+    """Return one standard deviation around a mean."""
+    return Series(name, PERCENT, curve.mean_n, "band", colour, in_legend=in_legend, spread=curve.sd_n)
 
 
 def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawing:
@@ -149,7 +147,7 @@ def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawi
         if has_bands and group.stance.count > 1
     ]
     series += [Series(group.name, PERCENT, group.stance.mean_n, looks[k][1], looks[k][0]) for k, group in shown]
-    largest = max((float(np.max(one.y)) for one in series), default=0.0)
+    largest = max((float(np.max(one.outline_y)) for one in series), default=0.0)
     return Drawing(
         "Stance",
         "share of stance, %",
