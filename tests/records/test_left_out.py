@@ -46,7 +46,7 @@ def listed(underfoot, path):
 
 def test_a_step_is_left_out_with_a_reason_and_taken_in_again(underfoot, refused, path, folder):
     before = listed(underfoot, path)
-    assert underfoot("steps", path, "3", "4", "--leave-out", f"  {WHY}\n").out == f"left out: 3, 4 ({WHY})\n"
+    assert underfoot("steps", path, "3", "4", "3", "--leave-out", f"  {WHY}\n").out == f"left out: 3, 4 ({WHY})\n"
     after = listed(underfoot, path)
     assert [line["left_out"] for line in after[:5]] == ["", "", WHY, WHY, ""]
     assert [{**line, "left_out": ""} for line in after] == before  # nothing that was measured is lost
@@ -58,6 +58,8 @@ def test_a_step_is_left_out_with_a_reason_and_taken_in_again(underfoot, refused,
     assert [line["left_out"] for line in listed(underfoot, path)[2:4]] == [WHY, ""]
     assert "has no step 99; allowed: 1 to " in refused("steps", path, "3", "99", "--leave-out", WHY)
     assert "--leave-out needs the steps" in refused("steps", path, "--leave-out", WHY)
+    (folder / "walk.csv").write_text("time_s,t1.1,t1.2,t1.3,t1.4\n")
+    assert "is not a recording; allowed: one (`underfoot monitor" in refused("steps", folder / "walk.csv")
 
 
 def test_exports_keep_a_step_that_is_left_out_and_say_why(underfoot, path, folder):

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable
+from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable, require_recording
 from underfoot.commands.telling import tell
 
 
@@ -34,15 +34,12 @@ class _Formats(click.Command):
 @click.option("--to", "to_s", type=float, metavar="S", help="Export up to this second; by default the last.")
 def export(recording: Path, output: Path, vibration: str, from_s: float | None, to_s: float | None) -> None:
     """Write RECORDING for other programs."""
-    from underfoot.errors import BadFile
     from underfoot.records.exports import ExportSource, format_of, write_export
-    from underfoot.records.recording import Recording, is_recording
+    from underfoot.records.recording import Recording
     from underfoot.records.survey import RecordedForces
 
     require_outputs_writable(output, inputs=[recording])
-    if recording.is_file() and not is_recording(recording):
-        makes = "`underfoot monitor FILE --record RECORDING` makes one of a force CSV or a C3D file"
-        raise BadFile(f"{recording} is not a recording; allowed: one ({makes})")
+    require_recording(recording)
     told = [time.perf_counter()]
 
     def progress(text: str, share: float) -> bool:

@@ -6,7 +6,7 @@ import click
 
 from underfoot.commands.compare import survey_told
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, require_recording
 from underfoot.errors import BadValue
 
 
@@ -26,6 +26,8 @@ def steps(recording: Path, numbers: tuple[int, ...], why: str | None) -> None:
     from underfoot.records.survey import RecordedForces
     from underfoot.records.tables import recorded_step_lines
 
+    require_recording(recording)
+    numbers = tuple(dict.fromkeys(numbers))
     with Recording(recording) as opened, report_compiling(None):
         found = {one.step.step: one.step for one in survey_told(opened).steps}
         unknown = [str(number) for number in numbers if number not in found]
