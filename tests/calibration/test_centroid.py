@@ -200,6 +200,19 @@ def test_without_a_load_cell_the_force_of_a_press_is_the_compensated_one():
     assert found.raw[0][2][:, 2] == pytest.approx(np.tile([150.0, 300.0], 9), rel=0.03)
 
 
+@pytest.mark.parametrize("slipped", [[], [100]], ids=["none", "another"])
+def test_errors_with_compensated_forces_are_of_the_presses_that_they_left_out_not_the_others(slipped):
+    """Of as many, they were measured from the places of other presses, up to 300 mm off; of more or less, discarded."""
+    table = presses()
+    static, compensated = table.readings.copy(), table.readings.copy()
+    static[40], compensated[slipped] = static[40, [1, 0, 3, 2]], compensated[slipped][:, [1, 0, 3, 2]]
+    both = Presses("t1", table.at_m, table.force_n, table.readings, np.hstack([static, compensated]))
+    found = assess(both, TILE)
+    assert len(found.left_out) == 1
+    assert {name: value for name, value, _ in quantities_of(found)}["worst_over_time_mm"] < 0.1
+    assert len(drawings_of(found)[2].series[-1].x) == len(table.force_n) - len(slipped)
+
+
 def test_another_tile_s_profile_is_refused_before_and_after():
     other = Profile(tile="t2")
     with pytest.raises(BadValue, match="the profile's tile is 't2'; allowed: t1, which was pressed"):

@@ -66,7 +66,7 @@ class CentroidAccuracy:
     reference_mm: float | None = None
     """How far presses may be off their places by themselves (95 %); None where that was not given."""
     over_time: "CentroidAccuracy | None" = None
-    """Same presses, with hysteresis and creep compensated in their forces."""
+    """Same presses, with hysteresis and creep compensated in their forces; others of them may be left out."""
     bound: "CentroidAccuracy | None" = None
     """Same presses, with the best possible static curves: `best_static_forces`."""
 
@@ -168,8 +168,6 @@ def assess_forces(presses: Presses, forces: Floats, tile: Tile) -> CentroidAccur
 def _with_bounds(found: CentroidAccuracy, presses: Presses, compensated: Floats) -> CentroidAccuracy:
     """Add the accuracy with compensated forces (n, 4), and the best of any static curves."""
     over_time = assess_forces(presses, compensated, found.tile)
-    if over_time.at_m.shape != found.at_m.shape:
-        return found
     found = replace(found, over_time=over_time)
     truest = over_time.correction.linearised(compensated)
     bound = assess_forces(presses, best_static_forces(presses.static_n, truest), found.tile)
