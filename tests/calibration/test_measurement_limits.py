@@ -55,8 +55,11 @@ def test_another_sensor_responds_if_it_changes_by_more_than_noise():
     weighed(40.0, change=100.0, other=300.0)
     with pytest.raises(BadMeasurement, match="sensor 2 responds when sensor 1 is loaded; is the load over sensor 1"):
         weighed(40.0, change=300.0, other=900.0)
-    with pytest.raises(BadMeasurement, match=r"their wires swapped, or does sensor 1 give no signal\?$"):
+    with pytest.raises(BadMeasurement, match=r"their wires swapped, or does sensor 1 give no signal\? Then look at"):
         weighed(40.0, change=3.0, other=900.0)
+    swapped = REST + np.array([1000.0, 8000.0, 600.0, 700.0])  # a little of a load goes to all: 'all sensors respond'
+    with pytest.raises(BadMeasurement, match=r"sensor 2 responds .* are their wires swapped"):
+        require_weight(0, 40.0, swapped, REST, 200.0, (2.0, 0.0), None)
 
 
 def test_who_stood_on_the_tile_that_was_to_be_empty_is_asked_about():

@@ -83,7 +83,7 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
         if typical[sensor] < LEAST_COUNTS:
             raise BadMeasurement(
                 f"sensor {sensor + 1} gives no signal: it stays at {np.median(pressed[loaded]):.0f} under "
-                f"{np.median(force_n[loaded]):.0f} N"
+                f"{np.median(force_n[loaded]):.0f} N; {LOOK}"
             )
     elif float(np.ptp(pressed)) > 6000.0 and float(force_n.max()) < 0.01 * full_scale_n:
         raise BadMeasurement(
@@ -96,8 +96,15 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
     # One of fewer bits is passed on the way up, too: it stays there while the force rises.
     rises = np.ptp(force_n[railed]) > _STAYS * full_scale_n if question and railed.any() else True
     if np.count_nonzero(railed) >= _LEAST_SAMPLES and rises:
+        stays = float(pressed[railed][0])
+        others = pressed[~railed & (force_n > _STAYS * full_scale_n)]
+        if others.size and (np.median(others) - rest[sensor]) * (stays - rest[sensor]) < 0.0:
+            raise BadMeasurement(
+                f"sensor {sensor + 1} goes to {stays:.0f} at {force_n[railed].min():.0f} N, against the way of its "
+                "reading; look for a loose plug or wire"
+            )
         raise BadMeasurement(
-            f"sensor {sensor + 1} clips: it stays at {pressed[railed][0]:.0f} above {force_n[railed].min():.0f} N; "
+            f"sensor {sensor + 1} clips: it stays at {stays:.0f} above {force_n[railed].min():.0f} N; "
             f"choose a smaller full scale, or another divider{question}"
         )
 
@@ -149,7 +156,9 @@ def require_weight(
         _require_own(sensor, np.abs(readings - rest), "loaded")
         _require_other(sensor, given_n, change, before)
     if given_n >= _LOADED * full_scale_n and change < LEAST_COUNTS:
-        raise BadMeasurement(f"sensor {sensor + 1} gives no signal: it stays at {reading:.0f} under {given_n:g} N")
+        raise BadMeasurement(
+            f"sensor {sensor + 1} gives no signal: it stays at {reading:.0f} under {given_n:g} N; {LOOK}"
+        )
     low, high = _APPARENT
     if given_n > 0.0 and apparent_n is not None and not low <= given_n / apparent_n <= high:
         raise BadMeasurement(
@@ -163,8 +172,8 @@ def _require_other(sensor: int, given_n: float, change: float, before: tuple[flo
     last, last_n = before
     if given_n >= _HEAVIER * last_n and change <= _NO_MORE * last:
         reads = f"reads as under the {last_n:g} N before" if last_n else "reads as with nothing on it"
-        clips = ", or does the sensor clip" if last_n else ""
-        raise BadMeasurement(f"{given_n:g} N was typed, but sensor {sensor + 1} {reads}; is the weight on it{clips}?")
+        else_ = ", or does the sensor clip?" if last_n else f"? If it is, {LOOK}"
+        raise BadMeasurement(f"{given_n:g} N was typed, but sensor {sensor + 1} {reads}; is the weight on it{else_}")
     if _LIGHTER * given_n <= last_n and change > _NO_LESS * last:
         raise BadMeasurement(
             f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under the {last_n:g} N before; "
@@ -176,16 +185,16 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
     """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all are alike."""
     strongest, own = int(np.argmax(change)), float(change[sensor])
     others = float(np.median(np.delete(change, sensor)))
+    if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * own:
+        dead = f", or does sensor {sensor + 1} give no signal? Then {LOOK}" if own < LEAST_COUNTS else "?"
+        raise BadMeasurement(
+            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; is the load over sensor "
+            f"{sensor + 1}, is the tile turned, or are their wires swapped{dead}"
+        )
     if own >= LEAST_COUNTS and others > max(_ALIKE * own, _CLEAR_COUNTS):
         raise BadMeasurement(
             f"all sensors respond when sensor {sensor + 1} is {is_what}; is the load over it, and was the tile empty "
             "before? If not, go back to the page with nothing on it"
-        )
-    if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * own:
-        dead = f", or does sensor {sensor + 1} give no signal" if own < LEAST_COUNTS else ""
-        raise BadMeasurement(
-            f"sensor {strongest + 1} responds when sensor {sensor + 1} is {is_what}; is the load over sensor "
-            f"{sensor + 1}, is the tile turned, or are their wires swapped{dead}?"
         )
 
 
