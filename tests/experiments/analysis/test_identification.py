@@ -2,6 +2,7 @@
 
 from statistics import stdev
 
+import numpy as np
 import pytest
 from made_studies import TD, made_protocol
 from scipy.stats import f_oneway, ttest_rel
@@ -12,7 +13,8 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
 
-pytest.importorskip("statsmodels")
+pandas = pytest.importorskip("pandas")
+ols = pytest.importorskip("statsmodels.formula.api").ols
 
 
 def findings_of(stimuli, parameters, answer, trials):
@@ -98,15 +100,36 @@ def test_sets_that_the_same_people_were_given_are_tested_within_these():
     assert [row[0] for row in tests.rows][:2] == ["all sessions", "all sessions, corrected"]
 
 
-def test_stages_that_the_same_people_did_are_compared_within_these():
-    rates = {"with": (9, 8, 5), "without": (7, 5, 4)}
-    rows = [
+def rows_of_stages(rates):
+    """Return ten trials of each person in each stage, of which so many are right."""
+    return [
         {"participant": f"P{k}", "stage": stage, "method": "absolute-identification", "trial": trial, "block": 1,
          "stimulus": "a", "correct": 1, "number": 1 if trial < right else 2}
         for stage, rights in rates.items()
         for k, right in enumerate(rights)
         for trial in range(10)
     ]  # fmt: skip
+
+
+def test_groups_are_compared_in_what_changed_from_the_first_stage_to_a_later_one():
+    """Of a pretest and a posttest, the test of the change is that of the interaction of group and stage."""
+    rates = {"pre": (4, 5, 3, 5, 4, 4), "post": (8, 9, 9, 6, 4, 5)}
+    groups = ["trained"] * 3 + ["control"] * 3
+    rows = [row | {"participant.group": groups[int(row["participant"][1:])]} for row in rows_of_stages(rates)]
+    *_, found = analysed(rows, None, Settings())
+    by_group, tests = found.tables[-2:]
+    assert by_group.title == "Groups by group"
+    assert by_group.rows[0] == ("rate, post - pre", "trained", 3, pytest.approx((0.4 + 0.4 + 0.6) / 3))
+    data = {"rate": np.ravel([*rates.values()]) / 10, "who": [*range(6)] * 2}
+    data |= {"post": np.repeat([0.0, 1.0], 6), "both": [0.0] * 6 + [float(one == "trained") for one in groups]}
+    mixed = ols("rate ~ C(who) + post + both", pandas.DataFrame(data)).fit()
+    t, p = mixed.tvalues["both"], mixed.pvalues["both"]
+    test = next(row for row in tests.rows if row[0] == "rate, post - pre, group")
+    assert test[:5] == ("rate, post - pre, group", "F", pytest.approx(t**2), "1, 4", pytest.approx(p))
+
+
+def test_stages_that_the_same_people_did_are_compared_within_these():
+    rows = rows_of_stages({"with": (9, 8, 5), "without": (7, 5, 4)})
     *_, found = analysed(rows, None, Settings())
     assert found.title == "Absolute identification: with, without compared"
     means, tests = found.tables

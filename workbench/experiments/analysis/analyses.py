@@ -27,7 +27,7 @@ from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.analysis.stages import Estimates, stages_compared
+from underfoot.experiments.analysis.stages import Estimates, changes, stages_compared
 from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
@@ -120,18 +120,23 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
-    found += _stages_compared(people)
+    found += _stages_compared(people, counted(rows))
     return found if protocol is None else [*found, *questionnaires(rows, protocol), *counterbalance(rows, protocol)]
 
 
-def _stages_compared(methods: Mapping[str, Mapping[str, Callable[[], Estimates]]]) -> list[Findings]:
-    """Compare the stages of each method that has several, if two people or more did each of them."""
+def _stages_compared(
+    methods: Mapping[str, Mapping[str, Callable[[], Estimates]]], rows: Sequence[Row]
+) -> list[Findings]:
+    """Compare the stages of each method that has several, if two people or more did each of them, and by what these
+    were asked how much each of them changed.
+    """
     found = []
     for method, stages in methods.items():
         if len(stages) > 1:
             estimates = {stage: of_people() for stage, of_people in stages.items()}
             if min(map(len, estimates.values())) > 1:
                 found.append(stages_compared(ANALYSES[method].name or METHODS[method].name, estimates))
+                _add_people(found[-1], rows, partial(changes, estimates))
     return found
 
 
@@ -226,4 +231,6 @@ def _add_people(findings: Findings, rows: Sequence[Row], estimates: Callable[[],
     """Add what of the estimates of each person follows what they were asked, of enough people."""
     people = grouped(rows, "participant").values()
     if len(people) >= LEAST_PEOPLE and any(name.startswith(OF_PERSON) for name in columns_of(rows)):
-        add_people(findings, [part[0] for part in people], list(estimates().values()))
+        of_people = estimates()
+        of_each = [of_people.get(str(part[0]["participant"]), {}) for part in people]
+        add_people(findings, [part[0] for part in people], of_each)

@@ -1,4 +1,4 @@
-"""Stages of one method, such as with and without shoes: whether their estimates differ."""
+"""Stages of one method, such as with and without shoes: whether their estimates differ, and by how much."""
 
 import math
 from collections.abc import Mapping
@@ -32,6 +32,26 @@ def stages_compared(method: str, stages: Mapping[str, Estimates]) -> Findings:
     if tests:
         found.tables.append(table_of_tests("Do the stages differ?", tests, _NOTE))
     return found
+
+
+def changes(stages: Mapping[str, Estimates]) -> dict[str, dict[str, float]]:
+    """Return by how much each person's estimates are more in each later stage than in the first, of who has both.
+
+    A one-way ANOVA of these between groups is that of the interaction of group and two stages.
+
+    >>> changes({"pre": {"P1": {"pse": 90.0}, "P2": {"pse": 95.0}}, "post": {"P1": {"pse": 97.0}}})
+    {'P1': {'pse, post - pre': 7.0}, 'P2': {}}
+    """
+    (first, before), *later = stages.items()
+    return {
+        who: {
+            f"{name}, {stage} - {first}": now[who][name] - value
+            for name, value in of.items()
+            for stage, now in later
+            if name in now.get(who, {})
+        }
+        for who, of in before.items()
+    }
 
 
 _NOTE = (
