@@ -63,6 +63,17 @@ def test_semicolons_settings_of_the_patch_and_lines_without_a_name(tmp_path):
     assert played == [0.5, 0.25]
 
 
+@pytest.mark.parametrize("separator", ";\t")
+def test_a_decimal_comma_is_read_where_cells_have_another_separator(separator, tmp_path):
+    """A spreadsheet in French wrote 0,5: a factor of words, along which there is no curve, and no level at all."""
+    text = "patch;gain.gain;depth;place\nstimulus-td;0,5;-1,25E-1;1,2 m\nstimulus-td;1;2;b, c\n"
+    path = table(tmp_path, text.replace(";", separator))
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, path, REGISTRY)
+    assert made.stimuli["c1"].settings == {"gain.gain": 0.5}
+    assert made.stimuli["c1"].factors == {"depth": -0.125, "place": "1,2 m"}
+    assert made.stimuli["c2"].factors == {"depth": 2, "place": "b, c"}
+
+
 def test_a_patch_beside_the_table_is_copied_beside_the_draft(tmp_path):
     tables, own = tmp_path / "tables", tmp_path / "own"
     tables.mkdir()

@@ -45,6 +45,7 @@ _TEXT_COLUMNS = (
 )
 """Columns of text, also where a cell looks like a number."""
 _MISSING = ("", "NA", "n/a")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 """Cells that are empty; R and BIDS write something there."""
 
 
@@ -102,14 +103,14 @@ def read_csv(path: str | Path) -> list[Row]:
 def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str, str]]]:
     """Return the header of a CSV, and the cells of each row by column; raise `BadFile` if it is not a table.
 
-    The separator is the most frequent of comma, semicolon and tab in the header.
+    The separator is the most frequent of comma, semicolon and tab in the header. Between semicolons and tabs, a number
+    can have a decimal comma, as spreadsheets write it in French or German; it gets a point.
     """
     text = read_table(path, what)
     first = text.partition("\n")[0]
+    separator = max(",;\t", key=first.count)
     try:
-        reader = csv.DictReader(
-            io.StringIO(text), strict=True, skipinitialspace=True, delimiter=max(",;\t", key=first.count)
-        )
+        reader = csv.DictReader(io.StringIO(text), strict=True, skipinitialspace=True, delimiter=separator)
         header = reader.fieldnames or []
         lines = list(reader)
     except csv.Error as error:
@@ -117,6 +118,11 @@ def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str,
     for number, line in enumerate(lines, 2):
         if None in line or None in line.values():
             raise BadFile(f"{path}, line {number}: {len(header)} cells are needed, as in the header")
+    if separator != ",":
+        lines = [
+            {name: cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for name, cell in line.items()}
+            for line in lines
+        ]
     return header, lines
 
 
