@@ -307,7 +307,7 @@ def test_a_port_that_is_taken_is_said_and_an_address_of_another_computer(serve, 
     taken = f"127.0.0.1:{end.port}: another program listens there, perhaps a second Underfoot; choose another port"
     with pytest.raises(DeviceError, match=taken):
         serve(listen=end.text)
-    with pytest.raises(DeviceError, match=r"192\.0\.2\.1:9700: .*; choose an address of this computer"):
+    with pytest.raises(DeviceError, match=r"192\.0\.2\.1:9700: this computer has no such address; choose one of"):
         serve(listen="192.0.2.1:9700")
 
 

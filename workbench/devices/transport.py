@@ -177,4 +177,6 @@ def reason(error: OSError | ValueError | OverflowError) -> str:
         return "there can be no host of this name"
     if getattr(error, "errno", None) == errno.EADDRINUSE:
         return "another program listens there, perhaps a second Underfoot"
+    if getattr(error, "errno", None) == errno.EADDRNOTAVAIL:
+        return "this computer has no such address; choose one of its own, or 0.0.0.0 for all of them"
     return str(getattr(error, "strerror", None) or error).lower()

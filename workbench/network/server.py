@@ -437,6 +437,6 @@ def _bound(address: Address) -> socket.socket:
         bind_alone(made, address.host, address.port)
     except OSError as error:
         made.close()
-        choose = "an address of this computer" if error.errno == errno.EADDRNOTAVAIL else "another port"
-        raise DeviceError(f"cues cannot be taken at {address}: {reason(error)}; choose {choose}") from None
+        choose = "" if error.errno == errno.EADDRNOTAVAIL else "; choose another port"
+        raise DeviceError(f"cues cannot be taken at {address}: {reason(error)}{choose}") from None
     return made

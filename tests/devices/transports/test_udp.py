@@ -80,6 +80,12 @@ def test_addresses_that_cannot_be_are_refused(address):
         transport_of("udp", address)
 
 
+def test_the_address_of_a_tile_is_none_to_listen_at():
+    """The system's words for it, 'cannot assign requested address', told nobody what to enter."""
+    with pytest.raises(DeviceError, match=r"this computer has no such address; choose one of its own, or 0\.0\.0\.0"):
+        UdpTransport("192.0.2.1", 9000).open()
+
+
 def test_the_address_of_a_group_is_refused():
     """Nothing would come: a group has to be joined."""
     with pytest.raises(BadValue, match=r"of a group; allowed: an address of this computer, as 0\.0\.0\.0:9000"):
