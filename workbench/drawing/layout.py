@@ -26,8 +26,6 @@ class Measure(Protocol):
     def __call__(self, text: str, size_px: int, *, bold: bool = False) -> float: ...
 
 
-"""Width of a text in pixels, from the text, its size in pixels and whether it is bold."""
-
 AXIS_PX = 56
 """Width of a vertical axis with its texts; constant, so that stacked plots share a time axis."""
 BELOW_PX = 20

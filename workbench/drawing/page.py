@@ -53,11 +53,10 @@ def _colours(name: str) -> str:
 def _light_pictures() -> str:
     """Return rules that give a dark picture its light colours: style rules override attributes."""
     pairs = {dark: palette("light")[name] for name, dark in palette("dark").items()}
-    kinds = {"stroke": "stroke", "fill": "fill", "stop-color": "stop-color"}
     return "".join(
-        f'svg [{attribute}="{dark}"]{{{rule}:{light}}}'
+        f'svg [{one}="{dark}"]{{{one}:{light}}}'
         for dark, light in pairs.items()
-        for attribute, rule in kinds.items()
+        for one in ("stroke", "fill", "stop-color")
     )
 
 
