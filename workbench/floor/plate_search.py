@@ -148,10 +148,9 @@ def search(tile: Tile, parameters: TileParameters, spec: PlateSearch) -> SearchR
     """
     moduli, thicknesses = (np.geomspace(*span, STEPS) for span in (spec.modulus_pa, spec.thickness_m))
     size = tile.size_m
-    mass = np.array([spec.plate(moduli[0], float(h)).mass_kg(size) for h in thicknesses])
-    masses = np.repeat(mass[:, None], STEPS, axis=1)
     # Rigidity is proportional to the modulus: one plate of each thickness says what all others do.
     unit = [spec.plate(moduli[0], float(h)) for h in thicknesses]
+    masses = np.repeat(np.array([one.mass_kg(size) for one in unit])[:, None], STEPS, axis=1)
     stiffer = moduli[None, :] / moduli[0]
     sag = np.array([one.static_deflection_m(size, (0.0, 0.0), (0.0, 0.0), spec.load_n, 39) for one in unit])
     first = np.array([one.frequency_hz(size) for one in unit])
