@@ -13,7 +13,7 @@ g, k > 0, even if they change at every frame. This keeps a changing section stab
 import math
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, inlined, kernel
+from underfoot.kernels import Floats, copy, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
@@ -130,7 +130,7 @@ def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, 
     """
     now, is_band = state.now, coefficients.gain_x1 == coefficients.k
     if now.k == 0.0:
-        _copy(coefficients, now)
+        copy(coefficients.values, now.values)
     done = 0
     while done < out.size and not _same(now, coefficients):
         before = now.k
@@ -149,7 +149,7 @@ def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, 
 def _move(now: Memory, c: Memory, frame: int) -> None:
     """Move the coefficients `now` by a frame; the bandwidth g k moves evenly, as k would make it wide on its way."""
     if (frame + 1) % SPAN == 0:
-        _copy(c, now)
+        copy(c.values, now.values)
         return
     g = glided(now.g, c.g, frame)
     k, gain_x1 = glided(now.g * now.k, c.g * c.k, frame) / g, glided(now.g * now.gain_x1, c.g * c.gain_x1, frame) / g
@@ -175,12 +175,6 @@ def _follow(signal: Floats, state: Memory) -> None:
     for i in range(signal.size):
         mean += _MEAN_PACE * (signal[i] - mean)
     state.mean = mean
-
-
-@kernel
-def _copy(source: Memory, target: Memory) -> None:
-    for i in range(target.values.size):  # in Numba, assigning a slice brings the code for strings of its error
-        target.values[i] = source.values[i]
 
 
 @kernel
