@@ -113,6 +113,16 @@ def _processes_are_forked():
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _streams_are_seen_by_their_process_only(tmp_path_factory):
+    """Marks of the Lab Streaming Layer would be taken by other workers and other runs of the tests, and theirs here."""
+    path = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
+    path.write_text(f"[lab]\nSessionID = tests of process {os.getpid()}\n[log]\nlevel = -2\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LSLAPICFG", str(path))
+        yield
+
+
 def _environment():
     return {name: value for name, value in os.environ.items() if name.startswith("UNDERFOOT_")}
 

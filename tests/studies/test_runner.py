@@ -471,10 +471,9 @@ def test_a_trigger_that_is_plugged_in_again_gets_its_markers(tmp_path):
     unplug()
 
 
-def test_those_who_want_marks_get_them(session, until, tmp_path, monkeypatch):
+def test_those_who_want_marks_get_them(session, until, tmp_path):
     """A byte for each on a real pseudo-terminal, and LSL streams where that is installed."""
     pylsl = pytest.importorskip("pylsl")
-    monkeypatch.setattr(socket, "gethostname", lambda: f"process-{os.getpid()}")  # others here run the same test
     master, slave = os.openpty()
     tty.setraw(slave)
     os.set_blocking(master, False)
