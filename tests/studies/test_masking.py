@@ -38,15 +38,13 @@ def test_the_loop_has_no_seam_and_whole_beats():
 
 @pytest.mark.parametrize("hangs", [False, True])
 def test_a_card_plays_it_on_its_channel(null_sink, until, hangs):
-    """It stops and goes on as it is told. Once its card was gone, or its server hung, the study went on without it."""
+    """Once its card was gone, or its server hung, the study went on without it."""
     script = """
 from threading import Event
 from underfoot.experiments.protocol import Sounds
 from underfoot.studies.masking import Masking
 masking = Masking(Sounds(noise="pink", noise_db=-20.0, channel=3))
 masking.start()
-input()
-masking.stop()
 input()
 while not masking.problem:
     Event().wait(0.02)
@@ -58,8 +56,6 @@ masking.close()
         player = subprocess.Popen([sys.executable, "-c", script], text=True, **pipes)
         until(lambda: np.abs(heard()[-4800:, 3]).max(initial=0.0) > 0.1, "the noise comes", seen=heard.summary)
         played = heard()[-4800:]
-        print(file=player.stdin, flush=True)
-        until(lambda: len(heard()) and np.abs(heard()[-2400:, 3]).max() < 1e-3, "it fades away", seen=heard.summary)
         server = min(null_sink.threads())
         if hangs:
             os.kill(server, signal.SIGSTOP)

@@ -70,7 +70,7 @@ def sound_loop(sounds: Sounds) -> NDArray[np.float32]:
 
 
 class Masking:
-    """Plays a study's sounds on a device, "" for the default, from `start` to `stop`, with fades.
+    """Plays a study's sounds on a device, "" for the default, from `start` to `close`.
 
     The device is used in a process of its own. `DeviceError` if it is missing, lacks the channel, or does not answer.
     """
@@ -81,10 +81,6 @@ class Masking:
     def start(self) -> None:
         """Fade in."""
         self._card.tell("start")
-
-    def stop(self) -> None:
-        """Fade out."""
-        self._card.tell("stop")
 
     @property
     def problem(self) -> str:
@@ -147,10 +143,6 @@ class _Player:
         """Fade in."""
         self._target = 1.0
 
-    def stop(self) -> None:
-        """Fade out."""
-        self._target = 0.0
-
     def close(self) -> None:
         """Close the device."""
         self._is_closing.set()
@@ -177,6 +169,6 @@ class _Player:
             out[done : done + len(part), self._channel] = part
             done += len(part)
             self._at = (self._at + len(part)) % len(self._loop)
-        end = self._gain + np.clip(self._target - self._gain, -self._step * frames, self._step * frames)
+        end = min(self._gain + self._step * frames, self._target)
         out[:, self._channel] *= np.linspace(self._gain, end, frames, dtype=np.float32)
-        self._gain = float(end)
+        self._gain = end
