@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     NaN where the likeliest threshold is an end of those considered: as of who says no, or yes, to every level, it may
     be anywhere beyond. Raises `BadValue` for a level that the method does not have.
     """
-    given = _rule(settings)
+    given = settings.of(Bayesian)
     quest = quest_of(given)
     followed = [row for row in rows if not row.get("catch")]
     levels = quest.stim_domain["intensity"]
@@ -94,11 +93,6 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     return found
 
 
-def _rule(settings: Settings) -> dict[str, Any]:
-    """Return the method's parameters, its usual ones where they are not known."""
-    return {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
-
-
 def _reaches_an_end(threshold: Estimate, settings: Settings) -> bool:
     """Return whether a threshold's interval goes into the part of the lowest or highest level that is considered.
 
@@ -107,7 +101,7 @@ def _reaches_an_end(threshold: Estimate, settings: Settings) -> bool:
     >>> [_reaches_an_end(Estimate("threshold", 0.0, *one), Settings(given)) for one in intervals]
     [False, True, True]
     """
-    levels = levels_of(_rule(settings))
+    levels = levels_of(settings.of(Bayesian))
     return bool(threshold.low < levels[:2].mean() or threshold.high > levels[-2:].mean())
 
 

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from underfoot.experiments.method import Method
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -16,3 +18,7 @@ class Settings:
     bootstrap: int = 399
     with_lapses: bool = False
     is_beside_silence: bool | None = None
+
+    def of(self, method: type[Method]) -> dict[str, Any]:
+        """Return the parameters of the `method` that ran the trials, its usual ones where they are not known."""
+        return {name: parameter.default for name, parameter in method.parameters.items()} | dict(self.given)

@@ -46,7 +46,7 @@ class Run:
 
 def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], Run]:
     """Return one person's staircases by stimulus, block and start; of each, the run after the last false alarm."""
-    given = _rule(settings)
+    given = settings.of(Staircases)
     states: dict[tuple[str, int, str], tuple[int, Staircase, Run]] = {}
     for row in rows:
         if row.get("staircase") in (None, ""):
@@ -71,7 +71,7 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's threshold, or PSE, for each stimulus, the mean of its staircases, in dB re its level."""
-    last, point = _rule(settings)["last"], _point(rows, settings)
+    last, point = settings.of(Staircases)["last"], _point(rows, settings)
     values: dict[str, list[float]] = {}
     for (stimulus, _, _), run in staircases(rows, settings).items():
         values.setdefault(stimulus, [])
@@ -93,7 +93,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     lines = [(person, one) for person, of in several.items() for one in of]
     note = "Student's intervals over the staircases of each person; dB re the level of the stimulus."
     if settings.given:
-        note += f" The level tends to where {100.0 * balanced_share(_rule(settings)):.3g} % of the answers {chosen}."
+        share = balanced_share(settings.of(Staircases))
+        note += f" The level tends to where {100.0 * share:.3g} % of the answers {chosen}."
     if any(math.isnan(one.value) for _, one in lines):
         note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
     found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
@@ -157,14 +158,9 @@ def _point(rows: Sequence[Row], settings: Settings) -> str:
     return PSE if is_compared else THRESHOLD
 
 
-def _rule(settings: Settings) -> dict[str, Any]:
-    """Return the method's parameters, its usual ones where they are not known."""
-    return {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
-
-
 def _least_reversals(settings: Settings) -> int:
     """Return the number of reversals that a staircase needs to be counted."""
-    rule = _rule(settings)
+    rule = settings.of(Staircases)
     return min(int(rule["reversals"]), int(rule["last"]))
 
 
