@@ -119,19 +119,15 @@ def envelope_error_db(original: Floats, written: Floats, rate_hz: float) -> floa
 
 def smoothed(values: Floats, frames: int) -> Floats:
     """Return the mean over a Hann window of this many frames; zeros beyond the ends."""
+    from scipy.signal import fftconvolve
+
     window = np.hanning(max(frames, 1) + 2)[1:-1]
-    size = values.size + window.size - 1
-    length = 1 << (size - 1).bit_length()
-    product = np.fft.irfft(np.fft.rfft(values, length) * np.fft.rfft(window / window.sum(), length), length)
-    first = (window.size - 1) // 2
-    whole = product[first : first + values.size]
+    whole = fftconvolve(values, window / window.sum(), "same")
     return np.maximum(whole, 0.0) if values.min(initial=0.0) >= 0.0 else whole
 
 
 def _analytic(samples: Floats) -> NDArray[np.complex128]:
     """Return the analytic signal: without negative frequencies."""
-    spectrum = np.fft.fft(samples)
-    half = samples.size // 2
-    spectrum[1 : half + samples.size % 2] *= 2.0
-    spectrum[half + 1 :] = 0.0
-    return np.fft.ifft(spectrum)
+    from scipy.signal import hilbert
+
+    return hilbert(samples)
