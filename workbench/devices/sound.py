@@ -144,14 +144,8 @@ def _cards() -> str:
 
 def listed_name(name: str) -> str:
     """Return PortAudio's whole name of the output device that `name` means; "" if it lists none, or several."""
-    try:
-        sounddevice = portaudio()
-    except DeviceError:
-        return ""
-    try:
-        return str(sounddevice.query_devices(device_of(name), "output")["name"])
-    except (OSError, RuntimeError, ValueError, sounddevice.PortAudioError):
-        return ""
+    device = _listed(name, "output")
+    return str(device["name"]) if device else ""
 
 
 def max_channels(name: str) -> int:
@@ -178,15 +172,20 @@ def pairs_up_to(channel: int, there: int) -> int:
 
 def _channels(name: str, kind: str, unknown: int) -> int:
     """Return the "input" or "output" channels of the device in one stream; `unknown` if there is no such device."""
+    device = _listed(name, kind)
+    return min(int(device[f"max_{kind}_channels"]), MAX_CHANNELS) if device else unknown
+
+
+def _listed(name: str, kind: str) -> dict[str, Any]:
+    """Return what PortAudio says of an "input" or "output" device; {} if it is missing, or lists none, or several."""
     try:
         sounddevice = portaudio()
     except DeviceError:
-        return unknown
+        return {}
     try:
-        device = sounddevice.query_devices(device_of(name), kind)
+        return dict(sounddevice.query_devices(device_of(name), kind))
     except (OSError, RuntimeError, ValueError, sounddevice.PortAudioError):
-        return unknown
-    return min(int(device[f"max_{kind}_channels"]), MAX_CHANNELS)
+        return {}
 
 
 class PlayRecord:
