@@ -2,12 +2,14 @@
 
 import os
 import sqlite3
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import quote
 
 from underfoot.errors import BadFile
+from underfoot.files import replaced
 
 
 def uri_of(path: PurePath) -> str:
@@ -41,6 +43,28 @@ def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - 
         return _connected(f"{where}?mode=ro&immutable=1", (), options)
     how = "mode=ro&vfs=unix-none" if is_protected and os.name == "posix" else "mode=rw"
     return _connected(f"{where}?{how}", ("pragma locking_mode = exclusive",), options)
+
+
+def version_of(base: sqlite3.Connection, path: str | Path, application_id: int, newest: int, what: str) -> int:
+    """Return the version of an open file; `BadFile` if it is not `what`, or newer than a version."""
+    (application,) = base.execute("pragma application_id").fetchone()
+    (version,) = base.execute("pragma user_version").fetchone()
+    if application != application_id:
+        raise BadFile(f"{path} is not {what}")
+    if version > newest:
+        raise BadFile(f"{path}: version is {version}; allowed: up to {newest}, a newer Underfoot wrote it")
+    return int(version)
+
+
+@contextmanager
+def created(
+    path: Path, application_id: int, version: int, tables: str, about: Mapping[str, str]
+) -> Iterator[sqlite3.Connection]:
+    """Make a file with these tables and entries beside `path`; it is moved there at the end of the block."""
+    with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
+        base.executescript(f"pragma application_id = {application_id}; pragma user_version = {version}; {tables}")
+        base.executemany("insert into about values (?, ?)", about.items())
+        yield base
 
 
 def numbers_of(path: Path) -> tuple[int, int] | None:

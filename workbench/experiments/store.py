@@ -27,11 +27,11 @@ from underfoot.experiments.excerpts import Excerpt, Packed, packed, unpacked
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import copy_files_of_settings, patch_path, path_beside
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import make_folder, no_file, replaced, write_file
+from underfoot.files import make_folder, no_file, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import is_gone, numbers_of, opened, require_whole, uri_of
+from underfoot.sqlite_files import created, is_gone, numbers_of, opened, require_whole, uri_of, version_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:
@@ -134,11 +134,7 @@ class SessionFile:
             "system": platform.platform(),
         }
         try:
-            with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
-                base.execute(f"pragma application_id = {APPLICATION_ID}")
-                base.execute(f"pragma user_version = {VERSION}")
-                base.executescript(_TABLES)
-                base.executemany("insert into about values (?, ?)", known.items())
+            with created(path, APPLICATION_ID, VERSION, _TABLES, known) as base:
                 base.executemany("insert into patch values (?, ?)", _patches(protocol, folder).items())
         except sqlite3.Error as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
@@ -154,12 +150,7 @@ class SessionFile:
             try:
                 base = opened(path, isolation_level=None, check_same_thread=False)
                 unless_opened.callback(base.close)
-                (application,) = base.execute("pragma application_id").fetchone()
-                (version,) = base.execute("pragma user_version").fetchone()
-                if application != APPLICATION_ID:
-                    raise BadFile(f"{path} is not a session of a study")
-                if version > VERSION:
-                    raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
+                version_of(base, path, APPLICATION_ID, VERSION, "a session of a study")
             except (sqlite3.Error, UnicodeDecodeError) as error:
                 require_whole(path, APPLICATION_ID)
                 raise BadFile(f"{path} is not a session of a study: {in_one_line(error)}") from None

@@ -22,7 +22,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import InUse
 from underfoot.records.left_out import NEAR_S, LeftOut
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, LEFT_OUT, MARKS, SUFFIXES, TYPES, VERSION, Rows
-from underfoot.sqlite_files import is_gone, opened, require_whole
+from underfoot.sqlite_files import is_gone, opened, require_whole, version_of
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
@@ -60,13 +60,7 @@ class Recording:
             try:
                 self._base = opened(self.path)
                 unless_read.callback(self._base.close)
-                (application,) = self._base.execute("pragma application_id").fetchone()
-                (self.version,) = self._base.execute("pragma user_version").fetchone()
-                if application != APPLICATION_ID:
-                    raise BadFile(f"{path} is not a recording of Underfoot")
-                if self.version > VERSION:
-                    newer = f"allowed: up to {VERSION}, a newer Underfoot wrote it"
-                    raise BadFile(f"{path}: version is {self.version}; {newer}")
+                self.version = version_of(self._base, path, APPLICATION_ID, VERSION, "a recording of Underfoot")
                 self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
                 tables = self._base.execute("select name from sqlite_master where type = 'table'")
                 self._tables = {name for (name,) in tables}

@@ -4,16 +4,15 @@ import json
 import os
 import sqlite3
 from collections import Counter
-from contextlib import closing, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from underfoot.errors import BadFile
-from underfoot.files import replaced
 from underfoot.records import envelopes
 from underfoot.records.recording_format import APPLICATION_ID, FRAMES, MARKS, TYPES, VERSION, Rows
-from underfoot.sqlite_files import is_gone, numbers_of
+from underfoot.sqlite_files import created, is_gone, numbers_of
 
 _LOCKED_S = 60.0
 """How long a writer waits for another program that has the file locked, as the last to close it does while it merges
@@ -39,7 +38,8 @@ class Writer:
             require_free(path)
         try:
             if not os.path.exists(path) or keeps_name(path):
-                _create(path, about)
+                with created(path, APPLICATION_ID, VERSION, _TABLES + envelopes.TABLE + MARKS, about):
+                    pass  # it is never seen incomplete
             self._base = sqlite3.connect(path, isolation_level=None, timeout=_LOCKED_S)
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = normal")
@@ -182,12 +182,3 @@ def require_free(path: Path) -> None:
 def keeps_name(path: str | Path) -> bool:
     """Return whether an empty file keeps the name of a recording that is not there yet; a pipe or a device does not."""
     return os.path.isfile(path) and not os.path.getsize(path)
-
-
-def _create(path: Path, about: dict[str, str]) -> None:
-    """Create an empty recording beside `path` and move it there, so that an incomplete one is never visible."""
-    with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
-        base.execute(f"pragma application_id = {APPLICATION_ID}")
-        base.execute(f"pragma user_version = {VERSION}")
-        base.executescript(_TABLES + envelopes.TABLE + MARKS)
-        base.executemany("insert into about values (?, ?)", about.items())
