@@ -22,54 +22,45 @@ LIST_PX = 28 * theme.GRID
 
 
 class ItemList(QWidget):
-    """Names in order, one of them selected; the owner of the items performs the requested edits, which are possible."""
+    """Names in order, one of them selected; buttons and keys do what is possible with it."""
 
     chosen = Signal(int)
     changed = Signal()
     """The items were edited."""
-    add_requested = Signal()
-    copy_requested = Signal(int)
-    remove_requested = Signal(int)
-    move_requested = Signal(int, int)
-    """Carries the index, and the shift (-1 or 1)."""
 
-    def __init__(self, what: str, several: str) -> None:
-        """`what` is the name of an item, and `several` that of all."""
+    def __init__(
+        self,
+        what: str,
+        several: str,
+        add: Callable[[], object],
+        copy: Callable[[int], object],
+        remove: Callable[[int], object],
+        move: Callable[[int, int], object],
+    ) -> None:
+        """`what` is the name of an item, and `several` that of all; `move` takes an index, and the shift (-1 or 1)."""
         super().__init__()
         self.list = QListWidget()
         self.list.setAccessibleName(several)
         self.list.setMinimumHeight(8 * theme.GRID)
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.add, self.copy, self.remove, self.up, self.down = (
-            QPushButton("Add"),
-            QPushButton("Copy"),
-            QPushButton("Remove"),
-            QPushButton("Up"),
-            QPushButton("Down"),
-        )
-        self.buttons = buttons = QGridLayout()
-        buttons.setSpacing(theme.GRID // 2)
-        for index, (button, key, says) in enumerate(
-            (
-                (self.add, "Ins", f"Add a {what}"),
-                (self.copy, "Ctrl+D", f"Copy the {what}"),
-                (self.remove, "Del", f"Remove the {what}"),
-                (self.up, "Alt+Up", f"Move the {what} up"),
-                (self.down, "Alt+Down", f"Move the {what} down"),
-            )
-        ):
-            button.setToolTip(with_native_keys(f"{says} ({key})"))
-            button.setAccessibleName(says)
-            shortcut = QShortcut(QKeySequence(key), self.list)
-            shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
-            shortcut.activated.connect(button.click)
-            buttons.addWidget(button, index // 3, index % 3)
+
+        def move_by(shift: int) -> None:
+            if 0 <= self.list.currentRow() + shift < self.list.count():
+                move(self.list.currentRow(), shift)
+
+        self.buttons = QGridLayout()
+        self.buttons.setSpacing(theme.GRID // 2)
+        self.add = self._button("Add", "Ins", f"Add a {what}", add)
+        self.copy = self._button("Copy", "Ctrl+D", f"Copy the {what}", lambda: copy(self.list.currentRow()))
+        self.remove = self._button("Remove", "Del", f"Remove the {what}", lambda: remove(self.list.currentRow()))
+        self.up = self._button("Up", "Alt+Up", f"Move the {what} up", lambda: move_by(-1))
+        self.down = self._button("Down", "Alt+Down", f"Move the {what} down", lambda: move_by(1))
         self.detail = scroll_area()
         self.detail.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         left = QVBoxLayout()
         left.addWidget(self.list, 1)
-        left.addLayout(buttons)
+        left.addLayout(self.buttons)
         side = QWidget()
         side.setFixedWidth(LIST_PX)
         side.setLayout(left)
@@ -82,11 +73,18 @@ class ItemList(QWidget):
         self.setFocusProxy(self.list)
         self.chosen.connect(self._show_form)
         self.list.currentRowChanged.connect(self.chosen)
-        self.add.clicked.connect(self.add_requested)
-        self.copy.clicked.connect(lambda: self.copy_requested.emit(self.list.currentRow()))
-        self.remove.clicked.connect(lambda: self.remove_requested.emit(self.list.currentRow()))
-        self.up.clicked.connect(lambda: self._ask_to_move(-1))
-        self.down.clicked.connect(lambda: self._ask_to_move(1))
+
+    def _button(self, text: str, key: str, says: str, do: Callable[[], object]) -> QPushButton:
+        button = QPushButton(text)
+        button.setToolTip(with_native_keys(f"{says} ({key})"))
+        button.setAccessibleName(says)
+        button.clicked.connect(lambda _: do())
+        shortcut = QShortcut(QKeySequence(key), self.list)
+        shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
+        shortcut.activated.connect(button.click)
+        at = self.buttons.count()
+        self.buttons.addWidget(button, at // 3, at % 3)
+        return button
 
     def names(self) -> Sequence[str]:
         """Return the names of all items, in order: each owner's."""
@@ -143,8 +141,3 @@ class ItemList(QWidget):
         self.show_names(chosen)
         self.refresh()
         self.changed.emit()
-
-    def _ask_to_move(self, by: int) -> None:
-        index = self.list.currentRow()
-        if 0 <= index + by < self.list.count():
-            self.move_requested.emit(index, by)

@@ -33,13 +33,9 @@ class StagePage(ItemList):
     """Edits `raw["stages"]` of a draft."""
 
     def __init__(self, draft: Draft) -> None:
-        super().__init__("stage", "Stages")
+        super().__init__("stage", "Stages", self._add, self._copy, self._remove, self._move)
         self.draft = draft
         self.form: StageForm | None = None
-        self.add_requested.connect(self._add)
-        self.copy_requested.connect(self._copy)
-        self.remove_requested.connect(self._remove)
-        self.move_requested.connect(self._move)
         self.show_names(0)
 
     @property

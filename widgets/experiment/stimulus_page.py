@@ -53,7 +53,7 @@ class StimulusPage(ItemList):
     notified = Signal(str)
 
     def __init__(self, draft: Draft, own: Path, ask: AskToRun) -> None:
-        super().__init__("stimulus", "Stimuli")
+        super().__init__("stimulus", "Stimuli", self._add_new, self._copy, self._remove, self._move)
         self.draft, self._own, self._ask_to_run = draft, own, ask
         self.background = BackgroundWorker(self)
         self._measured = ""
@@ -63,10 +63,6 @@ class StimulusPage(ItemList):
         self.table.setToolTip("Stimuli from a table of conditions (CSV): one a line")
         self.table.clicked.connect(self._ask_table)
         self.buttons.addWidget(self.table, 1, 2)
-        self.add_requested.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
-        self.copy_requested.connect(lambda index: self._add(dict(self._stimuli[self._name(index)])))
-        self.remove_requested.connect(self._remove)
-        self.move_requested.connect(self._move)
         self.background.found.connect(self._show_measured)
         self.background.failed.connect(self._show_measuring_error)
         self.show_names(0)
@@ -97,6 +93,12 @@ class StimulusPage(ItemList):
         form.measure.clicked.connect(lambda: self._measure(name))
         self.show_detail(form)
         self._show_measuring()
+
+    def _add_new(self) -> None:
+        self._add({"patch": "", "settings": {}, "factors": {}})
+
+    def _copy(self, index: int) -> None:
+        self._add(dict(self._stimuli[self._name(index)]))
 
     def _add(self, stimulus: dict[str, Any]) -> None:
         names = [chr(ord("A") + k) for k in range(26)] + [f"S{k}" for k in range(1, 1000)]
