@@ -107,7 +107,7 @@ class VibrationRecorder:
     def __init__(self, window):
         self._window, self._samples = window, np.zeros((0, 0))
         window.bridge.vibration_read.connect(self._keep_samples)
-        window.bridge.want_vibration(True)
+        window.bridge.wants_vibration = True
 
     def _keep_samples(self, first, samples):
         self._samples = samples

@@ -17,7 +17,6 @@ from underfoot.widgets.controls.panels import one_of_several, tool_button, with_
 from underfoot.widgets.monitor.force_history import ForceHistory
 from underfoot.widgets.monitor.force_plot import ForcePlot
 from underfoot.widgets.monitor.shown_time import ShownTime
-from underfoot.widgets.session.footstep_tracker import ForceUpdate
 
 MAX_DURATION_S = 10.0
 DURATIONS_S = (5.0, 10.0)
@@ -66,10 +65,6 @@ class ForcePanel(QWidget):
         """Show whether the display is paused."""
         self.pausing.setChecked(paused)
         self.pausing.setIcon(theme.icon("play" if paused else "pause"))
-
-    def add_forces(self, update: ForceUpdate) -> None:
-        """Add force samples of all tiles."""
-        self.history.append(update.time_s, update.force_n)
 
     def add_steps(self, steps: Sequence[Step]) -> None:
         """Add onsets of footsteps."""

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
@@ -54,14 +52,6 @@ class VibrationPanel(QWidget):
         top_db = min(0.0, 10.0 * math.ceil(db / 10.0))
         self.spectrogram.set_top(top_db)
         self.level_key.set_range(top_db - SHOWN_DB, top_db)
-
-    def add_vibration(self, first: int, samples: NDArray[np.float32]) -> None:
-        """Add vibration of all tiles (n, tiles) from session frame `first` on."""
-        self.history.append(first, samples)
-
-    def add_response(self, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
-        """Add commanded and measured acceleration of all tiles, (n, tiles) each, m/s^2."""
-        self.tile_levels.feed(commanded, measured)
 
     def draw(self, end_s: float) -> None:
         """Draw the spectrogram of the seconds before a time."""

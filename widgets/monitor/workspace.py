@@ -47,8 +47,6 @@ class MonitorWorkspace(Workspace):
 
     commanded = Signal(object)
     """A `Command` for the engine."""
-    active_changed = Signal(bool)
-    """Whether the workspace is on the screen."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -72,7 +70,7 @@ class MonitorWorkspace(Workspace):
         yield
         self._connect()
         self.set_duration(self.time.duration_s)
-        self.set_level(0.0)
+        self.vibration.set_level(0.0)
         self.focused_first = self.map
 
     # --- workspace ---
@@ -80,8 +78,8 @@ class MonitorWorkspace(Workspace):
     def attach(self, context: WorkspaceContext) -> None:
         controller, bridge = context.controller, context.controller.bridge
         self._controller = controller
-        self.set_level(context.settings.level_db)
-        controller.level_changed.connect(self.set_level)
+        self.vibration.set_level(context.settings.level_db)
+        controller.level_changed.connect(self.vibration.set_level)
         controller.opened.connect(self._set_target)
         self._set_target(controller.target)
         self.steps.folder = context.folder / "footsteps"
@@ -90,11 +88,10 @@ class MonitorWorkspace(Workspace):
         bridge.vibration_read.connect(self.add_vibration)
         bridge.response_read.connect(self.add_response)
         bridge.steps_found.connect(self.add_steps)
-        bridge.marked.connect(self.add_mark)
+        bridge.marked.connect(self.force.add_mark)
         bridge.reported.connect(self._show_starts)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
-        self.active_changed.connect(bridge.want_vibration)
 
     def shortcuts(self) -> Keys:
         return SHORTCUTS
@@ -105,10 +102,11 @@ class MonitorWorkspace(Workspace):
 
     def set_active(self, active: bool) -> None:
         """Read vibration from the session only while this workspace is shown, and show whether the walker walks."""
-        self.active_changed.emit(active)
-        session = self._controller.session if active and self._controller is not None else None
-        if session is not None:
-            self.floor.walker.setChecked(session.target.walker)  # Scenes and studies send it away, too
+        if self._controller is None:
+            return
+        self._controller.bridge.wants_vibration = active
+        if active and self._controller.session is not None:  # Scenes and studies send the walker away, too
+            self.floor.walker.setChecked(self._controller.session.target.walker)
 
     # --- data ---
 
@@ -129,13 +127,9 @@ class MonitorWorkspace(Workspace):
         self.resume()
         self.draw()
 
-    def set_level(self, db: float) -> None:
-        """Set the output level, at which the spectrogram's colours end."""
-        self.vibration.set_level(db)
-
     def add_forces(self, update: ForceUpdate) -> None:
         """Add force samples and contacts."""
-        self.force.add_forces(update)
+        self.force.history.append(update.time_s, update.force_n)
         self._latest = update
         for rows in update.contact_rows:
             self.map.add_trails(rows)
@@ -150,22 +144,18 @@ class MonitorWorkspace(Workspace):
 
     def add_vibration(self, first: int, samples: NDArray[np.float32]) -> None:
         """Add vibration of all tiles (n, tiles) from session frame `first` on."""
-        self.vibration.add_vibration(first, samples)
+        self.vibration.history.append(first, samples)
         self.time.advance_to(self.vibration.history.end / self._rate_hz)
 
     def add_response(self, first: int, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
         """Add commanded and measured acceleration of all tiles, (n, tiles) each, m/s^2, from session frame `first`
         on."""
-        self.vibration.add_response(commanded, measured)
+        self.vibration.tile_levels.feed(commanded, measured)
 
     def add_steps(self, steps: list[Step]) -> None:
         """Add footsteps."""
         self.steps.add(steps)
         self.force.add_steps(steps)
-
-    def add_mark(self, text: str, at_s: float) -> None:
-        """Add a mark from any source."""
-        self.force.add_mark(text, at_s)
 
     def _show_starts(self, reports: list[object]) -> None:
         """Show the tile on which a preview's step began: the floor's forces do not have it."""
@@ -235,12 +225,6 @@ class MonitorWorkspace(Workspace):
         self.time.resume()
         self.force.set_paused(False)
 
-    def _toggle_pause(self, paused: bool) -> None:
-        if paused:
-            self.pause()
-        else:
-            self.resume()
-
     def _hover(self, at_s: float) -> None:
         self._hover_s = at_s
         for plot in (self.force.plot, self.vibration.spectrogram):
@@ -267,7 +251,7 @@ class MonitorWorkspace(Workspace):
         self.map.tile_clicked.connect(lambda: self.force.following.setChecked(False))
         self.floor.commanded.connect(self.commanded)
         self.force.duration_chosen.connect(self.set_duration)
-        self.force.pause_toggled.connect(self._toggle_pause)
+        self.force.pause_toggled.connect(lambda paused: self.pause() if paused else self.resume())
         self.vibration.levels_chosen.connect(self.force.plot.write_times)
         self.steps.notified.connect(self.notified)
         self.steps.cleared.connect(self.force.clear_steps)

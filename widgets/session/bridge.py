@@ -71,6 +71,7 @@ class Bridge(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.wants_vibration = False
+        """Whether `vibration_read` and `response_read` are emitted."""
         self._session: Session | None = None
         self._tracker: FootstepTracker | None = None
         self._ticks = 0
@@ -94,10 +95,6 @@ class Bridge(QObject):
         self._session = self._tracker = None
         self.engine_failure = ""
         self._show_silence(False)
-
-    def want_vibration(self, wanted: bool) -> None:
-        """Set whether `vibration_read` and `response_read` are emitted."""
-        self.wants_vibration = wanted
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
         """Wait until the tracking kernels are loaded; return whether they were in time."""

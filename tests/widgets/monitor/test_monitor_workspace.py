@@ -234,7 +234,7 @@ def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp
 
 
 def test_the_colours_end_at_the_output_level(monitor):
-    monitor.set_level(-23.0)
+    monitor.vibration.set_level(-23.0)
     assert monitor.vibration.level_key.low.text() == "−90"
     assert monitor.vibration.level_key.high.text() == "−20 dB of full scale"
 
