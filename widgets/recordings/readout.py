@@ -71,12 +71,12 @@ class CursorReadout(QObject):
         baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
         self._values = readout_text(opened.floor, values, baseline_n, time_s)
         self._describe()
-        if values.corners_n is None:
-            self._show_unloaded(content, time_s)
-            return
-        loads = np.nan_to_num(values.corners_n.sum(axis=1) - baseline_n[:-1])
+        loads, contacts = np.zeros(len(opened.floor.tiles)), list[OngoingContact]()
+        if values.corners_n is not None:
+            loads = np.nan_to_num(values.corners_n.sum(axis=1) - baseline_n[:-1])
+            contacts = contacts_at(content, time_s)
         self.map.set_loads(loads, np.zeros(len(loads), bool))
-        self.map.set_contacts(contacts_at(content, time_s), time_s)
+        self.map.set_contacts(contacts, time_s)
         self.map.update()
 
     def _describe(self) -> None:
@@ -87,12 +87,6 @@ class CursorReadout(QObject):
             parts.insert(0, f"{begin} to {end} selected, {length}")
         self.text.set_full_text("  ·  ".join(filter(None, parts)))
         self._axis.setAccessibleDescription(self.text.full_text)
-
-    def _show_unloaded(self, content: RecordingContent, time_s: float) -> None:
-        tiles = len(content.opened.floor.tiles)
-        self.map.set_loads(np.zeros(tiles), np.zeros(tiles, bool))
-        self.map.set_contacts((), time_s)
-        self.map.update()
 
 
 def facts_text(opened: OpenedRecording) -> str:

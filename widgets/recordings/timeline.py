@@ -177,11 +177,6 @@ class Axis(QWidget):
         share = (x - tracks.left) / (tracks.right - tracks.left)
         return self.view.begin_s + share * (self.view.end_s - self.view.begin_s)
 
-    def position_of(self, time_s: float, track: str) -> QPointF:
-        """Return the position of a time in a track, in pixels."""
-        tracks = self.painter()
-        return QPointF(tracks.x(time_s), 0.5 * (tracks.tracks[track].top + tracks.tracks[track].bottom))
-
     def painter(self) -> TrackPainter:
         """Return what paints the tracks as they are shown, and knows where everything lies."""
         assert self.content is not None

@@ -91,7 +91,6 @@ class RecordingContent:
 class Track:
     """A horizontal band of the picture from `top` to `bottom`, in pixels."""
 
-    name: str
     top: float
     bottom: float
 
@@ -111,7 +110,7 @@ def tracks_of(height: float, tiles: int, bars: int) -> dict[str, Track]:
         ("commanded", 0.3 * rest),
         ("measured", 0.3 * rest),
     ):
-        found[name] = Track(name, top, top + share - _TRACKS_APART_PX)
+        found[name] = Track(top, top + share - _TRACKS_APART_PX)
         top += share
     return found
 

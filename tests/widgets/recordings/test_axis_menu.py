@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
+from recordings_shown import place_on
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Mark
@@ -18,7 +19,7 @@ def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, fo
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
     axis, said = workspace.axis, []
     workspace.notified.connect(said.append)
-    place = axis.position_of(0.25, "force").toPoint()
+    place = place_on(axis, 0.25, "force").toPoint()
     for text, left in (("Mark\tM", 1), ("Remove the mark\tShift+Backspace", 0)):
         event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, axis.mapToGlobal(place))
         QApplication.sendEvent(axis, event)

@@ -18,6 +18,7 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QContextMenuEvent, QDragEnterEvent, QDropEvent, QFontMetricsF, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QMessageBox, QStyle, QStyleOptionViewItem
+from recordings_shown import place_on
 from windows import quiet_window
 
 from underfoot.engine.survey_process import Progress
@@ -108,7 +109,7 @@ def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, fold
 
 def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     axis = opened.axis
-    at = axis.position_of(3.0, "force")
+    at = place_on(axis, 3.0, "force")
     wheel(axis, at, 120)
     wheel(axis, at, 120)
     assert axis.view.end_s - axis.view.begin_s < 3.0
@@ -118,11 +119,11 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert axis.view.begin_s > begin_s
     qtbot.keyClick(axis, Qt.Key.Key_0)
     assert (axis.view.begin_s, axis.view.end_s) == (0.0, pytest.approx(6.0, abs=0.01))
-    drag(axis, axis.position_of(1.0, "force"), axis.position_of(2.0, "force"))
+    drag(axis, place_on(axis, 1.0, "force"), place_on(axis, 2.0, "force"))
     assert axis.cursor_s == pytest.approx(2.0, abs=0.02)
     qtbot.waitUntil(lambda: opened.readout.text.full_text.startswith(f"{axis.cursor_s:.3f} s"))
     assert all(unit in opened.readout.text.full_text for unit in (" N", "commanded", "measured"))
-    drag(axis, axis.position_of(2.0, "force"), axis.position_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
+    drag(axis, place_on(axis, 2.0, "force"), place_on(axis, 4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
     assert axis.selection == (pytest.approx(2.0, abs=0.02), pytest.approx(4.0, abs=0.02))
     qtbot.keyClick(axis, Qt.Key.Key_Backspace)
     assert axis.selection is None
@@ -487,4 +488,4 @@ def test_the_names_of_tracks_keep_off_the_figures_of_their_axes(opened):
     metrics = QFontMetricsF(theme.font(theme.SMALL_PX))
     name_px, figure_px = (metrics.horizontalAdvance(text) for text in ("Commanded,", "0.01"))
     axis = opened.axis
-    assert 8.0 + name_px + 4.0 <= axis.position_of(0.0, "commanded").x() - 6.0 - figure_px
+    assert 8.0 + name_px + 4.0 <= place_on(axis, 0.0, "commanded").x() - 6.0 - figure_px

@@ -10,6 +10,7 @@ from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu, QMessageBox, QWidget
+from recordings_shown import place_on
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.layout import default_floor
@@ -220,6 +221,6 @@ def test_the_unit_of_a_low_track_is_beside_it_and_not_over_its_curve(workspace, 
     qtbot.waitUntil(lambda: not workspace.surveyor.is_busy and workspace.axis.content.overview is not None)
     QApplication.processEvents()
     axis = workspace.axis
-    name = QRect(0, round(axis.position_of(0.0, "commanded").y()) + 5, 60, 8)  # below "Commanded,"
+    name = QRect(0, round(place_on(axis, 0.0, "commanded").y()) + 5, 60, 8)  # below "Commanded,"
     picture = axis.grab(name).toImage()
     assert len({picture.pixel(x, y) for x in range(name.width()) for y in range(name.height())}) > 1
