@@ -77,8 +77,9 @@ class Workspace(QWidget):
         """Return actions for the window's menu."""
         return ()
 
+    @property
     def shortcuts(self) -> Keys:
-        """Return actions and their keys, for the list of shortcuts."""
+        """Actions and their keys, for the list of shortcuts."""
         return ()
 
     def set_active(self, active: bool) -> None:

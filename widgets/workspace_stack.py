@@ -101,7 +101,7 @@ class WorkspaceStack(QStackedWidget):
     def shortcuts(self) -> list[tuple[str, Keys]]:
         """Return the keys of each workspace under its heading; creates all workspaces."""
         self.create_all()
-        return [(_heading(declared), [*self[declared.name].shortcuts()]) for declared in self.declarations]
+        return [(_heading(declared), [*self[declared.name].shortcuts]) for declared in self.declarations]
 
     def silence(self) -> None:
         """Stop whatever makes sound by itself (panic)."""

@@ -42,6 +42,8 @@ def test_finding_workspaces_does_not_import_what_they_are_made_of():
 class Whole(Workspace):
     """A workspace that uses all that a workspace can."""
 
+    shortcuts = (("Do the whole", "W"),)
+
     def __init__(self, context, parent):
         super().__init__(parent)
         self.folder, self.context, self.events = context.folder, None, []
@@ -54,9 +56,6 @@ class Whole(Workspace):
 
     def menu_actions(self):
         return [self.action]
-
-    def shortcuts(self):
-        return [("Do the whole", "W")]
 
     def set_active(self, active):
         self.events.append(active)

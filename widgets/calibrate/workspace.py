@@ -27,7 +27,6 @@ from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import ask
-from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window_state import MINIMUM_SIZE
@@ -45,6 +44,7 @@ SHORTCUTS = (
 class CalibrateWorkspace(ProjectingWorkspace):
     """Runs any of `kinds` on the tiles of the target; profiles are stored below `root`, one folder per floor."""
 
+    shortcuts = SHORTCUTS
     projection: FloorProjection | None
     """The view of the tile on the floor, while it is open."""
     release_requested = Signal()
@@ -111,9 +111,6 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.hardware_taken.connect(controller.target_locked)
         self.profile_changed.connect(controller.use_profile)
         self.wizard.ready.connect(self.loaded)
-
-    def shortcuts(self) -> Keys:
-        return SHORTCUTS
 
     def silence(self) -> None:
         """Stop an automatic run, and playback."""

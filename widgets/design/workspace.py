@@ -179,6 +179,7 @@ class DesignWorkspace(Workspace):
         presets = (self.browsing.show_action, self.browsing.save_action) if self.browsing is not None else ()
         return self.undo_action, self.redo_action, *presets, *self.listen_bar.actions_by_name.values()
 
+    @property
     def shortcuts(self) -> Keys:
         steps = [
             (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()))

@@ -10,7 +10,6 @@ from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scrolling_pages
-from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.overview import StudyOverview
 from underfoot.widgets.experiment.protocol_editor import ProtocolEditor
@@ -40,6 +39,8 @@ class ExperimentWorkspace(Workspace):
 
     The user's protocols are in `own`, the user's presets in `own_patches`.
     """
+
+    shortcuts = SHORTCUTS
 
     def __init__(
         self, registry: Registry, root: Path, own: Path, own_patches: Path, parent: QWidget | None = None
@@ -90,9 +91,6 @@ class ExperimentWorkspace(Workspace):
     def set_active(self, active: bool) -> None:
         if active:
             self.study_list.ask_to_run_nodes()
-
-    def shortcuts(self) -> Keys:
-        return SHORTCUTS
 
     def open_file(self, path: Path) -> None:
         """Add the study in a protocol file to the list, unless a study is run or made."""

@@ -17,7 +17,6 @@ from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import column
 from underfoot.widgets.controls.scrolled import scrolling
-from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.monitor.floor_panel import FloorPanel
 from underfoot.widgets.monitor.force_panel import DURATIONS_S, ForcePanel
 from underfoot.widgets.monitor.shown_time import ShownTime, TimeBar
@@ -45,6 +44,7 @@ and of what is scrolled back, where only a late footstep or mark may come."""
 class MonitorWorkspace(Workspace):
     """Shows what the session's bridge emits, and emits commands for the engine."""
 
+    shortcuts = SHORTCUTS
     commanded = Signal(object)
     """A `Command` for the engine."""
 
@@ -92,9 +92,6 @@ class MonitorWorkspace(Workspace):
         bridge.reported.connect(self._show_starts)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
-
-    def shortcuts(self) -> Keys:
-        return SHORTCUTS
 
     def close_down(self) -> None:
         """Store the table of unsaved footsteps; only a failure is said, or it would seem that they were lost."""

@@ -22,7 +22,6 @@ from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.panels import column, tool_button, with_header
 from underfoot.widgets.controls.scrolled import scrolling
-from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.recordings.comparison_view import MOST, ComparisonView
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.keys import SHORTCUTS
@@ -48,6 +47,8 @@ TITLE_PX = 100
 
 class RecordingsWorkspace(Workspace):
     """Shows recordings; it never waits for a file."""
+
+    shortcuts = SHORTCUTS
 
     def __init__(self, settings: Settings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -94,9 +95,6 @@ class RecordingsWorkspace(Workspace):
         """Open a recording, and add it to the list."""
         self.recordings.add(path)
         self.open(path)
-
-    def shortcuts(self) -> Keys:
-        return SHORTCUTS
 
     def menu_actions(self) -> Sequence[QAction]:
         return [self._export_action]

@@ -18,7 +18,6 @@ from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage, why_ended
 from underfoot.widgets import theme
 from underfoot.widgets.controls.scrolled import scrolling
-from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
 from underfoot.widgets.scenes.views import PaintTimes, SceneProjection, SceneView
@@ -42,6 +41,7 @@ _SPEED_TICKS = 20
 class ScenesWorkspace(ProjectingWorkspace):
     """Plays one scene on the window's session, instead of the window's patch."""
 
+    shortcuts = SHORTCUTS
     projection: SceneProjection | None
 
     _made = Signal(int, object)
@@ -100,9 +100,6 @@ class ScenesWorkspace(ProjectingWorkspace):
         for changed in (app.screenAdded, app.screenRemoved):
             changed.connect(self._show_screens)
         self._opened()
-
-    def shortcuts(self) -> Keys:
-        return SHORTCUTS
 
     def set_active(self, active: bool) -> None:
         if active:

@@ -99,7 +99,7 @@ def test_both_customs_of_redo_are_there_and_the_sheet_names_keys_that_a_keyboard
         assert workspace.patch() == sample()
         QTest.keyClick(workspace.canvas, key, held)
         assert workspace.patch() == moved
-    told = dict(workspace.shortcuts())
+    told = dict(workspace.shortcuts)
     assert (told["Undo"], told["Redo"]) == ("Ctrl+Z", "Ctrl+Shift+Z, Ctrl+Y")
     assert told["Move what is selected, or else the view"].startswith("Arrow keys")
     assert told["Left edges in line"] == "Ctrl+Shift+Left"

@@ -140,7 +140,7 @@ def test_a_preset_that_is_opened_is_in_view_wherever_one_has_looked(window, desi
 
 
 def test_the_keys_of_presets_stand_in_the_sheet_of_shortcuts(design):
-    told = dict(design.shortcuts())
+    told = dict(design.shortcuts)
     assert told["Presets beside the canvas"] == "Ctrl+P"
     assert told["Save as preset"] == "Ctrl+Alt+S"
 

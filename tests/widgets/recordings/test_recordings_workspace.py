@@ -141,7 +141,7 @@ def test_the_time_axis_shows_that_it_has_the_focus(opened):
 
 
 def test_the_list_of_keys_has_those_of_the_ends_and_of_a_mark_that_is_removed(workspace):
-    told = dict(workspace.shortcuts())
+    told = dict(workspace.shortcuts)
     assert told["Cursor to the beginning, to the end"] == "Home, End"
     assert told["Mark; mark with a text; remove the nearest mark"].endswith("Shift+Backspace")
 
