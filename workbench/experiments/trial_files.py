@@ -45,8 +45,8 @@ _TEXT_COLUMNS = (
 )
 """Columns of text, also where a cell looks like a number."""
 _MISSING = ("", "NA", "n/a")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 """Cells that are empty; R and BIDS write something there."""
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 
 
 def csv_text(rows: Sequence[Row], columns: Sequence[str] = ()) -> str:
