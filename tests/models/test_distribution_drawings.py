@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from underfoot.__main__ import cli
 from underfoot.models.fibre_bundle.bundle_drawings import bundle_drawings, bundle_of
-from underfoot.models.stick_slip.distribution import paths
+from underfoot.models.stick_slip.sample_paths import paths
 from underfoot.models.stick_slip.slip_drawings import block_of, slip_drawings
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 from underfoot.models.stick_slip.quantile_table import LONGEST
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 from underfoot.nodes import REGISTRY, stickslip
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program

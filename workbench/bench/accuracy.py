@@ -17,7 +17,9 @@ from underfoot.models.modal import bank, hammer
 from underfoot.models.modal.impact import Hammer, ModalObject, strike
 from underfoot.models.signals import envelopes, noise, waveshaping
 from underfoot.models.signals.random import stream_key
-from underfoot.models.stick_slip import distribution
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.sample_paths import paths
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 
 RATE = 48_000
 HAMMER, DAMPING_S_M = (0.02, 1.0), 0.3
@@ -289,15 +291,15 @@ def slips(quick: bool) -> Iterable[Task]:
 
 def frictions(quick: bool) -> Iterable[Task]:
     """Yield the comparison of methods for how long a block on a belt slips, against the distribution at 1e-6."""
-    block, t_end = distribution.BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0  # thesis, figure 8.6
-    reference = distribution.first_passage(block, t_end, error=1e-6)
+    block, t_end = BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0  # thesis, figure 8.6
+    reference = SlipDistribution.solve(block, t_end, error=1e-6).duration
 
     def error(result: tuple[Floats, Floats], _: float) -> float:
         at, cdf = result
         return float(np.abs(cdf - reference.cdf_at(at)).max())
 
     def solved(error_limit: float) -> tuple[Floats, Floats]:
-        found = distribution.first_passage(block, t_end, error=error_limit)
+        found = SlipDistribution.solve(block, t_end, error=error_limit).duration
         return found.points, found.cdf
 
     def counted(durations: Floats) -> tuple[Floats, Floats]:
@@ -325,7 +327,7 @@ def frictions(quick: bool) -> Iterable[Task]:
                 "friction.paths",
                 "paths",
                 (1e3, 1e4, 1e5) if quick else (1e3, 1e4, 1e5, 1e6),
-                lambda n: counted(distribution.paths(block, t_end, count=int(n), seed=1).duration),
+                lambda n: counted(paths(block, t_end, count=int(n), seed=1).duration),
             ),
             Method(
                 "Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, naive=True

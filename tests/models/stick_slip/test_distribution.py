@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import invgauss
 
 from underfoot.errors import BadValue
-from underfoot.models.stick_slip import distribution
-from underfoot.models.stick_slip.distribution import BlockOnBelt
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 
 # Fig. 8.6, 8.7 left, 8.10 and one of strong damping.
 BLOCKS = {
@@ -100,7 +100,7 @@ FOKKER_PLANCK = {
 @pytest.mark.parametrize("name", FOKKER_PLANCK)
 def test_durations_keep_the_asked_error_against_an_independent_solver(name, error):
     times, cdf = FOKKER_PLANCK[name]
-    duration = distribution.first_passage(BLOCKS[name], t_end=times[-1], error=error)
+    duration = SlipDistribution.solve(BLOCKS[name], t_end=times[-1], error=error).duration
     assert np.abs(np.interp(times, duration.points, duration.cdf) - cdf).max() <= error
     assert duration.unobserved == pytest.approx(1.0 - cdf[-1], abs=error)
 
@@ -113,7 +113,7 @@ def test_a_constant_acceleration_gives_the_inverse_gaussian_distribution(gap, er
     acceleration, noise, w0 = 1.0, 0.25, 1e-3
     block = BlockOnBelt(w0, 0.0, noise, 0.5, -acceleration / w0**2, 0.5 - gap)
     t_end = 10.0 * min(gap, 1.0)
-    duration = distribution.first_passage(block, t_end=t_end, error=error)
+    duration = SlipDistribution.solve(block, t_end=t_end, error=error).duration
     times = np.linspace(0.0, t_end, 2001)[1:]
     shape = gap**2 / (2.0 * noise)
     exact = invgauss(mu=gap / acceleration / shape, scale=shape).cdf(times)
@@ -125,7 +125,7 @@ def test_a_constant_acceleration_gives_the_inverse_gaussian_distribution(gap, er
 def test_a_resting_velocity_equal_to_the_belts_gives_the_ornstein_uhlenbeck_distribution(zeta, error):
     gap, noise, belt_velocity, w0 = 0.8, 0.3, 0.7, 1e-4
     block = BlockOnBelt(w0, zeta, noise, belt_velocity, -zeta * belt_velocity / w0**2, belt_velocity - gap)
-    duration = distribution.first_passage(block, t_end=10.0, error=error)
+    duration = SlipDistribution.solve(block, t_end=10.0, error=error).duration
     times = np.linspace(0.0, 10.0, 1001)[1:]
     spread = np.sqrt(2.0 * noise / zeta * -np.expm1(-2.0 * zeta * times))
     exact = np.array([math.erfc(z) for z in gap * np.exp(-zeta * times) / spread])
@@ -152,16 +152,16 @@ CORNERS = {
 def test_each_asked_error_is_kept_against_a_much_smaller_one(name):
     block, t_end = CORNERS[name]
     smaller = 2e-4
-    exact = distribution.first_passage(block, t_end, error=smaller)
+    exact = SlipDistribution.solve(block, t_end, error=smaller).duration
     for error in (1e-2, 1e-3):
-        duration = distribution.first_passage(block, t_end, error=error)
+        duration = SlipDistribution.solve(block, t_end, error=error).duration
         both = np.union1d(duration.points, exact.points)
         difference = np.interp(both, duration.points, duration.cdf) - np.interp(both, exact.points, exact.cdf)
         assert np.abs(difference).max() <= error - smaller
 
 
 def test_figure_8_10_has_a_small_mass_at_no_distance():
-    distance = distribution.distances(BLOCKS["8.10"], t_end=40.0, error=1e-4)
+    distance = SlipDistribution.solve(BLOCKS["8.10"], t_end=40.0, error=1e-4).distance
     below, above = np.interp([-0.1, 0.1], distance.points, distance.cdf)
     # The 1.1 % come from simulated slips.
     assert above - below == pytest.approx(0.011, abs=1e-3)
@@ -172,17 +172,17 @@ def test_units_do_not_matter():
     w0, zeta, noise, belt, x0, v0 = block = BLOCKS["8.6"]
     velocity = length / time
     small = BlockOnBelt(w0 / time, zeta / time, noise * velocity**2 / time, belt * velocity, x0 * length, v0 * velocity)
-    there = distribution.periods(small, t_end=20.0 * time, error=1e-4)
-    here = distribution.periods(block, t_end=20.0, error=1e-4)
+    there = SlipDistribution.solve(small, t_end=20.0 * time, error=1e-4).period
+    here = SlipDistribution.solve(block, t_end=20.0, error=1e-4).period
     assert np.abs(np.interp(here.points, there.points / time, there.cdf) - here.cdf).max() < 1e-4
 
 
 def test_nothing_ends_where_nothing_can():
     block = BlockOnBelt(1.0, 0.1, 1e-12, 1.0, 0.5, 0.0)
-    duration = distribution.first_passage(block, t_end=50.0, error=1e-3)
-    assert duration.unobserved == 1.0
-    assert duration.cdf.max() == 0.0
-    assert distribution.periods(block, t_end=50.0, error=1e-3).unobserved == 1.0
+    slip = SlipDistribution.solve(block, t_end=50.0, error=1e-3)
+    assert slip.duration.unobserved == 1.0
+    assert slip.duration.cdf.max() == 0.0
+    assert slip.period.unobserved == 1.0
 
 
 @pytest.mark.parametrize(
@@ -203,13 +203,12 @@ def test_nothing_ends_where_nothing_can():
 def test_values_without_a_slip_are_refused_by_name(name, value):
     values = BLOCKS["8.6"]._asdict() | {"t_end": 20.0, "error": 1e-3} | {name: value}
     t_end, error = values.pop("t_end"), values.pop("error")
-    for refuses in (distribution.first_passage, distribution.periods, distribution.distances):
-        with pytest.raises(BadValue, match=f"^{name} is .*; allowed: "):
-            refuses(BlockOnBelt(**values), t_end, error)
+    with pytest.raises(BadValue, match=f"^{name} is .*; allowed: "):
+        SlipDistribution.solve(BlockOnBelt(**values), t_end, error)
 
 
 def test_an_error_out_of_reach_is_refused():
     # Noise so small that a slip's end is sharper, in time, than the numbers can carry.
     block = BlockOnBelt(1.0, 0.1, 1e-12, 0.5, 1.0, 0.0)
     with pytest.raises(BadValue, match=r"^error is 0.0001; allowed for these values: above"):
-        distribution.first_passage(block, t_end=20.0, error=1e-4)
+        SlipDistribution.solve(block, t_end=20.0, error=1e-4)

@@ -10,9 +10,10 @@ from scipy.stats import kstest, norm
 from underfoot.errors import BadValue
 from underfoot.kernels import kernel
 from underfoot.models.signals.random import stream_key
-from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
 from underfoot.models.stick_slip.mixture import density_and_cdf
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 from underfoot.models.stick_slip.quantile_table import LONGEST, draw, look_up, parts, slip_table
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 
 # zeta, D, x0, v0: one peak; weak damping, separate peaks; a start against the belt; hardly any spread.
 SETS = {

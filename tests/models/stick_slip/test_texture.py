@@ -10,8 +10,9 @@ from event_rows import rows_of
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 from underfoot.models.stick_slip import texture
-from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
 from underfoot.models.stick_slip.quantile_table import slip_table
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 
 RATE = 48_000.0
 VALUES = (0.4, 0.5, 2.0, 0.0)

@@ -6,7 +6,8 @@ from scipy.integrate import dblquad, quad, solve_ivp
 from scipy.stats import multivariate_normal
 
 from underfoot.errors import BadValue
-from underfoot.models.stick_slip.distribution import BlockOnBelt, first_passage
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
 from underfoot.models.stick_slip.upcrossings import coloured_upcrossings, escape_time, white_upcrossings
 
 FIG_8_5 = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0)
@@ -60,7 +61,7 @@ def test_the_stationary_rate_is_one_over_the_escape_time():
 @pytest.mark.parametrize(("step", "error"), [(1.0, 0.50), (0.002, 0.44)])
 def test_white_noise_leaves_the_independent_crossings_far_from_the_distribution(step, error):
     times = np.linspace(0.005, 20.0, 2000)
-    duration = first_passage(FIG_8_5, t_end=20.0, error=1e-3)
+    duration = SlipDistribution.solve(FIG_8_5, t_end=20.0, error=1e-3).duration
     escaped = white_upcrossings(FIG_8_5, t=times, step=step).escaped
     assert np.abs(escaped - np.interp(times, duration.points, duration.cdf)).max() == pytest.approx(error, abs=6e-3)
 

@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from underfoot.bench.figures.figure import Compared, Figure, density
 from underfoot.drawing import Drawing, Series, series
 from underfoot.kernels import Floats, kernel
-from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution, first_passage, paths
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.sample_paths import paths
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
+from underfoot.models.stick_slip.tabulated import Distribution
 from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
 
 _8_4 = BlockOnBelt(w0=1.0, zeta=0.01, noise=0.0005, belt_velocity=1.0, x0=0.3, v0=0.95)
@@ -107,7 +110,7 @@ def upcrossings(quick: bool) -> Figure:
 def durations(quick: bool) -> Figure:
     """Draw figure 8.6: the distribution of slip durations, and two approximations of it."""
     times = np.linspace(0.01, 12.0, 1200)
-    distribution = first_passage(_8_6, t_end=20.0)
+    distribution = SlipDistribution.solve(_8_6, t_end=20.0).duration
     drawn = paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
     at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, 12.0, 61), drawn.size)
     simulated = series("exact paths", at, found, "dots", "force")
@@ -165,7 +168,7 @@ def regimes(quick: bool) -> Figure:
     """Draw figure 8.7: the decoupled distribution at weak and strong noise."""
     drawings, rows = [], []
     for name, values, t_end, printed in (("left", _LEFT_8_7, 40.0, "3.9"), ("right", _RIGHT_8_7, 20.0, "0.8")):
-        distribution = first_passage(values, t_end=4.0 * t_end)
+        distribution = SlipDistribution.solve(values, t_end=4.0 * t_end).duration
         drawn = paths(values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
         at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, t_end, 81), drawn.size)
         times = np.linspace(0.02, t_end, 1500)

@@ -1,7 +1,6 @@
 """Requirements on stick-slip: distribution of slip durations, run time, and the texture drawn from its table."""
 
 from collections.abc import Iterable, Iterator
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +9,9 @@ from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import quantile_table
-from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution, first_passage
+from underfoot.models.stick_slip.oscillator import BlockOnBelt
+from underfoot.models.stick_slip.slip_distribution import SlipDistribution
+from underfoot.models.stick_slip.tabulated import Distribution
 
 _BLOCK, _T_END_S = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0), 20.0
 """Of the thesis's figure 8.6."""
@@ -30,7 +31,7 @@ _BEST_SOLVE_S, _BEST_LOOK_UP_NS = 0.072, 27.0
 def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield errors of the distribution of figure 8.6, and of draws from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
-        distribution = first_passage(_BLOCK, _T_END_S, error=error)
+        distribution = SlipDistribution.solve(_BLOCK, _T_END_S, error=error).duration
         apart = float(np.abs(distribution.cdf_at(_TIMES) - _GRID).max())
         yield Requirement("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
     yield from tables(100_000 if quick else 2_000_000)
@@ -38,7 +39,7 @@ def requirements(quick: bool) -> Iterable[Requirement]:
 
 def timings() -> Iterator[Timing]:
     """Yield the timings of solving the distribution of figure 8.6, and of looking up a slip."""
-    solve = Run(partial(first_passage, _BLOCK, _T_END_S, error=1e-4))
+    solve = Run(lambda: SlipDistribution.solve(_BLOCK, _T_END_S, error=1e-4).duration)
     yield Timing("friction", "the distribution of figure 8.6 at 1e-4", solve, "s", 1.0, _BEST_SOLVE_S)
     table, pairs = quantile_table.slip_table(0.4, 0.5, 2.0, error=1e-3), np.empty((100_000, 2))
     look_up = Run(lambda: _look_up_evenly(table, pairs))

@@ -46,7 +46,13 @@ class SlipDistribution:
 
     @classmethod
     def solve(cls, block: BlockOnBelt, t_end: float, error: float = 1e-4) -> "SlipDistribution":
-        """Solve for the slips of `block`; for the arguments see `distribution.first_passage`."""
+        """Solve for the first passage of the slips of `block` through the belt's velocity.
+
+        `t_end` is the observation time, s; `error` the largest CDF difference, 1e-6 to 0.1. `BadValue` for values out
+        of range, and if this error would take an excessive amount of work. Solves the Fokker-Planck equation 8.5 with
+        the boundary condition 8.6, both corrected (docs/models.md#stick-slip), without a choice of grid, step or range
+        (see `boundary_integral`).
+        """
         block, t_end, error = require_slip(block, t_end, error)
         return cls(block, t_end, error, solve(block, t_end, error))
 
@@ -87,7 +93,10 @@ class SlipDistribution:
 
     @cached_property
     def period(self) -> Distribution:
-        """Distribution of the cycle's period, s: slip, then stick for (x0 - x)/v_b (8.2, 8.15 with the factor v_b)."""
+        """Distribution of the cycle's period, s: slip, then stick for (x0 - x)/v_b (8.2, 8.15 with the factor v_b).
+
+        Slips that end ahead of x0 have no period: they are `unobserved`, like those longer than `t_end`.
+        """
         times, (means, widths, weights) = self._components
         belt_velocity = self.block.belt_velocity
         periods = times + (self.block.x0 - means) / belt_velocity

@@ -3,7 +3,7 @@
 The density n1 of upcrossings of v_b without absorption, and the distribution of first upcrossings if they were
 independent (8.12, 8.14). An upcrossing needs an acceleration, which white noise does not have: either it is averaged
 over a step h, with variance 2 D / h, as in the thesis's simulations, or it gets a correlation time. Only the latter has
-a limit as h goes to 0. `distribution.first_passage` has the exact distribution.
+a limit as h goes to 0. `SlipDistribution.duration` is the exact distribution.
 """
 
 import math
