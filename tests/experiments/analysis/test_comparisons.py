@@ -1,5 +1,7 @@
 """Tests between conditions: against hand-computed sums of squares, and examples that papers print."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -116,6 +118,28 @@ def test_logistic_regression_finds_the_slopes_that_made_the_data():
     for outcome, factors in ((w > 10.0, {"w": w}), (success, {"theta": np.zeros(20_000)}), (w > 0.0, {"w": w})):
         with pytest.raises(BadMeasurement):
             logistic_regression(outcome, factors, alone)
+
+
+def test_a_library_that_will_change_denies_no_regression_and_an_error_without_words_is_named(monkeypatch):
+    from statsmodels.discrete.discrete_model import Logit
+
+    success, w, fitted = [0, 1, 0, 1, 1, 0], [1.0, 1.0, 2.0, 2.0, 3.0, 3.0], Logit.fit
+    expected = logistic_regression(success, {"w": w}, ["P1"] * 6)
+
+    def deprecated(*given, **options):
+        warnings.warn("another name from the next version on", FutureWarning, stacklevel=1)
+        return fitted(*given, **options)
+
+    monkeypatch.setattr(Logit, "fit", deprecated)
+    with pytest.warns(FutureWarning, match="another name"):
+        assert logistic_regression(success, {"w": w}, ["P1"] * 6) == expected
+
+    def failed(*_given, **_options):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(Logit, "fit", failed)
+    with pytest.raises(BadMeasurement, match="does not converge: ZeroDivisionError"):
+        logistic_regression(success, {"w": w}, ["P1"] * 6)
 
 
 def test_trials_of_people_who_differ_are_not_counted_as_independent():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import require_alike
-from underfoot.errors import BadMeasurement
+from underfoot.errors import BadMeasurement, in_one_line
 from underfoot.experiments.analysis.libraries import statsmodels
 
 
@@ -256,14 +256,16 @@ def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike], pe
     gee, binomial = statsmodels("genmod.generalized_estimating_equations").GEE, statsmodels("genmod.families").Binomial
     free = len(set(people)) - 1
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # separation and failure to converge are warnings there
+        for of_the_data in (UserWarning, RuntimeWarning):  # as separation and failure to converge
+            warnings.simplefilter("error", of_the_data)
         try:
             found = logit(outcome, design).fit(disp=0)
             if free:  # the same coefficients
                 whole = gee(outcome, design, groups=np.asarray(people), family=binomial())
                 found = whole.fit(start_params=found.params, cov_type="bias_reduced")
         except Exception as error:
-            raise BadMeasurement(f"the logistic regression does not converge: {str(error).splitlines()[0]}") from None
+            why = in_one_line(error) or type(error).__name__
+            raise BadMeasurement(f"the logistic regression does not converge: {why}") from None
     statistic, df, distribution = ("t", (float(free),), stats.t(free)) if free else ("z", (), stats.norm)
     return [
         Test(name, statistic, float(t), df, 2.0 * float(distribution.sf(abs(t))), "coefficient", float(b))
