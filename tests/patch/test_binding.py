@@ -188,6 +188,10 @@ def fill(out):
     ("body", "says"),
     [
         ({"run": fill}, "docstring of node bad is None; allowed: what the node does, for its help"),
+        (
+            {"run": fill, "__doc__": "Bad.", "also_called": 5},
+            'also_called of node bad is 5; allowed: words in one text, as "VCA, amplifier"',
+        ),
         ({"ran": fill, "__doc__": "Bad."}, "Bad has no function run, which computes its outputs"),
         (
             {"run": fill, "__doc__": "Bad.", "onset": Output(kind="event")},

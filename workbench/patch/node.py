@@ -262,7 +262,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             is_sink=body.get("is_sink", False),
             to_sound=body.get("to_sound", False),
             is_struck=any(port.kind == "event" for port in from_engine.values()),
-            also_called=body.get("also_called", ""),
+            also_called=_words(type, body.get("also_called", "")),
             is_sum=body.get("is_sum", False),
             accuracy=body.get("accuracy", ""),
             distributions=body.get("distributions"),
@@ -271,6 +271,11 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         )
 
     return declare
+
+
+def _words(type: str, given: object) -> str:
+    require(isinstance(given, str), f"also_called of node {type}", given, 'words in one text, as "VCA, amplifier"')
+    return str(given)
 
 
 def _of(kind: str, ports: Mapping[str, Input | Output]) -> tuple[str, ...]:
