@@ -24,13 +24,16 @@ def test_what_a_card_plays_has_passed_the_limiter_and_comes_back(null_sink, tmp_
     """The sink's monitor hears what is played: the sweep itself, which is what the measurement says of it.
 
     Other inputs hear nothing of it, though the server mixes: what few outputs play goes to all, few inputs hear all.
-    In a process of its own, since PortAudio looks for devices only once. A busy machine may lose samples, and says so.
+    In a process of its own, since PortAudio looks for devices only once. A busy machine may lose samples, and says so,
+    or be late to answer.
     """
     script = f"""
 import numpy as np
 from underfoot.calibration.rig import Sound
+from underfoot.engine import card_process
 from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import BadMeasurement
+card_process.ANSWER_S = 120.0
 for channel, input_channel in ((0, 0), (0, 2), (2, 0)):
     card = SoundCard(channel=channel, input_channel=input_channel, channels=4)
     for _ in range(8):
