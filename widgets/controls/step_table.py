@@ -58,7 +58,7 @@ COLUMNS = (
     Column("tile", "Tile", "", 0, "The tile that took most of the impulse"),
     Column("side", "Side", "", 0, "Left or right foot, where the walk shows it"),
     Column("start_s", "Start", "s", 2, "Onset of the contact, since the session or the recording began"),
-    Column("contact_ms", "Contact", "ms", 0, "From heel strike to toe off"),
+    Column("contact_ms", "Contact", "ms", 0, "From heel strike to toe off; told up to 0.7 s late by uncalibrated FSRs"),
     Column("peak1_n", "Peak 1", "N", 0, "Largest force in the first half of the contact"),
     Column("valley_n", "Valley", "N", 0, "Least force between the peaks"),
     Column("peak2_n", "Peak 2", "N", 0, "Largest force in the second half of the contact"),
