@@ -167,7 +167,7 @@ def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underf
 
     monkeypatch.setattr(FsrProcedure, "conclude", refuse_once)
     monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
-    arguments = ("--cell", "9.1:0.05:120", "--report", "report", "--profile", "t1.json")
+    arguments = ("--cell", "9.1:0.05:120", "--report", "report", "--profile", "t1.json", "--conditions", "18 °C")
     found = underfoot("calibrate", "forces", "--target", "serial:none", *arguments)
     assert found.status == 1
     assert "underfoot: what was measured is in report\nunderfoot: no sensor can be calibrated\n" in found.error
@@ -178,6 +178,7 @@ def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underf
     assert underfoot("calibrate", "forces", "--target", "simulator", "--report", "other").status == 1
     pages = [(folder / name / "fsr.html").read_text() for name in ("report", "other")]
     assert ["<td>t1, simulated</td>" in page for page in pages] == [False, True]
+    assert ["<th>conditions</th><td>18 °C</td>" in page for page in pages] == [True, False]
 
 
 def test_what_was_measured_by_hand_is_kept_in_a_new_folder_where_no_report_is_named(underfoot, folder, monkeypatch):

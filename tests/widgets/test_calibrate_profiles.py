@@ -1,6 +1,7 @@
 """What the Calibrate workspace does with results: profiles, reports, and the tile shown on the floor."""
 
 import math
+import re
 import threading
 from datetime import date
 
@@ -113,6 +114,17 @@ def test_what_is_noted_of_instruments_and_temperature_goes_with_results_and_is_k
     driver.wait(lambda: driver.written)
     assert Profile.load(driver.file()).response.conditions == "cell no. 88, 21 degrees"
     assert driver.settings.conditions == "cell no. 88, 21 degrees"
+
+
+def test_a_measurement_without_a_result_says_its_conditions_and_the_tile_s_serial_number(driver, tmp_path):
+    driver.click(driver.workspace.choice.serial)
+    driver.qtbot.keyClicks(driver.workspace.choice.serial, "A9\r")
+    driver.wait(lambda: driver.written)
+    driver.settings.conditions = "21 degrees"
+    driver.workspace.write_report(Result("response", "Vibration of t1", (), "the plug came out", good=False), tmp_path)
+    driver.wait(lambda: any("The report is in" in line for line in driver.said))
+    page = (tmp_path / "response.html").read_text()
+    assert re.findall("<th>(?:serial number|conditions)</th><td>(.*?)</td>", page) == ["A9", "21 degrees"]
 
 
 def test_a_profile_that_is_too_old_is_flagged(driver):

@@ -376,7 +376,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
         """Write a page with plots, figures and raw data into a folder; a line with its path follows."""
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
         if profile.tile != tile or not result.quantities:
-            profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
+            # not another tile's, and no figures where there is no result
+            profile = Profile(tile=tile, serial=profile.serial if profile.tile == tile else "")
         result = self._with_origin(result)
 
         def write() -> str:

@@ -39,6 +39,8 @@ class Result:
     """Method of measurement, in a few sentences for the report."""
     is_simulated: bool = False
     """Whether the tile was simulated, which the report says."""
+    conditions: str = ""
+    """What a person noted of the measurement, for the report."""
 
     def with_origin(self, *, simulated: bool, conditions: str = "") -> "Result":
         """Return the result with whether its tile was simulated, also in its part: hardware with the profile is told.
@@ -46,7 +48,8 @@ class Result:
         So are the `conditions` that a person noted. A part says nothing of hardware, and nothing of no note.
         """
         told = {name: value for name, value in (("simulated", simulated), ("conditions", conditions)) if value}
-        return replace(self, is_simulated=simulated, part=self.part and structs.replace(self.part, **told))
+        part = self.part and structs.replace(self.part, **told)
+        return replace(self, is_simulated=simulated, conditions=conditions, part=part)
 
     def apply(self, profile: "Profile") -> "Profile":
         """Return the profile with this result; the previous values are kept in its history."""

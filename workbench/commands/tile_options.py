@@ -85,7 +85,8 @@ class TileOptions:
         if options.report is None:
             return
         try:
-            options._write_report(measured, Profile(tile=tile, serial=self.serial))
+            noted = measured.with_origin(simulated=measured.is_simulated, conditions=self.conditions)
+            options._write_report(noted, Profile(tile=tile, serial=self.serial))
             tell(f"what was measured is in {options.report}")
         except BadFile as error:
             tell(error)

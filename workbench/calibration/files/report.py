@@ -55,7 +55,7 @@ def _body(result: Result, profile: Profile, operator: str) -> list[str]:
         ("tile", f"{profile.tile}, simulated" if result.is_simulated else profile.tile),
         ("serial number", profile.serial or "not given"),
         ("reference", pretty_text(part.reference) if part is not None else ""),
-        ("conditions", part.conditions or "not given" if part is not None else ""),
+        ("conditions", result.conditions or "not given"),
         ("calibration", part.identity if part is not None else ""),
         *made_by(operator),
     ]
