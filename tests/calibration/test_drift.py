@@ -10,7 +10,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.results.drift import drift
 from underfoot.commands.tile_options import TileOptions
 from underfoot.floor.curves import Curve
-from underfoot.floor.profile import Fsr, Profile, Response
+from underfoot.floor.profile import Fsr, Latency, PlateStiffness, Profile, Response
 from underfoot.quantities import pretty_text
 from underfoot.widgets.calibrate.result_view import ResultView
 
@@ -36,6 +36,41 @@ def response(level, percent=1.5, **others):
 )
 def test_a_level_drifts_by_more_than_both_are_uncertain_without_the_accelerometer(now, told):
     found = drift(now, response(30.0))
+    assert found.startswith(told)
+    assert bool(found) == bool(told)
+
+
+def plate(*stiffness_n_mm, positions=(0.0, 0.5, 1.0), percent=1.0):
+    """A part whose footsteps are off their mean by so much: two differ beyond 2 * sqrt(2) = 2.8 % (k = 2)."""
+    return PlateStiffness(
+        made="2026-03-04",
+        positions=positions,
+        stiffness_n_mm=stiffness_n_mm,
+        error=percent,
+        error_unit="%",
+        figures={"mean_error_percent": percent},
+    )
+
+
+@pytest.mark.parametrize(
+    ("now", "before", "told"),
+    [
+        (plate(40.0, 82.0, 160.0), plate(40.0, 80.0, 160.0), ""),
+        (plate(40.0, 73.6, 158.0), plate(40.0, 80.0, 160.0), "at position 0.5 the plate is 8 % softer than on 2026-03"),
+        (plate(40.0, 86.0, 160.0, percent=5.0), plate(40.0, 80.0, 160.0), ""),
+        (plate(40.0, 80.0, 160.0), plate(40.0, 80.0, positions=(0.0, 0.5)), ""),  # nothing is known of 1
+        (plate(40.0, 80.0, 160.0), plate(40.0, 160.0, positions=(0.0, 1.0)), ""),  # 80 is between the logarithms
+        (Latency(made="2026-03-04", round_trip_ms=9.4), Latency(made="2026-03-04", round_trip_ms=9.0), ""),
+        (
+            Latency(made="2026-03-04", round_trip_ms=11.7),
+            Latency(made="2026-03-04", round_trip_ms=9.0),
+            "the round trip is 2.7 ms longer",
+        ),
+        (Latency(made="2026-03-04", round_trip_ms=11.7, block=64), Latency(made="2026-03-04", round_trip_ms=9.0), ""),
+    ],
+)
+def test_a_plate_drifts_beyond_what_footsteps_are_off_and_a_round_trip_at_one_block_beyond_steady(now, before, told):
+    found = drift(now, before)
     assert found.startswith(told)
     assert bool(found) == bool(told)
 

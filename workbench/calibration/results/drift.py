@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from underfoot.calibration.reference import COVERAGE
-from underfoot.floor.profile import Fsr, Part, Response
+from underfoot.calibration.results.latency import STEADY_MS
+from underfoot.floor.profile import Fsr, Latency, Part, PlateStiffness, Response
 
 _MOST_FORCE_PERCENT = 2.0
 """Difference of two calibrations of one sensor's curve, % of full scale, that is no hand's.
@@ -21,7 +22,9 @@ def drift(now: Part | None, before: Part | None) -> str:
 
     Levels of acceleration differ if they are apart by more than the root of the sum of both squared expanded
     uncertainties (E_n above 1, ISO 13528), the accelerometer's own left out, under one load. A sensor's curve differs
-    by its root mean square over the readings that both have. A simulated tile and hardware are no one tile.
+    by its root mean square over the readings that both have, a plate's stiffness by more than footsteps of both are off
+    their means (k = 2), and a round trip at one rate and block by more than counts as steady. A simulated tile and
+    hardware are no one tile.
     """
     if now is None or before is None or now.simulated != before.simulated:
         return ""
@@ -29,6 +32,10 @@ def drift(now: Part | None, before: Part | None) -> str:
         return _of_level(now, before)
     if isinstance(now, Fsr) and isinstance(before, Fsr):
         return _of_curves(now, before)
+    if isinstance(now, PlateStiffness) and isinstance(before, PlateStiffness):
+        return _of_stiffness(now, before)
+    if isinstance(now, Latency) and isinstance(before, Latency):
+        return _of_round_trip(now, before)
     return ""
 
 
@@ -58,4 +65,30 @@ def _of_curves(now: Fsr, before: Fsr) -> str:
     return (
         f"forces differ from those of {before.made} by more than {_MOST_FORCE_PERCENT:g} % of full scale: "
         f"{', '.join(apart)}; has the sensor aged, was it moved, or is the load cell another?"
+    )
+
+
+def _of_stiffness(now: PlateStiffness, before: PlateStiffness) -> str:
+    errors = [one.measured.get("mean_error_percent", math.nan) for one in (now, before)]
+    old = np.exp(np.interp(now.positions, before.positions, np.log(before.stiffness_n_mm)))
+    both = (np.array(now.positions) >= before.positions[0]) & (np.array(now.positions) <= before.positions[-1])
+    changes = np.where(both, 100.0 * (np.array(now.stiffness_n_mm) / old - 1.0), 0.0)
+    k, most = int(np.abs(changes).argmax()), COVERAGE * math.hypot(*errors)
+    if not abs(changes[k]) > most:
+        return ""
+    way = "stiffer" if changes[k] > 0.0 else "softer"
+    return (
+        f"at position {now.positions[k]:g} the plate is {abs(changes[k]):.0f} % {way} than on {before.made}, beyond "
+        f"the {most:.1f} % of both (k = 2): has its foam aged, or the scale of a sensor changed?"
+    )
+
+
+def _of_round_trip(now: Latency, before: Latency) -> str:
+    change_ms = now.round_trip_ms - before.round_trip_ms
+    if (now.rate_hz, now.block) != (before.rate_hz, before.block) or not abs(change_ms) > STEADY_MS:
+        return ""
+    way = "longer" if change_ms > 0.0 else "shorter"
+    return (
+        f"the round trip is {abs(change_ms):.1f} ms {way} than on {before.made}, at the same rate and block: another "
+        "card, driver or way back, or does it change each time the card is opened?"
     )
