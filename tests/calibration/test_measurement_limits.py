@@ -62,6 +62,13 @@ def test_another_sensor_responds_if_it_changes_by_more_than_noise():
         require_weight(0, 40.0, swapped, REST, 200.0, (2.0, 0.0), None)
 
 
+def test_two_sensors_that_read_alike_are_told_where_one_of_them_is_loaded():
+    """Of a channel that was read twice the calibration ended with the other sensor as dead."""
+    weighed(40.0, change=9000.0, other=6000.0)
+    with pytest.raises(BadMeasurement, match=r"sensor 2 responds nearly as sensor 1 .* is one channel read twice"):
+        weighed(40.0, change=9000.0, other=6600.0)
+
+
 def test_who_stood_on_the_tile_that_was_to_be_empty_is_asked_about():
     """The next weight was said to be missing, or wires to be swapped."""
     readings = REST + np.array([2000.0, 100.0, 300.0, 100.0])

@@ -38,6 +38,8 @@ _LIGHTER, _NO_LESS = 1.3, 0.995
 """A weight lighter by the first factor reads less: only a hysteresis of as much would hold the reading."""
 _ALIKE = 0.5
 """Share of a loaded sensor's change of reading that two others reach only where it is not loaded alone."""
+_TWIN = 0.7
+"""Share of a loaded sensor's change of reading that no other one reaches, unless a load is between them."""
 _MOST_DRIFT = 0.01
 """Largest change of an empty tile's force, as a share of full scale: twice as much as creep leaves."""
 _APPARENT = (0.35, 2.8)
@@ -182,7 +184,7 @@ def _require_other(sensor: int, given_n: float, change: float, before: tuple[flo
 
 
 def _require_own(sensor: int, change: Floats, is_what: str) -> None:
-    """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all are alike."""
+    """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all or two are alike."""
     strongest, own = int(np.argmax(change)), float(change[sensor])
     others = float(np.median(np.delete(change, sensor)))
     if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * own:
@@ -195,6 +197,12 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
         raise BadMeasurement(
             f"all sensors respond when sensor {sensor + 1} is {is_what}; is the load over it, and was the tile empty "
             "before? If not, go back to the page with nothing on it"
+        )
+    twin = int(np.argmax(np.where(np.arange(change.size) == sensor, -1.0, change)))
+    if change[twin] > max(_TWIN * own, _CLEAR_COUNTS):
+        raise BadMeasurement(
+            f"sensor {twin + 1} responds nearly as sensor {sensor + 1} does when it is {is_what}; is the load between "
+            "them, is one channel read twice, or does it leak into the next one?"
         )
 
 
