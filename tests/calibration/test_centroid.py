@@ -14,7 +14,7 @@ from underfoot.calibration.procedures.centroid import CentroidProcedure, places
 from underfoot.calibration.results.centroid import drawings_of, part_of, quantities_of, result_of, verdict_of
 from underfoot.calibration.science.centroid import SHEAR_SHARE, assess, best_static_forces
 from underfoot.calibration.science.centroid_fit import centroid, convex_hull, fit_correction
-from underfoot.calibration.science.press_plausibility import load_groups
+from underfoot.calibration.science.press_plausibility import load_groups, plausible_presses
 from underfoot.errors import BadValue
 from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
@@ -219,6 +219,13 @@ def test_another_tile_s_profile_is_refused_before_and_after():
         assess(presses(), TILE, other)
     with pytest.raises(BadValue, match="the measured tile is 't1'; allowed: t2, whose profile this is"):
         result_of(assess(presses(), TILE), presses()).apply(other)
+
+
+@pytest.mark.parametrize(("share", "is_out"), [(0.55, True), (0.65, False), (1.55, False), (1.65, True)])
+def test_a_press_is_left_out_whose_force_is_far_from_the_one_given(share, is_out):
+    table = presses()
+    _, lines = plausible_presses(table, table.readings * np.where(np.arange(147) == 40, share, 1.0)[:, None], SENSORS)
+    assert [line.split(":")[0] for line in lines] == ["press 41 left out"] * is_out
 
 
 def test_what_cannot_be_right_is_refused_or_left_out():
