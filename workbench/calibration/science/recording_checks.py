@@ -81,9 +81,9 @@ def require_explained(f: Floats, recording: Floats, left: Floats, noise: Floats)
     if share < _EXPLAINED or most > _STRANGE:
         percent = 100.0 * max(min(share, 1.0 - most), 0.0)
         if float(np.nan_to_num(noise).sum()) > 0.5 * float(left.sum()):
-            why = "the rest is hum or noise, heard without the sweep, too; look for its source, or another channel?"
+            why = "the rest is hum or noise, heard without the sweep, too; is the amplifier on, and this the channel?"
         else:
-            why = "another channel, another sweep, lost samples, or a signal far too close to the noise?"
+            why = "another channel or sweep, an amplifier that clips, lost samples, or a signal close to the noise?"
         raise BadMeasurement(
             f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; {why}"
         )
