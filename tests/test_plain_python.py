@@ -27,7 +27,7 @@ def results():
     return [np.asarray(values, dtype=float).tolist() for values in found]
 
 
-def test_models_run_as_plain_python():
+def test_models_and_lanes_run_as_plain_python():
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     ran = subprocess.run([sys.executable, __file__], env=environment, capture_output=True, text=True, check=True)
     for plain, compiled in zip(json.loads(ran.stdout), results(), strict=True):
@@ -51,4 +51,9 @@ def test_no_threads_for_numba_are_refused_in_a_line():
 
 
 if __name__ == "__main__":
+    import test_lanes
+
+    for name in dir(test_lanes):
+        if name.startswith("test_"):
+            getattr(test_lanes, name)()
     print(json.dumps(results()))

@@ -1,1 +1,1 @@
-"""Stick-slip as a first-passage problem (chapter 8); `distribution` has the functions for scripts."""
+"""Stick-slip as a first-passage problem (chapter 8): `slip_distribution.SlipDistribution` for scripts."""
