@@ -135,7 +135,7 @@ class Canvas(AskingView):
             scene.select({scene.group_view.shown_as[member] for member in frame.shown_group.members})
         elif item is None and (wire := scene.wire_at(place)) is not None and not wire.chosen:
             scene.select(())
-            self._choose_wire(wire)
+            scene.choose(wire)
         chosen = scene.selected()
         is_node = len(chosen) == 1 and chosen[0] in scene.nodes
         is_framed = any(self._frame_of([id]) for id in chosen)
@@ -193,7 +193,7 @@ class Canvas(AskingView):
         else:
             wire, extends = None if node else scene.wire_at(place), bool(event.modifiers() & _EXTENDING)
             if wire is not None or not extends:
-                self._choose_wire(wire, extends=extends)
+                scene.choose(wire, extends=extends)
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -293,13 +293,6 @@ class Canvas(AskingView):
         else:
             self.document.edit(patch, what)
 
-    def _choose_wire(self, wire: WireItem | None, *, extends: bool = False) -> None:
-        """Select this wire, which is previewed if it is the only one; None selects none."""
-        before = self.patch_scene.chosen_wires()
-        self.patch_scene.choose(wire, extends=extends)
-        if self.patch_scene.chosen_wires() != before:
-            self.selected.emit(self.selected_ids())
-
     def _drop_wire(self, event: QMouseEvent) -> None:
         """End the drag of a wire on a port, on the empty canvas, or elsewhere; a wire that was clicked beside a port is
         selected.
@@ -316,7 +309,7 @@ class Canvas(AskingView):
             extends = bool(event.modifiers() & _EXTENDING)
             if not extends:
                 scene.select(())
-            self._choose_wire(clicked, extends=extends)
+            scene.choose(clicked, extends=extends)
         elif result is not None and (wire := drag.wire()) is not None:
             displaced = drag.displaced(self.document.patch)
             self.document.edit(*result)
@@ -405,7 +398,6 @@ class Canvas(AskingView):
         elif any(node.shows_all_ports for node in self.patch_scene.nodes.values()):
             self.patch_scene.close_ports()
         else:
-            self.patch_scene.choose(None)
             self.patch_scene.select([])
 
     def _cancel_drag(self) -> None:

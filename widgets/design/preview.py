@@ -124,14 +124,16 @@ class PreviewPanel(QWidget):
         type: NodeType,
         *,
         outputs: Sequence[Port] = (),
+        output: str = "",
         why_silent: str = "",
         is_heard: bool = False,
         label: str = "",
     ) -> None:
         """Announce a preview of this node, called `label`; the current one stays visible for a short time.
 
-        `outputs` are those of the type with the units that wires give them. With `is_heard`, for a node that is heard
-        and not felt, the frequency range is the audible one.
+        `outputs` are those of the type with the units that wires give them. Of another node than before `output` is
+        shown, or the first. With `is_heard`, for a node that is heard and not felt, the frequency range is the audible
+        one.
         """
         self._late.start()
         if self.wants_distributions:
@@ -150,6 +152,7 @@ class PreviewPanel(QWidget):
         self._choose_page()
         self.output.clear()
         self.output.addItems(list(self._ports))
+        self.output.setCurrentText(output)
         self.output.setVisible(len(self._ports) > 1)
         self._draw()
 

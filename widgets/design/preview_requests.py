@@ -172,10 +172,14 @@ class PreviewRequests(QObject):
             why = why_silent(patch, registry, id, self._preview.pad.tile.id)
             outputs = outputs_with_wired_units(patch, registry, id)
             self._preview.expect(
-                id, registry[node.type], outputs=outputs, why_silent=why, is_heard=is_heard, label=node.label
+                id,
+                registry[node.type],
+                outputs=outputs,
+                output=self._output,
+                why_silent=why,
+                is_heard=is_heard,
+                label=node.label,
             )
-            self._preview.choose_output(self._output)
-            self._output = ""  # from now on it is what is chosen in the preview
             self._request(id)
 
     def _request(self, id: str) -> None:

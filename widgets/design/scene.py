@@ -65,14 +65,14 @@ class PatchScene(QGraphicsScene):
         """Show this patch, or the content of its group `inside`."""
         self.patch, self.inside = patch, inside
         self.group_view = group_view_of(patch, inside)
-        before, self._highlighted = self.selected(), None
+        before, self._highlighted = (self.selected(), self.chosen_wires()), None
         with QSignalBlocker(self):
             self._show_nodes()
             self._show_group_nodes()
             self._show_notes()
             self._show_wires()
             self._show_group_frames()
-        if before != self.selected():
+        if before != (self.selected(), self.chosen_wires()):
             self.selectionChanged.emit()
 
     def _show_nodes(self) -> None:
@@ -282,8 +282,8 @@ class PatchScene(QGraphicsScene):
     def select(self, ids: Iterable[str]) -> None:
         """Select exactly these nodes, groups and notes, and no wire."""
         wanted = set(ids)
-        self.choose(None)
         with QSignalBlocker(self):
+            self.choose(None)
             for id, item in self.movable().items():
                 item.setSelected(id in wanted)
         self.selectionChanged.emit()
@@ -330,11 +330,14 @@ class PatchScene(QGraphicsScene):
         return [wire for wire, item in self.wires.items() if item.chosen]
 
     def choose(self, wire: WireItem | None, *, extends: bool = False) -> None:
-        """Select this wire for deletion, and no other; `extends` adds it to those selected, or takes it from them."""
+        """Select this wire, and no other; `extends` adds it to those selected, or takes it from them."""
+        before = self.chosen_wires()
         for item in self.wires.values():
             chosen = item.chosen != (item is wire) if extends else item is wire
             if item.chosen != chosen:
                 item.set_chosen(chosen)
+        if before != self.chosen_wires():
+            self.selectionChanged.emit()
 
     def show_wire(self, wire: WireItem, *, shown: bool) -> None:
         """Hide a wire while it is dragged, or show it again."""

@@ -224,6 +224,26 @@ def test_a_click_on_a_wire_previews_the_output_that_it_carries(qtbot, workspace)
         assert canvas.selected_ids() == []
     QTest.mouseClick(canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(20, 20))
     qtbot.waitUntil(lambda: preview.node == "tile-output")
+    QTest.mouseClick(canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    qtbot.waitUntil(lambda: preview.node == "contact")
+    QTest.keyClick(canvas, Qt.Key.Key_Delete)
+    qtbot.waitUntil(lambda: preview.node == "tile-output")
+
+
+def test_an_edit_leaves_the_output_that_was_chosen_after_a_click_on_a_wire(qtbot, workspace):
+    patch = Patch().add("contact", REGISTRY, (0, 0)).add("scale", REGISTRY, (240, 0))
+    workspace.set_patch(patch.connect("contact.y", "scale.signal", REGISTRY))
+    preview, scene = workspace.preview, workspace.canvas.patch_scene
+    scene.select(["contact"])
+    qtbot.waitUntil(lambda: preview.node == "contact")
+    scene.select([])
+    scene.choose(scene.wires["contact.y", "scale.signal"])
+    assert preview.port.name == "y"
+    preview.output.setCurrentText("x")
+    workspace.document.edit(workspace.patch().set("contact", "tiles", "t1", REGISTRY), "Set tiles")
+    with qtbot.waitSignal(workspace.previews.preview_requested):
+        pass
+    assert preview.port.name == "x"
 
 
 def test_an_envelope_that_is_pulled_into_the_open_can_go_to_the_loudness_of_a_tone(workspace):
