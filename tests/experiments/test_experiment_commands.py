@@ -353,14 +353,14 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(typi
     stage["method"] = {"kind": "staircases", "parameters": {"followed": ["TD"], "empty_every": 2}}
     level = {"id": "level", "kind": "level", "stimulus": "TD"}
     protocol.write_text(protocol_text(stages=[level, stage], present_s=0.1))
-    lowered = (("just feel it", "-6"), ("It plays at -6 dB", "-9 dB"), ("It plays at -9 dB", ""))  # felt, then kept
+    lowered = (("just feel it", "++"), ("no further", "--"), ("Moved", "-"), ("Moved", ""))  # felt, then kept
     typed = (*lowered, ("Enter steps", ""), ("Did you feel", "yes"), ("Enter steps", ""), ("Did you feel", "no"))
     printed = typing(["experiment", protocol, "--pilot"], typed)
     assert "Step, and say what you felt. Practice. Trial 1.\n" in printed
     assert "Step, and say what you felt. Practice: Nothing comes this time. Trial 2.\n" in printed
     file = SessionFile.open(tmp_path / "a-pilot" / "1.session")
     level, *entries = file.entries()
-    assert level.answers == {"gain_db": -9.0}
+    assert level.answers == {"gain_db": -2.5}
     assert [entry.answers for entry in entries] == [{"felt": "yes"}, {"felt": "no"}]
     assert all(entry.facts["most_force_n"] > 300.0 for entry in entries)
     file.close()

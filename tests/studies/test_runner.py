@@ -350,12 +350,13 @@ def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
         person.until_phase(Phase.PAGE)
         person.press(600.0)
         assert runner.session.patch != IDLE, "what is to be lowered plays at once"
-        runner.set_level(-6.0)
+        for _ in range(3):
+            runner.adjust(-1, is_fine=False)
         person.until(lambda: runner.session.health.peak > 0.005, "the noise is felt")
         person.wait(0.5)
         strikes = [one for one in person.reports if isinstance(one, CommandApplied) and isinstance(one.command, Strike)]
         assert len(strikes) <= 2, "one event by hand for the page, and one for the level"
-        runner.answer({"gain_db": -6.0})
+        runner.answer({})
         runner.play("WC")
         person.until(lambda: runner.session.health.peak > 0.005, "the stimulus is felt")
         person.until(lambda: runner.session.health.peak < 0.001, "it ends by itself")

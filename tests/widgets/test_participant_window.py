@@ -1,10 +1,9 @@
 """The participant's window by real keys and clicks: questions of many kinds, as people ask them."""
 
-import pytest
 from made_studies import TD
 from PySide6.QtCore import QEvent, QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QWheelEvent
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from underfoot.studies.phase import Phase
 from underfoot.widgets.experiment.participant_window import WIDTH_PX
@@ -25,6 +24,16 @@ def tired(**changes):
 
 def chosen(*options):
     return {"name": "which", "text": "Which one?", "kind": "choice", "options": options}
+
+
+def turn(person, eighths):
+    """Turn the wheel beside what is scrolled, by eighths of a degree: 120 are a notch."""
+    beside = QPointF(4.0, 300.0)
+    turned = QWheelEvent(
+        beside, person.mapToGlobal(beside), QPoint(), QPoint(0, eighths), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(person, turned)
 
 
 def ask_one_by_one(bench, *questions):
@@ -174,20 +183,27 @@ def test_a_screen_reader_says_the_value_of_a_slider_that_has_a_unit(bench):
     assert slider.accessibleDescription() == "0.4 dB"
 
 
-def test_a_level_is_seen_as_it_is_felt_and_is_an_answer_once_it_was_moved(bench):
-    """The page said to lower a slider that showed no place, of a noise that did not play."""
+def test_a_level_is_moved_by_keys_buttons_and_the_wheel_and_is_an_answer_once_it_was(bench):
+    """It is felt, and not seen: no number, and no place."""
     form = ask(bench, id="asked", kind="level", stimulus="TD")
-    bench.wait(lambda: form.sliders)
-    slider = form.sliders["gain_db"]
-    assert (slider.position(), slider.is_set) == (1.0, True)
-    assert "click on the line" in bench.person.hint.text()  # a rating shows no handle before its first answer
+    bench.wait(lambda: form.is_adjusted)
     bench.key(Qt.Key.Key_Return)
-    assert bench.person.hint.text() == "Move the slider to answer: At which level do you only just feel it?"
-    bench.key(Qt.Key.Key_Left)
-    assert bench.runner.level_set_db == pytest.approx(-0.8)
+    assert bench.person.hint.text() == "Move it to answer: Lower it until you only just feel it."
+    bench.key(Qt.Key.Key_Up)
+    bench.wait(lambda: bench.person.title.text() == "It goes no further")
+    less = next(button for button in form.findChildren(QPushButton) if button.text() == "Less")
+    for move in (
+        lambda: bench.key(Qt.Key.Key_Down),
+        lambda: bench.key(Qt.Key.Key_Left),
+        lambda: bench.qtbot.mouseClick(less, Qt.MouseButton.LeftButton),
+        lambda: [turn(bench.person, eighths) for eighths in (-60, -60, 120, 120)],
+    ):
+        move()
+    assert bench.runner.adjusting.value == -2.5
+    assert not [label.text() for label in bench.person.findChildren(QLabel) if "dB" in label.text()]
     bench.key(Qt.Key.Key_Return)
     bench.until(Phase.READY)
-    assert bench.entries()[0].answers["gain_db"] == -0.8  # the table had -0.7999999999999972
+    assert bench.entries()[0].answers["gain_db"] == -2.5
 
 
 def test_return_presses_the_button_that_has_the_focus_and_keeps_a_note(bench):
@@ -322,15 +338,10 @@ def test_a_page_taller_than_the_screen_scrolls_by_keys_and_wheel_and_can_be_answ
     assert seen(last)
     bench.qtbot.keyClick(person, Qt.Key.Key_Home)
     assert bar.value() == 0
-    beside = QPointF(4.0, 300.0)
-    notch = QWheelEvent(
-        beside, person.mapToGlobal(beside), QPoint(), QPoint(0, -120), Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
-    QApplication.sendEvent(person, notch)
+    turn(person, -120)
     assert bar.value() > 0
     for _ in range(40):  # and stays at the end
-        QApplication.sendEvent(person, notch.clone())
+        turn(person, -120)
     assert bar.value() == bar.maximum()
     QApplication.sendEvent(person, QKeyEvent(QEvent.Type.KeyPress, 0x424, Qt.KeyboardModifier.NoModifier, "Ф"))
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import BadValue
 from underfoot.experiments.questions import (
+    Adjusted,
     FreeNumber,
     Scale,
     keys_of,
@@ -25,7 +26,6 @@ from underfoot.experiments.questions import (
     typed_answer,
     unanswered,
 )
-from underfoot.experiments.study import GAIN_DB
 from underfoot.parameters import Choice, Count, Number, Parameter, ask
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
@@ -40,6 +40,14 @@ which four are then in sight in a window of 700 pixels.
 MAX_BUTTONS = 12
 """Integer questions with up to this many values have buttons; others have a text field."""
 _KEY_STEP = 0.02
+_STEPS = (("Much less", -1, False), ("Less", -1, True), ("More", 1, True), ("Much more", 1, False))
+"""Buttons of what is moved while it is felt: their words, the way, and whether it is a small step."""
+_ARROWS = {
+    Qt.Key.Key_Down.value: (-1, False),
+    Qt.Key.Key_Left.value: (-1, True),
+    Qt.Key.Key_Right.value: (1, True),
+    Qt.Key.Key_Up.value: (1, False),
+}
 _SHORT = 20
 """Letters of an answer that is named beside its key."""
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
@@ -71,8 +79,8 @@ class AnswerForm(QWidget):
     """Displays questions. A single choice with few options is answered by its buttons, other questions by `give`."""
 
     answered = Signal(dict)
-    changed = Signal(str, object)
-    """A slider was moved: its name, and the value."""
+    stepped = Signal(int, bool)
+    """What is felt is to be moved by a step: 1 up or -1 down, and whether it is a small one."""
     refused = Signal(str)
     """The reason for which the answers are invalid; "" once the question that it names has an answer."""
 
@@ -119,11 +127,18 @@ class AnswerForm(QWidget):
             is_row = [int(key) for key in self._keys] == list(range(first, last + 1)) and len(self._keys) > 2
             which = f"a number from {first} to {last}" if is_row else " or ".join(self._meanings)
             return f"Type {which} and press Return, or click." if self.has_long_numbers else f"Press {which}, or click."
+        if self.is_adjusted:
+            return "Left and Right move it a little, Up and Down far. Press Return when it is right."
         if len(self.sliders) == 1:
             return "Press Left and Right, or click on the line; then press Return."
         if any(_are_digits(keys) for keys, _ in self._rows.values()):
             return "Numbers choose and go on to the next question, as Tab does. Press Return at the end, or click."
         return "Press Return to go on, or click."
+
+    @property
+    def is_adjusted(self) -> bool:
+        """Whether the page is answered by moving what is felt."""
+        return any(isinstance(question, Adjusted) for question in self._questions)
 
     @property
     def first(self) -> QWidget | None:
@@ -211,6 +226,9 @@ class AnswerForm(QWidget):
                 following = controls[controls.index(buttons[0]) + 1 :]
                 (following[0] if following else buttons[keys.index(text)]).setFocus()
                 return True
+        if self.is_adjusted and key in _ARROWS:
+            self.step(*_ARROWS[key])
+            return True
         step = {Qt.Key.Key_Left.value: -_KEY_STEP, Qt.Key.Key_Right.value: _KEY_STEP}.get(key)
         if step is not None and len(self.sliders) == 1:
             slider = next(iter(self.sliders.values()))
@@ -218,6 +236,12 @@ class AnswerForm(QWidget):
             slider.moved.emit(slider.position())
             return True
         return False
+
+    def step(self, way: int, is_fine: bool) -> None:
+        """Move what is felt by a step; it is an answer from then on."""
+        self._chosen |= {question.name: None for question in self._questions}
+        self._edited()
+        self.stepped.emit(way, is_fine)
 
     def _type_number(self, digit: str) -> None:
         """Press the button with this number; if numbers have two digits, mark the one typed so far, for Return."""
@@ -233,8 +257,9 @@ class AnswerForm(QWidget):
         """Return the answer to a question; if it is missing or wrong, raise `BadValue`."""
         field = self.fields.get(question.name)
         if field is None:
-            if question.name not in self._chosen and question.name in self.sliders:
-                raise BadValue(f"Move the slider to answer: {_asked(question)}")
+            if question.name not in self._chosen and isinstance(question, Number):
+                what = "it" if isinstance(question, Adjusted) else "the slider"
+                raise BadValue(f"Move {what} to answer: {_asked(question)}")
             if question.name not in self._chosen and needs_answer(question):
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)
@@ -259,6 +284,8 @@ class AnswerForm(QWidget):
             return self._make_buttons(question, list(question.options))
         if isinstance(question, Count) and question.high - question.low < MAX_BUTTONS:
             return self._make_buttons(question, list(range(question.low, question.high + 1)))
+        if isinstance(question, Adjusted):
+            return self._make_steps(question)
         if isinstance(question, Number) and not isinstance(question, FreeNumber) and len(self._questions) == 1:
             return self._make_slider(question)
         field = QLineEdit()
@@ -309,6 +336,20 @@ class AnswerForm(QWidget):
         else:
             self._edited()
 
+    def _make_steps(self, question: Adjusted) -> QWidget:
+        """Return buttons that move what is felt; a slider would show where it stands."""
+        buttons = []
+        for words, way, is_fine in _STEPS:
+            button = QPushButton(words)
+            button.setAccessibleDescription(_asked(question))
+            button.setFont(theme.font(self._text_px))
+            button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.setAutoRepeat(True)
+            button.clicked.connect(lambda _=False, way=way, is_fine=is_fine: self.step(way, is_fine))
+            buttons.append(button)
+        return _ButtonRows(buttons)
+
     def _make_slider(self, question: Number) -> QWidget:
         box = QWidget()
         column = QVBoxLayout(box)
@@ -334,13 +375,9 @@ class AnswerForm(QWidget):
             found = float(f"{question.value(place):.12g}")  # keys add up to -0.7999999999999972
             show_value(found)
             self._edited()
-            self.changed.emit(question.name, found)
 
         slider.set_position(question.position(question.default))
-        if question.name == GAIN_DB:  # it plays at once
-            value.setText(quantity(question.default, question.unit))
-        else:
-            slider.clear()  # a default is not an answer
+        slider.clear()  # a default is not an answer
         slider.moved.connect(moved)
         self.sliders[question.name] = slider
         column.addWidget(slider)

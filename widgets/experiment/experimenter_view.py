@@ -57,7 +57,7 @@ class ExperimenterView(QWidget):
     window_requested = Signal()
     leave_requested = Signal()
     answered = Signal(dict)
-    slider_moved = Signal(str, object)
+    stepped = Signal(int, bool)
     pressed = Signal(str, float, float, float)
     """A foot made with the mouse, on a simulated floor: tile, place in its frame, newtons."""
 
@@ -211,7 +211,7 @@ class ExperimenterView(QWidget):
         self.spoil.clicked.connect(lambda: self._emit_with_note(self.spoil_requested, WHY_FIRST))
         self.repeat.clicked.connect(lambda: self._emit_with_note(self.repeat_requested, WHY_FIRST))
         self.form.answered.connect(self.answered)
-        self.form.changed.connect(self.slider_moved)
+        self.form.stepped.connect(self.stepped)
         self.form.refused.connect(self._show_refusal)
         self.map.pressed.connect(self.pressed)
 

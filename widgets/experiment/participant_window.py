@@ -22,6 +22,8 @@ TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
 WIDTH_PX = 960
 SPACE_STEPS = "Space steps on the simulated floor."
 _MARGIN_M = 0.05
+_NOTCH = 120
+"""By how much Qt says that a wheel with notches is turned."""
 
 
 class ParticipantWindow(FullScreenWindow):
@@ -32,7 +34,7 @@ class ParticipantWindow(FullScreenWindow):
     """
 
     answered = Signal(dict)
-    slider_moved = Signal(str, object)
+    stepped = Signal(int, bool)
     continue_requested = Signal()
     """Begin a presentation, or continue."""
     stop_requested = Signal()
@@ -48,6 +50,8 @@ class ParticipantWindow(FullScreenWindow):
         self._usual_hint = ""
         """What the page says below its questions, unless an answer was refused."""
         self._plays_again = False
+        self._turned = 0
+        """By how much the wheel has been turned since the last step."""
         self._stand = stand
         self.target: FloorTarget | None = None
         """The button to be pressed, on a projected floor."""
@@ -82,7 +86,7 @@ class ParticipantWindow(FullScreenWindow):
             below.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
             column.addWidget(below, 0, Qt.AlignmentFlag.AlignHCenter)
         self.form.answered.connect(self.answered)
-        self.form.changed.connect(self.slider_moved)
+        self.form.stepped.connect(self.stepped)
         self.form.refused.connect(self._show_refused)
 
     def show_runner(self, runner: Runner) -> None:
@@ -90,11 +94,11 @@ class ParticipantWindow(FullScreenWindow):
         page, phase = runner.page, runner.phase
         key = (f"{page.key} {runner.interval}", str(phase))
         self._show_floor(runner)
+        self.title.setText(title_of(runner))
+        self.title.setVisible(bool(self.title.text()) and not self._on_floor)
         if key != self.shown:
             self.shown = key
             asking = phase in (Phase.PAGE, Phase.ANSWERING)
-            self.title.setText(title_of(runner))
-            self.title.setVisible(bool(self.title.text()) and not self._on_floor)
             self.text.setText(text_of(runner) if runner.foot is None else runner.foot.question.doc)
             asks = questions_of(runner) if asking else ()
             self.text.setVisible(bool(self.text.text() or not asks) and not self._on_floor)  # questions have its room
@@ -148,8 +152,15 @@ class ParticipantWindow(FullScreenWindow):
                     super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Scroll also where the mouse is beside what is scrolled."""
-        self.scrolled.scroll_by(event)
+        """Move what is adjusted by small steps; else scroll, also where the mouse is beside what is scrolled."""
+        if not self.form.is_adjusted:
+            self.scrolled.scroll_by(event)
+            return
+        self._turned += event.angleDelta().y()
+        steps = int(self._turned / _NOTCH)  # a touchpad turns by less than a notch at a time
+        self._turned -= steps * _NOTCH
+        for _ in range(abs(steps)):
+            self.form.step(1 if steps > 0 else -1, is_fine=True)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

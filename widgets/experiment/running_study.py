@@ -153,7 +153,7 @@ class RunningStudy(QObject):
         if self.window_of_participant is None:
             made = ParticipantWindow(StandingPlace.of(self.runner.protocol))
             made.answered.connect(self._answer)
-            made.slider_moved.connect(self._slide)
+            made.stepped.connect(self._step)
             made.continue_requested.connect(self._go)
             made.stop_requested.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
             made.closed.connect(self._window_closed)
@@ -263,9 +263,8 @@ class RunningStudy(QObject):
         else:
             self._do(lambda runner: runner.answer(values))
 
-    def _slide(self, name: str, value: float) -> None:
-        if self.runner is not None and self.runner.page.kind == "level":
-            self._do(lambda runner: runner.set_level(value))
+    def _step(self, way: int, is_fine: bool) -> None:
+        self._do(lambda runner: runner.adjust(way, is_fine=is_fine))
 
     def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
         self._do(lambda runner: runner.session.send(PressTile(tile, x_m, y_m, force_n)))
@@ -291,7 +290,7 @@ class RunningStudy(QObject):
         experimenter.window_requested.connect(self.show_participant)
         experimenter.leave_requested.connect(lambda: self.ask_to_leave(self.leave))
         experimenter.answered.connect(self._answer)
-        experimenter.slider_moved.connect(self._slide)
+        experimenter.stepped.connect(self._step)
         experimenter.pressed.connect(self._press)
 
 

@@ -16,8 +16,7 @@ from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
-from underfoot.experiments.questions import typed_answer
-from underfoot.experiments.study import GAIN_DB
+from underfoot.experiments.questions import Adjusted, typed_answer
 from underfoot.files import make_folder, remove_file
 from underfoot.parameters import IDENTIFIER, Parameter
 
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
 
 _POLL_S = 1.0 / 60.0
 _ENTER_STEPS = "Enter steps on the simulated floor."
+_STEPS = {"+": (1, True), "-": (-1, True), "++": (1, False), "--": (-1, False)}
+"""Way of a typed step, and whether it is a small one."""
 _HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS to keep a note."
 
 
@@ -161,7 +162,6 @@ class _Terminal:
         self._shown = _Shown()
         self._printed_messages = 0
         self._disk_refused = False
-        self._level_of = ""  # the page on which a level was typed
 
     def run(self) -> None:
         from underfoot.studies.page_words import text_of
@@ -226,19 +226,23 @@ class _Terminal:
         elif runner.page.kind == "learn" and line:
             names = runner.study.learnable
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
-        elif runner.page.kind == "level" and line:
-            (level,) = answers_of(runner.page.questions, line).values()
-            runner.set_level(level)
-            self._level_of = runner.page.key
-            _say(f"It plays at {runner.level_set_db:g} dB. Enter alone answers with that.")
-        elif runner.page.kind == "level" and self._level_of == runner.page.key:
-            runner.answer({GAIN_DB: runner.level_set_db})
+        elif runner.adjusting is not None and line:
+            self._adjust(line)
         elif line == "" and runner.may_play:
             runner.start()
         elif line == "" and may_step(runner):
             self._foot.step(runner)
         elif runner.phase in (Phase.PAGE, Phase.ANSWERING):
             runner.answer(answers_of(runner.page.questions, line))
+
+    def _adjust(self, line: str) -> None:
+        """Move what is adjusted as a line says."""
+        if line not in _STEPS:
+            raise BadValue(f"{line!r} is no step; allowed: {', '.join(_STEPS)}, or Enter to keep it")
+        way, is_fine = _STEPS[line]
+        self._runner.adjust(way, is_fine=is_fine)
+        adjusting = self._runner.adjusting
+        _say("It goes no further." if adjusting is not None and adjusting.is_held else "Moved. Enter keeps it.")
 
     def _show(self) -> None:
         from underfoot.studies.empty_floor import empty_floor_text
@@ -259,14 +263,14 @@ class _Terminal:
             self._shown.key = key
             if runner.phase is Phase.PAGE and page.kind != "end":
                 _say("\n" + _sentences(page.title, text_of(runner)))
-                _ask(page.questions, page.kind)
+                _ask(page)
             elif runner.phase is Phase.PAUSE:
                 _say(_sentences(text_of(runner), f"Pause of {page.seconds:.0f} s; skip ends it."))
             elif runner.phase is Phase.READY:
                 begins = ": press Enter to begin" if page.start == "key" else ""
                 _say(_sentences(text_of(runner), title_of(runner), f"Trial {_number(page)}{begins}."))
             elif runner.phase is Phase.ANSWERING:
-                _ask(page.questions, page.kind)
+                _ask(page)
         hint = f"{runner.hint} {_ENTER_STEPS}".strip() if may_step(runner) else runner.hint
         if hint != self._shown.hint:
             self._shown.hint = hint
@@ -287,15 +291,16 @@ def answers_of(questions: Sequence[Parameter], line: str) -> dict[str, Any]:
     return {one.name: typed_answer(one, part) for one, part in zip(questions, parts, strict=False) if part}
 
 
-def _ask(questions: Sequence[Parameter], kind: str) -> None:
-    if kind == "learn":
+def _ask(page: "Page") -> None:
+    if page.kind == "learn":
         _say("Type a number to feel it; it ends by itself.")
         return
-    if kind == "level":
-        _say("It plays at 0 dB. Type another level to feel that.")
-    for question in questions:
-        _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
-    if not questions:
+    for question in page.questions:
+        if isinstance(question, Adjusted):
+            _say(f"{question.doc} Type + and - for small steps, ++ and -- for large ones, and Enter to keep it.")
+        else:
+            _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
+    if not page.questions:
         _say("Press Enter to go on.")
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from underfoot.errors import BadValue, require
-from underfoot.experiments.questions import FreeNumber
+from underfoot.experiments.questions import Adjusted, FreeNumber
 from underfoot.parameters import IDENTIFIER, Choice, Count, Number, Parameter
 
 MOST_FIELDS = 12
@@ -71,7 +71,7 @@ def least_fields(questions: Sequence[Parameter]) -> int:
             return len(options)
         case Count(low=low, high=high):
             return high - low + 1
-        case Number() if not isinstance(questions[0], FreeNumber):
+        case Number() if not isinstance(questions[0], FreeNumber | Adjusted):
             return 2
     return 0
 

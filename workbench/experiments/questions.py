@@ -48,6 +48,26 @@ class FreeNumber(Number):
         return f"a number above 0, up to {self.high:.0f}"
 
 
+@dataclass(frozen=True)
+class Adjusted(Number):
+    """A number that is felt while it is moved from its default, in large and in small `steps`.
+
+    It is not shown, nor its place in the range: who saw where it stood would set it there again.
+    """
+
+    steps: tuple[float, float] = field(default=(2.0, 0.5), kw_only=True)
+
+    def moved(self, value: float, way: int, *, is_fine: bool) -> float:
+        """Return the value one step higher (`way` 1) or lower (-1), as far as the range goes.
+
+        >>> level = Adjusted(0.0, -40.0, 0.0)
+        >>> level.moved(-1.0, 1, is_fine=True), level.moved(-1.0, 1, is_fine=False)
+        (-0.5, 0.0)
+        """
+        found = value + way * self.steps[is_fine]
+        return min(max(float(f"{found:.12g}"), self.low), self.high)  # steps of 0.1 add up to 0.7999999999999998
+
+
 def needs_answer(question: Parameter) -> bool:
     """Return whether a page requires an answer to this question. A default is never stored as an answer.
 

@@ -19,10 +19,10 @@ from underfoot.experiments.latin_square import Turn
 from underfoot.experiments.method import ASKED, BLOCK_ROW, COUNTERBALANCED, FOOT, RIGHT, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
-from underfoot.experiments.questions import YES, needs_answer, unanswered, yes_or_no
+from underfoot.experiments.questions import YES, Adjusted, needs_answer, unanswered, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial
-from underfoot.parameters import IDENTIFIER, Number, Parameter, ask
+from underfoot.parameters import IDENTIFIER, Parameter, ask
 
 PARTICIPANT = "participant"
 """The stage, before all of the protocol's, in which its questions of the participant are answered."""
@@ -257,7 +257,7 @@ class Study:
                 return replace(page, questions=tuple(question.parameter for question in stage.questions))
             case "level":
                 low, high = LEVEL_RANGE_DB
-                gain = Number(high, low, high, doc="At which level do you only just feel it?", unit="dB")
+                gain = Adjusted(high, low, high, doc="Lower it until you only just feel it.", unit="dB")
                 return replace(page, questions=(ask(GAIN_DB, gain),))
             case "trials" if self._pause > 0.0:
                 return replace(page, kind="pause", title="Pause", text="", seconds=self._pause)

@@ -13,6 +13,8 @@ def title_of(runner: Runner) -> str:
         return "One moment"
     if runner.phase is Phase.STOPPED:
         return "Stopped"
+    if runner.adjusting is not None and runner.adjusting.is_held:
+        return "It goes no further"
     if page.trial is None:
         return page.title
     if runner.phase is Phase.ANSWERING:

@@ -17,14 +17,15 @@ from underfoot.engine.commands import Level
 from underfoot.engine.reports import Notice, ProcessDied, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
-from underfoot.errors import BadFile, require
+from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.questions import NO, YES
+from underfoot.experiments.questions import NO, YES, Adjusted
 from underfoot.experiments.store import SessionFile, time_of_day
-from underfoot.experiments.study import AGREED, CALIBRATIONS, LEVEL_RANGE_DB, Entry, Page, Study
+from underfoot.experiments.study import AGREED, CALIBRATIONS, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
 from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.patch.patch import Patch
+from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
@@ -74,8 +75,7 @@ class Runner:
         self._trial: TrialRun | None = None
         self._record = TrialRecord()
         self._stimulus = TimedStimulus(self._apparatus)  # in learning, and for the level
-        self.level_set_db = LEVEL_RANGE_DB[1]
-        """The level that plays on the page of the level, in dB re the protocol's."""
+        self._adjusting: Adjusting | None = None  # on the page of the level
         self._page_due = 0.0
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self._equipment_problem = ""  # the last one that was told
@@ -142,6 +142,11 @@ class Runner:
         return self._trial is not None and not self._why_stopped and self._trial.can_be_started
 
     @property
+    def adjusting(self) -> Adjusting | None:
+        """What is moved now while it is felt; None where nothing is, or if it is stopped."""
+        return None if self._why_stopped else self._adjusting
+
+    @property
     def foot(self) -> FootAnswers | None:
         """The fields on the floor for the current question; None without an answer by foot, or if it is stopped."""
         return self._trial.foot if self._trial is not None and not self._why_stopped else None
@@ -199,16 +204,17 @@ class Runner:
         choice("stimulus", stimulus, self.protocol.stimuli)
         self._stimulus.begin(self._stimuli.presented(Presentation(stimulus), self.study.gain_db))
 
-    def set_level(self, gain_db: float) -> None:
-        """Set the level of the stimulus to `gain_db` re the protocol's, on the page of the level."""
-        kind = self.page.kind
-        require(self.phase is Phase.PAGE and kind == "level", "page", kind, "that of the level")
-        self.level_set_db = min(max(gain_db, LEVEL_RANGE_DB[0]), LEVEL_RANGE_DB[1])
-        self._stimulus.begin(self._stimuli.at(self.protocol.stage(self.page.stage).stimulus, self.level_set_db))
+    def adjust(self, way: int, *, is_fine: bool) -> None:
+        """Move what is adjusted by a step up (`way` 1) or down (-1); raise `BadValue` where nothing is."""
+        adjusting = self.adjusting
+        if adjusting is None:
+            raise BadValue(f"page is {self.page.kind}; allowed: one on which something is moved while it is felt")
+        adjusting.move(way, is_fine=is_fine)
 
     def answer(self, values: Answers) -> None:
         """Answer the page, and store the answer; raise `BadValue` if it is invalid or too early.
 
+        Where something is moved while it is felt, the answer is what it has been moved to.
         A participant who does not consent stops the study; a note stores the time.
         """
         allowed = self.phase in (Phase.PAGE, Phase.ANSWERING)
@@ -216,7 +222,7 @@ class Runner:
         if self.page.kind == "consent" and values.get(AGREED) == NO:
             self.stop("the participant does not agree to take part")
         else:
-            self._take_answer(values, {})
+            self._take_answer(values if self.adjusting is None else self.adjusting.answers, {})
 
     def end_pause(self) -> None:
         """End a pause early; the remaining seconds are stored."""
@@ -336,6 +342,7 @@ class Runner:
         """Begin the phase of the current page."""
         page = self.study.page
         self._why_stopped, self._trial, self._hint, self._kept_felt = "", None, "", (0, False)
+        self._adjusting = None
         self._record = TrialRecord(started_at=time_of_day())
         self._stimulus.begin(IDLE)
         self._page_due = time.perf_counter() + page.seconds
@@ -345,8 +352,10 @@ class Runner:
             self._phase = Phase.PAUSE
         elif page.trial is None:
             self._phase = Phase.PAGE
-            if page.kind == "level":  # what is to be lowered is felt at once
-                self.set_level(LEVEL_RANGE_DB[1])
+            (question, *_) = page.questions or (None,)
+            if isinstance(question, Adjusted):
+                self._adjusting = self._adjusted_level(question, self.protocol.stage(page.stage).stimulus)
+                self._adjusting.play()  # what is to be lowered is felt at once
         else:
             study = self.study
             last = study.entries[-1] if study.entries else None
@@ -354,6 +363,10 @@ class Runner:
             pause_s = self.protocol.stage(page.stage).trial_pause_s if within else 0.0
             self._phase = Phase.WAITING
             self._trial = TrialRun(self._apparatus, page, study.participant, study.gain_db, self._record, pause_s)
+
+    def _adjusted_level(self, question: Adjusted, stimulus: str) -> Adjusting:
+        """Return the level of a stimulus, to be moved on the page of the level."""
+        return Adjusting(question, lambda gain_db: self._stimuli.at(stimulus, gain_db), self._stimulus.begin)
 
     def _poll_trial(self, trial: TrialRun) -> None:
         """Advance the trial; store an answer that was given on the floor."""
