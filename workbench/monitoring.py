@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,10 +49,10 @@ _TURNED_N = 100.0
 class StreamOptions:
     """Equipment of a session besides its source: profiles, sample rate of hardware, sound card, accelerometers."""
 
-    profiles: Path | None = None
-    sensor_hz: float | None = None
-    sound: str | None = None
-    accelerometers: str = ""
+    profiles: Path | None
+    sensor_hz: float | None
+    sound: str | None
+    accelerometers: str
 
     def of(self, target: Target) -> Target:
         """Return the target with this equipment; `BadValue` for invalid accelerometers."""
@@ -146,8 +146,7 @@ class SessionStream:
         messages: list[str] = []
         while now < self._seconds and not self._stopped:
             try:
-                for report in session.poll():
-                    messages += messages_of(report, session.health)
+                messages += messages_of(session.poll(), session.health)
             except DeviceError as error:
                 if not now:
                     raise
@@ -183,25 +182,26 @@ class SessionStream:
         return self._finder.warnings()
 
 
-def messages_of(report: Report, health: Health) -> Iterator[str]:
-    """Yield the messages of a report to the user; `DeviceError` for an engine that cannot begin, or is given up."""
-    match report:
-        case OutputChanged(text, where) if where == NOTHING:
-            raise DeviceError(text)
-        case OutputChanged(text):
-            yield text
-        case Notice(text) if not health.running and not health.frame:
-            raise DeviceError(text)
-        case Started(where, notice) if notice:
-            yield notice if where == SOUND_CARD else f"{notice}; going on without sound"
-        case Notice(text) if text:
-            yield text
-        case Compiling(ready, total):
-            yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"
-        case ProcessDied(process, reason, is_restarted=True):
-            yield f"the {process} was lost and is started again: {reason}"
-        case Fault(node, tile, frame):
-            yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
+def messages_of(reports: Iterable[Report], health: Health) -> Iterator[str]:
+    """Yield the messages of reports to the user; `DeviceError` for an engine that cannot begin, or is given up."""
+    for report in reports:
+        match report:
+            case OutputChanged(text, where) if where == NOTHING:
+                raise DeviceError(text)
+            case OutputChanged(text):
+                yield text
+            case Notice(text) if not health.running and not health.frame:
+                raise DeviceError(text)
+            case Started(where, notice) if notice:
+                yield notice if where == SOUND_CARD else f"{notice}; going on without sound"
+            case Notice(text) if text:
+                yield text
+            case Compiling(ready, total):
+                yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"
+            case ProcessDied(process, reason, is_restarted=True):
+                yield f"the {process} was lost and is started again: {reason}"
+            case Fault(node, tile, frame):
+                yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
 
 
 def recording_failure(session: Session, path: Path | None) -> str:
@@ -213,24 +213,32 @@ def recording_failure(session: Session, path: Path | None) -> str:
     return "; ".join(session.stop_recording())
 
 
+def require_forces_file(argument: str, source: str, profiles: Path | None) -> None:
+    """Raise `BadFile` if a source that is neither simulator nor hardware is no file, and `BadValue` for profiles."""
+    if not os.path.isfile(source):
+        simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
+        allowed = f"{simulators}, {target_forms()}, {forms_or_walks()}"
+        raise BadFile(f"{source} cannot be read: {no_file(source)} ({argument} is {allowed})")
+    if profiles is not None:
+        raise BadValue(f"--profiles is for tiles that send readings; {source} is in newtons")
+
+
 def open_stream(
     source: str,
-    floor: Path | None = None,
-    seconds: float | None = None,
-    pace: bool = False,
-    record: Path | None = None,
-    patch: Path | None = None,
-    equipment: StreamOptions | None = None,
+    floor: Path | None,
+    seconds: float | None,
+    pace: bool,
+    record: Path | None,
+    patch: Path | None,
+    equipment: StreamOptions,
 ) -> FileStream | SessionStream:
     """Open the stream of a simulator ("simulator", with ":" and its kind), hardware, a force CSV, or a recording."""
-    equipment = equipment or StreamOptions()
     live = live_target(source, floor, equipment.sensor_hz)
     if live is not None:
         target = equipment.of(live)
         require_source(target)
         return SessionStream(target, seconds, record, patch)
-    if equipment.profiles is not None:
-        raise BadValue(f"--profiles is for tiles that send readings; {source} is in newtons")
+    require_forces_file("SOURCE", source, equipment.profiles)
     if equipment.sound is not None or equipment.accelerometers:
         raise BadValue(f"--sound and --accelerometers are for a simulator and for hardware; {source} is a file")
     path, given = Path(source), Floor.load(floor) if floor else None
@@ -239,10 +247,6 @@ def open_stream(
             allowed = "--floor, --steps, --contacts, --seconds and --json"
             raise BadValue(f"{source} is a recording; allowed with it: {allowed}")
         return FileStream(*read_force_file(path, given), seconds)
-    if not os.path.isfile(path):
-        simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
-        allowed = f"{simulators}, {target_forms()}, {forms_or_walks()}"
-        raise BadFile(f"{source} cannot be read: {no_file(path)} (SOURCE is {allowed})")
     forces, layout = read_force_file(path, given)
     if pace or record is not None or patch is not None:
         target = Target(layout, kind="replay", source=str(path), repeats=False)

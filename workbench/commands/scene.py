@@ -30,6 +30,7 @@ from underfoot.options import argument, option, shared
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
+    from underfoot.engine.target import Target
     from underfoot.scenes.scene import Scene
     from underfoot.scenes.shapes import Shape
     from underfoot.scenes.stage import Stage
@@ -132,16 +133,14 @@ class _Show:
     _frames: "list[list[Shape]]" = field(default_factory=list)
     _stopped: bool = False
 
-    def run(self, target: object) -> None:
+    def run(self, target: "Target") -> None:
         """Play until the time is over, or a signal comes; then write what was asked for."""
         from underfoot.engine.commands import Level
         from underfoot.engine.session import Session
-        from underfoot.engine.target import Target
         from underfoot.monitoring import recording_failure
         from underfoot.nodes import REGISTRY
         from underfoot.scenes.stage import Stage
 
-        assert isinstance(target, Target)
         with ExitStack() as opened:
             session = Session(target, self.scene.patch(REGISTRY), REGISTRY)
             opened.callback(session.close)
@@ -169,7 +168,7 @@ class _Show:
         now_s, film_s = 0.0, 0.0
         while not self._stopped and (self.options.seconds is None or now_s < self.options.seconds):
             reports = session.poll()
-            for line in (line for report in reports for line in messages_of(report, session.health)):
+            for line in messages_of(reports, session.health):
                 tell(line)
             stage.take(reports)
             with _ended_in_a_line():

@@ -1,7 +1,6 @@
 """`underfoot serve`: a session without a window that sends contacts to other programs, and takes cues from them."""
 
 import math
-import os
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import LEVEL, PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile
 from underfoot.options import argument, option, shared
 from underfoot.quantities import counted
 
@@ -127,7 +126,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     told_s, problem = -math.inf, ""
     while session.health.frame < end_frame and not stopped:
         reports = session.poll()
-        for line in (line for report in reports for line in messages_of(report, session.health)):
+        for line in messages_of(reports, session.health):
             tell(line)
         if problem != server.problem:
             problem = server.problem
@@ -157,21 +156,15 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
 def _target(options: ServeOptions) -> "Target":
     from underfoot.engine.target import Target, live_target, sound_device
-    from underfoot.files import no_file
     from underfoot.floor.layout import Floor
-    from underfoot.records.force_files import floor_of, forms_or_walks
+    from underfoot.monitoring import require_forces_file
+    from underfoot.records.force_files import floor_of
 
     sound = sound_device(options.sound)
     live = live_target(options.target, options.floor, options.sensor_rate)
     if live is not None:
         return replace(live, sound=sound, profiles=str(options.profiles or ""))
-    if not os.path.isfile(options.target):
-        allowed = (
-            f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, {forms_or_walks()}"
-        )
-        raise BadFile(f"{options.target} cannot be read: {no_file(options.target)} (TARGET is {allowed})")
-    if options.profiles is not None:
-        raise BadValue(f"--profiles is for tiles that send readings; {options.target} is in newtons")
+    require_forces_file("TARGET", options.target, options.profiles)
     floor = Floor.load(options.floor) if options.floor else floor_of(options.target)
     return Target(floor, kind="replay", source=options.target, sound=sound)
 
