@@ -16,7 +16,6 @@ from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, snapped
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.rewiring import LOUDNESS_SCALES
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
@@ -64,7 +63,7 @@ def with_driver(
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
     value = registry[node.type].values(node.parameters)[name]
     followed = [port.name for port in registry[type].inputs if port.kind == "signal"]
-    is_from_nothing = bool(followed) and parameter.scale in LOUDNESS_SCALES and value > 0.0
+    is_from_nothing = bool(followed) and parameter.is_in_db and value > 0.0
     low, high = (0.0, value) if is_from_nothing else driver_range(parameter, value)
     ends = {"low": low, "high": high}
     if type == "random-walk":

@@ -13,9 +13,6 @@ from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id, renamed_end, sources
 from underfoot.widgets.design.patch_editing import port_of, refusal
 
-LOUDNESS_SCALES = ("gain", "amplitude")
-"""Scales of the numbers that set how loud a node is."""
-
 
 def fitting_port(type: NodeType, end: Port, side: str) -> str:
     """Return the port of node type `type` for a wire held at `end`, on `side` of its own node; "" if none fits.
@@ -44,9 +41,7 @@ def loudness_port(type: NodeType, end: Port) -> str:
         (
             port.name
             for port in type.drivable_ports
-            if not end.unit
-            and getattr(type.parameters[port.name], "scale", "") in LOUDNESS_SCALES
-            and can_connect(end, port)
+            if not end.unit and getattr(type.parameters[port.name], "is_in_db", False) and can_connect(end, port)
         ),
         "",
     )
