@@ -19,9 +19,14 @@ IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True)
 class Parameter:
-    """Common part of parameters. `name` is the attribute it is declared as; files and wires use that name."""
+    """Common part of parameters. `name` is the attribute it is declared as; files and wires use that name.
+
+    `default` is the value where a file has none. `added` is the value of a node added by hand, where it should begin
+    otherwise: files may leave the default out, so that it cannot change.
+    """
 
     default: Any
+    added: Any = field(default=None, kw_only=True)
     doc: str = field(default="", kw_only=True)
     label: str = field(default="", kw_only=True)
     name: str = field(default="", init=False, compare=False)
@@ -38,9 +43,9 @@ class Parameter:
         return False
 
     @property
-    def initial(self) -> object:
+    def initial(self) -> Any:  # noqa: ANN401 - of the parameter's kind
         """Value that a node added by hand has, and that a control goes back to."""
-        return self.default
+        return self.default if self.added is None else self.added
 
     @property
     def allowed(self) -> str:
@@ -73,9 +78,6 @@ class Number(Parameter):
     detent at 0 dB; "amplitude", shown in its unit, also for other numbers of many sizes that may be 0. Files and wires
     have the number itself. A gain that may be negative is set by its size, and inverted by a button.
 
-    `default` is the value where a file has none. `added` is the value of a node added by hand, if that default would be
-    too strong alone on a tile: files may leave the default out, so that it cannot change.
-
     `unit_of` names the port whose wires give the unit of a number that has none of its own: an LFO that drives a
     frequency goes from low to high in Hz.
 
@@ -90,17 +92,12 @@ class Number(Parameter):
     scale: str = field(default="linear", kw_only=True)
     wire: str = field(default="", kw_only=True)
     fades: bool = field(default=False, kw_only=True)
-    added: float | None = field(default=None, kw_only=True)
     unit_of: str = field(default="", kw_only=True)
     kind: ClassVar[str] = "number"
 
     @property
     def is_ramped(self) -> bool:
         return not self.fades
-
-    @property
-    def initial(self) -> float:
-        return float(self.default if self.added is None else self.added)
 
     @property
     def allowed(self) -> str:

@@ -9,6 +9,7 @@ from underfoot.engine.loop import Loop
 from underfoot.engine.preview import one_step
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.patch.program import Program
 
 RATE_HZ, STEP_S = 48_000, 1.2
 SOURCES = {"N": "tile-force.force", "m": "contact.x"}
@@ -72,3 +73,12 @@ def test_a_file_that_leaves_a_value_out_has_the_old_one():
         for name in node.initial:
             assert node.values({})[name] == node.parameters[name].default
     assert REGISTRY["stick-slip"].values({})["level"] == 0.1
+    assert REGISTRY["rhythm"].values({})["repeats"] == 3
+
+
+def test_a_metronome_added_by_hand_does_not_end():
+    patch = added(Patch(), "rhythm").disconnect([("footfall.onset", "rhythm.start")])
+    program = Program(patch, REGISTRY, ("t1",), block=RATE_HZ, scopes=("rhythm.out",))
+    for second in range(3):
+        program.run(second * RATE_HZ, RATE_HZ)
+    assert len(program.events("rhythm.out")) >= 6

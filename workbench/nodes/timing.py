@@ -88,7 +88,7 @@ class Rhythm:
         doc="step, length in whole steps and amplitude of each note; on one step the loudest note plays",
     )
     bar = Number(0.6, 0.1, 4.0, unit="s", wire="span", doc="length of a bar; thesis: 0.45 to 0.75 s")
-    repeats = Count(3, 0, 1000, doc="number of bars played; 0 is endless")
+    repeats = Count(3, 0, 1000, added=0, doc="number of bars played; 0 is endless")
     begin = Choice("at once", options=STARTS, doc="what starts it")
     start = Input(kind="event", doc="starts at the first step; strength scales the notes")
     out = Output(kind="event")
