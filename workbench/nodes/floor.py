@@ -53,7 +53,7 @@ class Footfall:
     does.
     """
 
-    also_called = "trigger, edge, threshold, onset, heel strike"
+    also_called = "step, trigger, edge, threshold, onset, heel strike"
     accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
     force = Input("N", doc="usually from Tile force")
     cut = Input(from_engine=True)

@@ -8,7 +8,7 @@ from underfoot.patch.node import Input, Output, node
 class TileOutput:
     """Acceleration of the tile, in m/s^2. Several outputs on one tile add."""
 
-    also_called = "DAC, shaker"
+    also_called = "DAC, shaker, pan, route, send"
     accuracy = "exact: to 1e-12"
     acceleration = Input("m/s^2", doc="acceleration that the shaker shall produce")
     level = Number(1.0, 0.0, 10.0, scale="gain", wire="audio", doc="factor on the acceleration")

@@ -14,7 +14,7 @@ class Tone:
     Amplitude bounds the samples; at exactly 0 the node sleeps, and it wakes at the start of a period.
     """
 
-    also_called = "sine, VCO, osc, oscillator, cycle, buzz, hum, waveshaper, distortion"
+    also_called = "sine, VCO, osc, oscillator, cycle, FM, buzz, hum, waveshaper, distortion"
     accuracy = "exact: a sum of sines, to 1e-12"
     frequency = Number(50.0, 1.0, 5000.0, unit="Hz", scale="log", wire="audio", doc="fundamental frequency")
     harmonics = Numbers(

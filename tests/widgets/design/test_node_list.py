@@ -25,6 +25,8 @@ from underfoot.widgets.design.node_list import NodeList
         ("ring", ["drawn-bank", "modal-bank", "multiply", "impact"]),  # not "during"
         ("sequencer", ["rhythm", "step-sequence"]),
         ("bang", ["strike"]),
+        ("step", ["step-sequence", "footfall", "impact", "rhythm"]),
+        ("pan", ["tile-output"]),  # which has the choice of tiles
         ("clip", ["map"]),
         ("no such word", []),
     ],
