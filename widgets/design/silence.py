@@ -60,7 +60,7 @@ def _why_alone(node: PlacedNode, registry: Registry, wired: Mapping[str, str], t
     inputs = [port.name for port in type.inputs if port.name not in _OPTIONAL]
     free = [name for name in inputs if f"{node.id}.{name}" not in wired]
     missing = free if free == inputs and not runs_alone else [name for name in free if name in type.muted_by]
-    return f"nothing comes to {' or '.join(missing)}{of}" if missing else ""
+    return f"no wire leads to {' or '.join(missing)}{of}" if missing else ""
 
 
 class SilenceHint:

@@ -37,19 +37,19 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
     [
         (STEPPED, "tile-output", ""),
         (ONCE, "tile-output", ""),
-        (AT_EVENTS, "tile-output", "nothing comes to start of Rhythm"),
+        (AT_EVENTS, "tile-output", "no wire leads to start of Rhythm"),
         (SOUND, "tile-output", ""),
-        (SOUND.set("wav-player", "mode", "at events", REGISTRY), "tile-output", "nothing comes to start of WAV player"),
+        (SOUND.set("wav-player", "mode", "at events", REGISTRY), "tile-output", "no wire leads to start of WAV player"),
         (SOUND.set("wav-player", "file", "", REGISTRY), "tile-output", "WAV player has no file"),
-        (UNFED, "modal-bank", "nothing comes to strike"),
-        (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
+        (UNFED, "modal-bank", "no wire leads to strike"),
+        (UNFED, "tile-output", "no wire leads to strike of Modal bank"),
         (STEPPED.mark(["footfall"], "muted", on=True), "tile-output", "Footfall is muted"),
         (Patch().add("tile-force", REGISTRY), "tile-force", ""),
         (SHAPED, "tile-output", ""),
         (SHAPED.mark(["strain-rate-envelope"], "muted", on=True), "noise", "Strain rate envelope is muted"),
         (SWELLING, "tile-output", ""),
-        (PRODUCT, "tile-output", "nothing comes to b of Multiply"),
-        (SHAPED.remove(["tile-force"]), "tile-output", "nothing comes to force of Strain rate envelope"),
+        (PRODUCT, "tile-output", "no wire leads to b of Multiply"),
+        (SHAPED.remove(["tile-force"]), "tile-output", "no wire leads to force of Strain rate envelope"),
         (STEPPED.set("modal-bank", "level", 0.0, REGISTRY), "tile-output", "level of Modal bank is −∞ dB"),
         (SHAPED.set("noise", "amplitude", 0.0, REGISTRY), "tile-output", ""),
         (SHAPED.set("tile-output", "tiles", "t2+t3", REGISTRY), "tile-output", "Tile output is not for t1"),
@@ -109,7 +109,7 @@ def test_what_has_sounded_says_nothing(design):
 @pytest.mark.parametrize(
     ("patch", "words"),
     [
-        (UNFED, "nothing comes to strike of Modal bank"),
+        (UNFED, "no wire leads to strike of Modal bank"),
         (ONCE, "P plays it from the start"),
         (Patch().add("noise", REGISTRY), "through a Tile output"),
     ],
@@ -134,4 +134,4 @@ def test_a_silent_preview_says_why(design):
     silence = np.zeros(480, np.float32)
     made = Preview(1, 48_000.0, silence, {"modal-bank.out": silence})
     design.preview.show_preview(made)
-    assert design.preview.plots.waveform.drawing.note == "nothing comes to strike"
+    assert design.preview.plots.waveform.drawing.note == "no wire leads to strike"
