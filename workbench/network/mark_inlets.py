@@ -45,9 +45,10 @@ class LslMarks:
         """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
         self._off: dict[tuple[str, ...], str] = {}
-        self._unanswered: dict[tuple[str, ...], float] = {}  # since when
         self.streams: dict[tuple[str, ...], tuple[Any, float]] = {}
-        """The inlets, and since when they are open, by what identifies a stream even after its sender is restarted."""
+        """The inlets, and since when they wait for an answer, by what identifies a stream even after its sender is
+        restarted.
+        """
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
         self._thread.start()
@@ -57,13 +58,9 @@ class LslMarks:
         """The streams that do not answer, or whose stamps cannot be, as far as they are there, in one line; "" without
         any.
         """
-        before_s = time.perf_counter() - _CLOCK_S
-        silent = {
-            source: f"{_name(source)} {_UNANSWERED}"
-            for source, since_s in tuple(self._unanswered.items())
-            if since_s < before_s
-        }
-        return "; ".join(line for source, line in {**self._off, **silent}.items() if source in self.streams)
+        before_s, there = time.perf_counter() - _CLOCK_S, self.streams.copy()
+        silent = {one: f"{_name(one)} {_UNANSWERED}" for one, (_, since_s) in there.items() if since_s < before_s}
+        return "; ".join(line for one, line in {**self._off, **silent}.items() if one in there)
 
     def close(self) -> None:
         """Stop listening."""
@@ -78,30 +75,28 @@ class LslMarks:
             if now_s - searched_s >= _SEARCH_S:
                 searched_s = now_s
                 self._open(resolver.results())
-                for gone in self._unanswered.keys() - self.streams.keys():
-                    del self._unanswered[gone]
-            for source, (inlet, opened_s) in list(self.streams.items()):
+            for source in list(self.streams):
                 try:
-                    self._pull(source, inlet, now_s - opened_s < _CLOCK_S)
+                    self._pull(source)
                 except RuntimeError:  # it ended without a source id, or before its clock was known
                     del self.streams[source]
         self.streams.clear()
 
-    def _pull(self, source: tuple[str, ...], inlet: Any, may_wait: bool) -> None:  # noqa: ANN401 - pylsl has no types
+    def _pull(self, source: tuple[str, ...]) -> None:
         """Take the marks that came, once the sender's clock is known.
 
         The library's own correction would wait for it, with the marks of all other streams, and lose the one it is for.
         """
+        inlet, since_s = self.streams[source]
         try:
             correction_s = inlet.time_correction(timeout=0.0)
         except self._lsl.util.TimeoutError:
-            self._unanswered.setdefault(source, time.perf_counter())
-            if may_wait:
-                return
             correction_s = math.nan
-        else:
-            self._unanswered.pop(source, None)
         now_s = time.perf_counter()
+        waits_since_s = min(since_s, now_s) if math.isnan(correction_s) else math.inf
+        self.streams[source] = inlet, waits_since_s
+        if now_s - _CLOCK_S < waits_since_s <= now_s:
+            return
         ahead_s = now_s - self._lsl.local_clock() + correction_s
         for text, lsl_s in _samples(inlet):
             ago_s = 0.0 if math.isnan(ahead_s) or lsl_s is None else now_s - (lsl_s + ahead_s)
