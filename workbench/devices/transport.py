@@ -175,8 +175,16 @@ def reason(error: OSError | ValueError | OverflowError) -> str:
     """Return the cause of an address or connection error in the system's words; `ValueError` is about a host's name."""
     if isinstance(error, ValueError):
         return "there can be no host of this name"
-    if getattr(error, "errno", None) == errno.EADDRINUSE:
-        return "another program listens there, perhaps a second Underfoot"
-    if getattr(error, "errno", None) == errno.EADDRNOTAVAIL:
-        return "this computer has no such address; choose one of its own, or 0.0.0.0 for all of them"
     return str(getattr(error, "strerror", None) or error).lower()
+
+
+def listening_reason(error: OSError | ValueError | OverflowError) -> str:
+    """Return why nobody can listen at an address of this computer, and what to choose."""
+    match getattr(error, "errno", None):
+        case errno.EADDRINUSE:
+            return "another program listens there, perhaps a second Underfoot; choose another port"
+        case errno.EADDRNOTAVAIL:
+            return "this computer has no such address; choose one of its own, or 0.0.0.0 for all of them"
+        case errno.EACCES:
+            return f"{reason(error)}; choose another port"
+    return reason(error)

@@ -5,7 +5,6 @@ The owner of the session passes news on (`show`, `send_...`), takes received cue
 second (the system drops others), and `MOST_CUES_S` cues. Anything that is not a cue is counted and dropped.
 """
 
-import errno
 import math
 import select
 import socket
@@ -23,7 +22,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.transport import bind_alone, reason
+from underfoot.devices.transport import bind_alone, listening_reason, reason
 from underfoot.engine.reports import Health
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.contacts import SILENT_S, OngoingContact
@@ -437,6 +436,5 @@ def _bound(address: Address) -> socket.socket:
         bind_alone(made, address.host, address.port)
     except OSError as error:
         made.close()
-        choose = "" if error.errno == errno.EADDRNOTAVAIL else "; choose another port"
-        raise DeviceError(f"cues cannot be taken at {address}: {reason(error)}{choose}") from None
+        raise DeviceError(f"cues cannot be taken at {address}: {listening_reason(error)}") from None
     return made

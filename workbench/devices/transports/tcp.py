@@ -6,7 +6,15 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
-from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, address_text, host_and_port, reason
+from underfoot.devices.transport import (
+    READ_TIMEOUT_S,
+    Sender,
+    Transport,
+    address_text,
+    host_and_port,
+    listening_reason,
+    reason,
+)
 from underfoot.errors import DeviceError, TakenAway
 
 CONNECT_TIMEOUT_S = 1.0
@@ -69,7 +77,7 @@ class TcpSender(Sender):
             self._listener.setblocking(False)
         except (OSError, ValueError) as error:
             self.close()
-            raise DeviceError(f"tcp:{self.name} cannot be listened at: {reason(error)}") from None
+            raise DeviceError(f"tcp:{self.name} cannot be listened at: {listening_reason(error)}") from None
 
     def close(self) -> None:
         """Stop sending and listening."""

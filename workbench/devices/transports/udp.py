@@ -13,6 +13,7 @@ from underfoot.devices.transport import (
     address_text,
     bind_alone,
     host_and_port,
+    listening_reason,
     reason,
 )
 from underfoot.errors import BadValue, DeviceError
@@ -123,7 +124,7 @@ class UdpTransport(Transport):
             bind_alone(self._socket, self.host, self.port)
         except (OSError, ValueError, OverflowError) as error:
             self.close()
-            raise DeviceError(f"{self.name} cannot be listened at: {reason(error)}") from None
+            raise DeviceError(f"{self.name} cannot be listened at: {listening_reason(error)}") from None
 
     def read(self) -> memoryview:
         """Return the datagrams received, each followed by a zero, so that a partial frame ends with its datagram."""
