@@ -1,13 +1,14 @@
-"""Streams of a study for other recorders."""
+"""Streams and triggers of a study for other recorders."""
 
 import itertools
+import os
 import socket
 
 import numpy as np
 import pytest
 
 from underfoot.floor.layout import default_floor
-from underfoot.studies.markers import LslMarkers
+from underfoot.studies.markers import LslMarkers, SerialTrigger
 
 
 def test_what_is_sent_late_has_the_time_of_its_samples_and_events(until):
@@ -34,3 +35,34 @@ def test_what_is_sent_late_has_the_time_of_its_samples_and_events(until):
         assert stamps == pytest.approx([began_s + 2.0] * len(stamps), abs=1e-3)
         inlet.close_stream()
     markers.close()
+
+
+def test_a_trigger_that_is_plugged_in_again_gets_its_markers(tmp_path):
+    tty = pytest.importorskip("tty")
+    port, ends = tmp_path / "trigger", []
+
+    def plug():
+        ends[:] = os.openpty()
+        tty.setraw(ends[1])
+        port.symlink_to(os.ttyname(ends[1]))
+
+    def unplug():
+        port.unlink()
+        for end in ends:
+            os.close(end)
+
+    plug()
+    trigger = SerialTrigger(str(port))
+    unplug()
+    for what in ("begin", "end"):
+        trigger.mark(what, "main.1")
+        assert trigger.problem == f"no markers reach the trigger {port}: it was unplugged"
+    plug()
+    trigger.mark("answer", "main.1")
+    assert (trigger.problem, os.read(ends[0], 9)) == ("", b"\x04")
+    unplug()
+    plug()
+    trigger.mark("stop", "")
+    assert (trigger.problem, os.read(ends[0], 9)) == ("", b"\x05")
+    trigger.close()
+    unplug()

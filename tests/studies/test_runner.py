@@ -5,7 +5,6 @@ import os
 import resource
 import socket
 import sqlite3
-import tty
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -430,6 +429,7 @@ def test_a_sound_card_that_goes_away_stops_a_study_until_it_is_back(session, unt
 
 
 def test_a_trigger_that_is_unplugged_is_said_and_the_study_goes_on(session, until, tmp_path):
+    pytest.importorskip("pty")
     master, slave = os.openpty()
     name = os.ttyname(slave)
     trigger = SerialTrigger(name)
@@ -442,39 +442,9 @@ def test_a_trigger_that_is_unplugged_is_said_and_the_study_goes_on(session, unti
         assert len(person.runner.file.entries()) == 1
 
 
-def test_a_trigger_that_is_plugged_in_again_gets_its_markers(tmp_path):
-    port, ends = tmp_path / "trigger", []
-
-    def plug():
-        ends[:] = os.openpty()
-        tty.setraw(ends[1])
-        port.symlink_to(os.ttyname(ends[1]))
-
-    def unplug():
-        port.unlink()
-        for end in ends:
-            os.close(end)
-
-    plug()
-    trigger = SerialTrigger(str(port))
-    unplug()
-    for what in ("begin", "end"):
-        trigger.mark(what, "main.1")
-        assert trigger.problem == f"no markers reach the trigger {port}: it was unplugged"
-    plug()
-    trigger.mark("answer", "main.1")
-    assert (trigger.problem, os.read(ends[0], 9)) == ("", b"\x04")
-    unplug()
-    plug()
-    trigger.mark("stop", "")
-    assert (trigger.problem, os.read(ends[0], 9)) == ("", b"\x05")
-    trigger.close()
-    unplug()
-
-
 def test_those_who_want_marks_get_them(session, until, tmp_path):
     """A byte for each on a real pseudo-terminal, and LSL streams where that is installed."""
-    pylsl = pytest.importorskip("pylsl")
+    pylsl, tty = map(pytest.importorskip, ("pylsl", "tty"))
     master, slave = os.openpty()
     tty.setraw(slave)
     os.set_blocking(master, False)

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import tty
 from types import SimpleNamespace
 
 import pytest
@@ -51,6 +50,7 @@ class Hand:
 
 
 def test_a_plate_and_a_trigger_are_chosen_tried_and_remembered(hand, tmp_path):
+    tty = pytest.importorskip("tty")
     emulated = EmulatedPlate()
     master, slave = os.openpty()
     tty.setraw(slave)
