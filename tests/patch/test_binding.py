@@ -192,7 +192,11 @@ def fill(out):
             {"run": fill, "__doc__": "Bad.", "also_called": 5},
             'also_called of node bad is 5; allowed: words in one text, as "VCA, amplifier"',
         ),
-        ({"ran": fill, "__doc__": "Bad."}, "Bad has no function run, which computes its outputs"),
+        ({"__doc__": "Bad."}, "Bad has no function run, which computes its outputs"),
+        (
+            {"run": fill, "__doc__": "Bad.", "desing": fill},
+            "name in node bad is 'desing'; allowed: .*, run, design, .*",
+        ),
         (
             {"run": fill, "__doc__": "Bad.", "onset": Output(kind="event")},
             "run of Bad does not take its output 'onset', which it must write",

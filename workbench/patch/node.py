@@ -114,12 +114,12 @@ class NodeType(Struct, frozen=True, dict=True):
     """Names of the signals that the engine supplies."""
     parameters: Mapping[str, Parameter]
     binding: Binding
-    muted_by: tuple[str, ...]
-    is_sink: bool
-    to_sound: bool
-    """Whether its output goes to the sound channel, not to a tile."""
     is_struck: bool
     """Whether the engine may send it events, at the last of its event inputs."""
+    muted_by: tuple[str, ...] = ()
+    is_sink: bool = False
+    to_sound: bool = False
+    """Whether its output goes to the sound channel, not to a tile."""
     also_called: str = ""
     """What it, or what it is used for, is called in other programs, by which it is found: "VCA, amplifier"."""
     is_sum: bool = False
@@ -195,6 +195,13 @@ class NodeType(Struct, frozen=True, dict=True):
         return {name: one.initial for name, one in self.parameters.items() if one.initial != one.default}
 
 
+_BOUND = ("run", "design", "tail", "state", "coefficients", "sizes")
+"""What `Binding` reads of a class."""
+_TOLD = (
+    "muted_by", "is_sink", "to_sound", "also_called", "is_sum", "accuracy", "distributions", "lasts", "requested_error",
+)  # fmt: skip
+"""What a `NodeType` has as its class tells it."""
+
 Registry = Mapping[str, NodeType]
 """Node types by their name in files."""
 
@@ -219,8 +226,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as
     sound; `is_sum`, if its inputs are added; `also_called`, words of other programs by which it is found;
     `accuracy`; `requested_error`, how error and cost are measured for a parameter `error`; `lasts(values)`, the
-    seconds that it goes on by itself; and `distributions(values)`, which draws distributions. `BadValue` for a
-    function with an unknown argument, and for a `run` without one of the outputs.
+    seconds that it goes on by itself; and `distributions(values)`, which draws distributions. `BadValue` for any other
+    name, for a function with an unknown argument, and for a `run` without one of the outputs.
     """
 
     def declare(cls: builtins.type) -> NodeType:
@@ -233,6 +240,13 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         for parameter in parameters.values():
             parameter.check_declaration()
         tables = {name: value for name, value in body.items() if isinstance(value, Prepared)}
+        known = {*ports, *parameters, *tables, *_BOUND, *_TOLD}
+        other = next((name for name in body if name not in known and not name.startswith("_")), "")
+        allowed = f"ports, parameters, prepared tables, {', '.join(_BOUND + _TOLD)}"
+        require(not other, f"name in node {type}", other, allowed)
+        also_called = body.get("also_called", "")
+        words = 'words in one text, as "VCA, amplifier"'
+        require(isinstance(also_called, str), f"also_called of node {type}", also_called, words)
         inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
         from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
         outputs = {name: port for name, port in ports.items() if isinstance(port, Output)}
@@ -258,24 +272,11 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             engine_signals=_of("signal", from_engine),
             parameters=parameters,
             binding=Binding(cls, names, tables),
-            muted_by=body.get("muted_by", ()),
-            is_sink=body.get("is_sink", False),
-            to_sound=body.get("to_sound", False),
             is_struck=any(port.kind == "event" for port in from_engine.values()),
-            also_called=_words(type, body.get("also_called", "")),
-            is_sum=body.get("is_sum", False),
-            accuracy=body.get("accuracy", ""),
-            distributions=body.get("distributions"),
-            lasts=body.get("lasts"),
-            requested_error=body.get("requested_error"),
+            **{name: body[name] for name in _TOLD if name in body},
         )
 
     return declare
-
-
-def _words(type: str, given: object) -> str:
-    require(isinstance(given, str), f"also_called of node {type}", given, 'words in one text, as "VCA, amplifier"')
-    return str(given)
 
 
 def _of(kind: str, ports: Mapping[str, Input | Output]) -> tuple[str, ...]:
