@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -146,7 +146,8 @@ class SessionStream:
         messages: list[str] = []
         while now < self._seconds and not self._stopped:
             try:
-                messages += messages_of(session.poll(), session.health)
+                for report in session.poll():
+                    messages += messages_of(report, session.health)
             except DeviceError as error:
                 if not now:
                     raise
@@ -182,26 +183,25 @@ class SessionStream:
         return self._finder.warnings()
 
 
-def messages_of(reports: Iterable[Report], health: Health) -> Iterator[str]:
-    """Yield the messages of reports to the user; `DeviceError` for an engine that cannot begin, or is given up."""
-    for report in reports:
-        match report:
-            case OutputChanged(text, where) if where == NOTHING:
-                raise DeviceError(text)
-            case OutputChanged(text):
-                yield text
-            case Notice(text) if not health.running and not health.frame:
-                raise DeviceError(text)
-            case Started(where, notice) if notice:
-                yield notice if where == SOUND_CARD else f"{notice}; going on without sound"
-            case Notice(text) if text:
-                yield text
-            case Compiling(ready, total):
-                yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"
-            case ProcessDied(process, reason, is_restarted=True):
-                yield f"the {process} was lost and is started again: {reason}"
-            case Fault(node, tile, frame):
-                yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
+def messages_of(report: Report, health: Health) -> Iterator[str]:
+    """Yield the messages of a report to the user; `DeviceError` for an engine that cannot begin, or is given up."""
+    match report:
+        case OutputChanged(text, where) if where == NOTHING:
+            raise DeviceError(text)
+        case OutputChanged(text):
+            yield text
+        case Notice(text) if not health.running and not health.frame:
+            raise DeviceError(text)
+        case Started(where, notice) if notice:
+            yield notice if where == SOUND_CARD else f"{notice}; going on without sound"
+        case Notice(text) if text:
+            yield text
+        case Compiling(ready, total):
+            yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"
+        case ProcessDied(process, reason, is_restarted=True):
+            yield f"the {process} was lost and is started again: {reason}"
+        case Fault(node, tile, frame):
+            yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
 
 
 def recording_failure(session: Session, path: Path | None) -> str:

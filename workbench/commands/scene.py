@@ -168,7 +168,7 @@ class _Show:
         now_s, film_s = 0.0, 0.0
         while not self._stopped and (self.options.seconds is None or now_s < self.options.seconds):
             reports = session.poll()
-            for line in messages_of(reports, session.health):
+            for line in (line for report in reports for line in messages_of(report, session.health)):
                 tell(line)
             stage.take(reports)
             with _ended_in_a_line():

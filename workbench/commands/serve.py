@@ -126,7 +126,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     told_s, problem = -math.inf, ""
     while session.health.frame < end_frame and not stopped:
         reports = session.poll()
-        for line in messages_of(reports, session.health):
+        for line in (line for report in reports for line in messages_of(report, session.health)):
             tell(line)
         if problem != server.problem:
             problem = server.problem
