@@ -60,7 +60,7 @@ def render_of(name, block=BLOCK, seconds=SECONDS):
     """Samples of a preset, float32 [frame, channel]."""
     patch = Patch.load(preset_files.patches()[name], REGISTRY)
     source = SimulatedFloor(default_floor(), 48_000, patch.seed)
-    return render_source(patch, REGISTRY, source, seconds, LoopOptions(block=block)).samples
+    return render_source(patch, source, seconds, LoopOptions(block=block)).samples
 
 
 def render_figures(samples):

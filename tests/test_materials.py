@@ -223,7 +223,7 @@ def test_it_reaches_the_foot_on_a_calibrated_tile_too(name, profile):
 def test_real_heels_do_not_drive_it_far_beyond_full_scale(name):
     floor, forces = measured_walk("adult/walk3")  # the hardest of the measured heels
     patch, source = Patch.load(preset_files.patches()[name], REGISTRY), Replay(forces, floor, RATE)
-    played = render_source(patch, REGISTRY, source, forces.seconds, LoopOptions(measures=True))
+    played = render_source(patch, source, forces.seconds, LoopOptions(measures=True))
     peaks = np.abs(played.tiles["commanded"]).max(axis=0) / NOMINAL_ACCELERATION
     assert (peaks > 0.15).all()
     assert (peaks < 1.7).all()  # as docs/levels.md has it; of more, the limiter would take half

@@ -16,7 +16,6 @@ from long_recording import write_recording
 import underfoot as uf
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.render import render_source
-from underfoot.nodes import REGISTRY
 from underfoot.records.tables import Table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -74,7 +73,7 @@ def test_a_walker_presses_with_its_weight():
 def test_a_patch_becomes_the_array_that_the_engine_would_play():
     samples = run(SCRIPTS[3])["samples"]
     patch = uf.open_patch("gravel")
-    expected = render_source(patch, REGISTRY, SimulatedFloor(uf.default_floor(), 48_000.0, patch.seed), 2.0)
+    expected = render_source(patch, SimulatedFloor(uf.default_floor(), 48_000.0, patch.seed), 2.0)
     assert samples.tobytes() == expected.samples.tobytes()
 
 

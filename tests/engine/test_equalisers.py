@@ -27,7 +27,6 @@ from underfoot.engine.tile_pulse import PULSE_S
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Centroid, Latency, Profile, Response
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
@@ -245,6 +244,6 @@ def test_a_profile_drives_its_tile():
         "t1", 30.0, BAND, calibration=profile.response.identity
     )
     source = SimulatedFloor(FLOOR)
-    rendered = render_source(hum(), REGISTRY, source, 0.2, LoopOptions(equalisers=equalisers_of({"t1": profile})))
+    rendered = render_source(hum(), source, 0.2, LoopOptions(equalisers=equalisers_of({"t1": profile})))
     out = played(loop_of(hum(), equalisers=[TileEqualiser("t1", 30.0, BAND)]), 9_600)
     assert rendered.samples.tobytes() == out.tobytes()

@@ -10,9 +10,9 @@ from made_patches import hum, rough_step, stepped_bank
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Play, PressTile, Set, Strike
-from underfoot.engine.loop import LoopOptions
+from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.offline import RenderJob
-from underfoot.engine.render import render_source
+from underfoot.engine.render import Rendered, render_source
 from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -23,10 +23,14 @@ FLOOR = default_floor()
 SECONDS = 1.5
 
 
-def walked(patch, block=1024, seed=None, **commands):
-    return render_source(
-        patch, REGISTRY, SimulatedFloor(FLOOR), SECONDS, LoopOptions(block=block, seed=seed), **commands
-    )
+PLAY = ((0, Play(True)),)
+
+
+def walked(patch, block=1024, seed=None, commands=PLAY):
+    loop = Loop(patch, REGISTRY, SimulatedFloor(FLOOR), LoopOptions(block=block, seed=seed))
+    for frame, command in commands:
+        loop.send(command, frame)
+    return Rendered.of(loop, round(SECONDS * 48_000), {})
 
 
 @pytest.mark.parametrize("patch", [stepped_bank(), rough_step(), hum()])
@@ -72,7 +76,7 @@ def test_nothing_is_let_out_unless_it_is_asked_for():
 
 
 def test_an_empty_floor_puts_everything_to_sleep():
-    rendered = render_source(stepped_bank(), REGISTRY, SimulatedFloor(FLOOR, walking=False), 0.5)
+    rendered = render_source(stepped_bank(), SimulatedFloor(FLOOR, walking=False), 0.5)
     assert not rendered.samples.any()
     assert rendered.run == []
     assert set(rendered.asleep) == {"tile-force", "footfall", "join", "strike", "modal-bank", "tile-output"}
@@ -91,7 +95,7 @@ def test_the_summary_says_what_came_out():
 def test_another_rate_is_played_at_that_rate():
     tone = hum(tone={"frequency": 100.0, "harmonics": (1.0,)})
     low, high = (
-        render_source(tone, REGISTRY, SimulatedFloor(FLOOR, rate_hz), 1.0, LoopOptions(rate_hz=rate_hz))
+        render_source(tone, SimulatedFloor(FLOOR, rate_hz), 1.0, LoopOptions(rate_hz=rate_hz))
         for rate_hz in (44_100.0, 96_000.0)
     )
     for rendered in (low, high):
@@ -137,4 +141,4 @@ def test_a_long_recording_is_replayed_part_by_part(tmp_path):
 )
 def test_what_cannot_be_rendered_is_refused(seconds, options):
     with pytest.raises(BadValue, match="allowed: "):
-        render_source(hum(), REGISTRY, SimulatedFloor(FLOOR), seconds, LoopOptions(**options))
+        render_source(hum(), SimulatedFloor(FLOOR), seconds, LoopOptions(**options))

@@ -17,7 +17,6 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.forces import Forces
 
@@ -69,7 +68,7 @@ class RenderJob:
             profiles=self.profiles,
             seconds=self.seconds,
         )
-        return render_source(self.patch, REGISTRY, source, seconds, options, files=files)
+        return render_source(self.patch, source, seconds, options, files)
 
 
 def render(

@@ -1,7 +1,6 @@
 """The engine's process: one thread takes commands, the output callback (or the clock) runs the loop."""
 
 import gc
-import os
 import sys
 import threading
 import time
@@ -125,7 +124,7 @@ class Engine:
         self.memory.status.put(Field.RUNNING, 1.0)
         channels = tuple(self.loop.channels)
         begun = *self.begin(), self.pacer.silence
-        self._connection.send(Started(self.pacer.where, notice, os.getpid(), channels, *begun))
+        self._connection.send(Started(self.pacer.where, notice, channels, *begun))
         self.listener.start()
         self.pacer.run()
         self.memory.status.put(Field.RUNNING, 0.0)

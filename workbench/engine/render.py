@@ -15,11 +15,11 @@ from underfoot.devices.force_source import ForceSource
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.drawing.thinning import extremes
-from underfoot.engine.commands import Command, Play
+from underfoot.engine.commands import Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadValue, require
 from underfoot.models import sole
-from underfoot.patch.node import Registry
+from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.wav import require_wav, wav_file, wav_samples, write_wav
 
@@ -138,25 +138,17 @@ def _felt(samples: NDArray[np.float32], rate_hz: float) -> dict[str, object]:
 
 
 def render_source(
-    patch: Patch,
-    registry: Registry,
-    source: ForceSource,
-    seconds: float,
-    options: LoopOptions | None = None,
-    *,
-    commands: tuple[tuple[int, Command], ...] = ((0, Play(True)),),
-    files: Files = NO_FILES,
+    patch: Patch, source: ForceSource, seconds: float, options: LoopOptions | None = None, files: Files = NO_FILES
 ) -> Rendered:
-    """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session.
+    """Play `patch` on the force of `source`, to `files` as it is played.
 
     Raises `BadValue` for an invalid length, block or rate, or if a node makes a value that is not finite.
 
     >>> from underfoot.devices.simulated_floor import SimulatedFloor
     >>> from underfoot.floor.layout import default_floor
-    >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tone", REGISTRY).add("tile-output", REGISTRY)
     >>> patch = patch.connect("tone.out", "tile-output.acceleration", REGISTRY)
-    >>> render_source(patch, REGISTRY, SimulatedFloor(default_floor()), 0.5, LoopOptions(block=64)).samples.shape
+    >>> render_source(patch, SimulatedFloor(default_floor()), 0.5, LoopOptions(block=64)).samples.shape
     (24000, 4)
     """
     options = options or LoopOptions()
@@ -165,9 +157,8 @@ def render_source(
     require(8000.0 <= options.rate_hz <= 192_000.0, "rate", options.rate_hz, "8000 to 192000 Hz")
     frames = round(seconds * options.rate_hz)
     require(frames > 0, "seconds", seconds, f"one frame or more, {1.0 / options.rate_hz:.2g} s")
-    loop = Loop(patch, registry, source, options)
-    for frame, command in commands:
-        loop.send(command, frame)
+    loop = Loop(patch, REGISTRY, source, options)
+    loop.send(Play(True), 0)
     return Rendered.of(loop, frames, files, finite=True)
 
 

@@ -25,7 +25,6 @@ class Started(Struct, frozen=True):
 
     where: str
     notice: str = ""
-    process: int = 0
     channels: tuple[int, ...] = ()
     level_db: float = 0.0
     playing: bool = True

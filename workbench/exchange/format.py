@@ -19,7 +19,6 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.exchange.losses import KEPT
 from underfoot.files import head_of
 from underfoot.floor.layout import Floor
-from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.force_files import read_force_file
 
@@ -57,7 +56,7 @@ class Export:
         seconds = DEFAULT_S if self.seconds is None else self.seconds
         source, length_s = self._source(seconds)
         options = LoopOptions(folder=self.folder, measures=True)
-        return render_source(self.patch, REGISTRY, source, length_s if self.seconds is None else seconds, options)
+        return render_source(self.patch, source, length_s if self.seconds is None else seconds, options)
 
     @cached_property
     def tiles(self) -> tuple[str, ...]:

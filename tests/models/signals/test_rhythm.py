@@ -1,4 +1,4 @@
-"""Rhythms: what a bar allows, that the eight are distinct, and that their events fall where they should."""
+"""Rhythms: that the eight are distinct and fit their bar, and that their events fall where they should."""
 
 import itertools
 from fractions import Fraction
@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from event_rows import rows_of
 
-from underfoot.errors import BadValue
 from underfoot.models.signals.events import event_list
-from underfoot.models.signals.rhythm import RHYTHMS, Note, Rhythm, play, rhythm
+from underfoot.models.signals.rhythm import RHYTHMS, play
 
 RATE = 48000.0
 
@@ -37,7 +36,6 @@ def test_each_rhythm_plays_every_note_of_every_bar_once(of):
     np.testing.assert_allclose(events[:, 0], exact, rtol=3e-16)
     np.testing.assert_array_equal(events[:, 1], [note.amplitude for note in of.notes] * of.repeats)
     np.testing.assert_allclose(events[:, 2], [note.length / 24 * of.bar_s for note in of.notes] * of.repeats)
-    np.testing.assert_allclose((events[:, 0] - start) / RATE, of.onsets_s(), atol=1e-12)
 
 
 @pytest.mark.parametrize("block", [1, 7, 32, 1024, 150_000])
@@ -98,6 +96,11 @@ def test_the_eight_are_named_accented_and_within_the_thesis():
         assert of.repeats in (3, 4)
         assert of.notes[0] == max(of.notes, key=lambda note: note.amplitude)
         assert all(note.amplitude < of.notes[0].amplitude for note in of.notes[1:])
+        assert of.notes[0].step == 0
+        ends = [note.step + note.length for note in of.notes]
+        assert all(
+            end <= following for end, following in zip(ends, [*(note.step for note in of.notes[1:]), 24], strict=True)
+        )
 
 
 def test_any_two_rhythms_differ_in_a_sixth_of_the_bar_and_in_their_onsets():
@@ -107,23 +110,3 @@ def test_any_two_rhythms_differ_in_a_sixth_of_the_bar_and_in_their_onsets():
     for one, other in itertools.combinations(RHYTHMS, 2):
         assert len(sounding(one) ^ sounding(other)) >= 4, (one.name, other.name)
         assert {note.step for note in one.notes} != {note.step for note in other.notes}
-
-
-@pytest.mark.parametrize(
-    ("make", "name"),
-    [
-        (lambda: Note(24, 1, 1.0), "step"),
-        (lambda: Note(20, 5, 1.0), "length"),
-        (lambda: Note(0, 0, 1.0), "length"),
-        (lambda: Note(0, 1, 1.5), "amplitude"),
-        (lambda: rhythm("x", 0.5, 3, (0, 6, 1.0), (5, 1, 0.5)), "step"),
-        (lambda: rhythm("x", 0.5, 3, (0, 6, 0.5), (6, 1, 1.0)), "amplitude"),
-        (lambda: rhythm("x", 0.5, 3, (1, 6, 1.0)), "first step"),
-        (lambda: rhythm("x", 0.4, 3, (0, 6, 1.0)), "bar_s"),
-        (lambda: rhythm("x", 0.5, 2, (0, 6, 1.0)), "repeats"),
-        (lambda: Rhythm("x", 0.5, 3, ()), "notes"),
-    ],
-)
-def test_bad_values_are_named(make, name):
-    with pytest.raises(BadValue, match=f"^{name} is "):
-        make()

@@ -5,15 +5,12 @@ import math
 import numpy as np
 from msgspec import Struct
 
-from underfoot.errors import require
 from underfoot.kernels import Floats, kernel
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import append
 
 STEPS = 24
 """Steps in a bar."""
-SHORTEST_BAR_S, LONGEST_BAR_S = 0.45, 0.75
-"""Shortest and longest bar in the thesis."""
 _ROUNDING = 1e-6
 """Frames by which an onset may be rounded down and still be in the frame where it is due: within a day at 48 kHz."""
 ONSET, LENGTH, AMPLITUDE = range(3)
@@ -27,44 +24,17 @@ class Note(Struct, frozen=True):
     length: int
     amplitude: float
 
-    def __post_init__(self) -> None:
-        require(0 <= self.step < STEPS, "step", self.step, "0 to 23")
-        require(
-            1 <= self.length <= STEPS - self.step, "length", self.length, f"1 to {STEPS - self.step} from this step"
-        )
-        require(0.0 <= self.amplitude <= 1.0, "amplitude", self.amplitude, "0 to 1")
-
 
 class Rhythm(Struct, frozen=True):
     """Bar of notes, one at a time and in order, played `repeats` times (0: endless).
 
     The first note is the accent of the bar: it starts at step 0 and none is stronger.
-
-    >>> Rhythm("two", 0.5, 3, (Note(0, 6, 1.0), Note(12, 6, 0.5))).onsets_s()[:3]
-    [0.0, 0.25, 0.5]
     """
 
     name: str
     bar_s: float
     repeats: int
     notes: tuple[Note, ...]
-
-    def __post_init__(self) -> None:
-        require(SHORTEST_BAR_S <= self.bar_s <= LONGEST_BAR_S, "bar_s", self.bar_s, "0.45 to 0.75 s")
-        require(self.repeats in (0, 3, 4), "repeats", self.repeats, "3, 4, or 0 for ever")
-        require(len(self.notes) > 0, "notes", self.notes, "at least one")
-        require(self.notes[0].step == 0, "first step", self.notes[0].step, "0")
-        for note, after in zip(self.notes, self.notes[1:], strict=False):
-            require(
-                after.step >= note.step + note.length, "step", after.step, f"{note.step + note.length} or later here"
-            )
-            require(
-                after.amplitude <= self.notes[0].amplitude, "amplitude", after.amplitude, "at most the first note's"
-            )
-
-    def onsets_s(self, bars: int = 1) -> list[float]:
-        """Return the onsets in seconds, over all repeats, or over `bars` bars of an endless rhythm."""
-        return [self.bar_s * (bar + note.step / STEPS) for bar in range(self.repeats or bars) for note in self.notes]
 
     def table(self) -> Floats:
         """Return the notes as the array [note, 3] for `play`."""
