@@ -17,7 +17,6 @@ PORT_RADIUS = 5.0
 _AT_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _AT_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _FIRST_LINES = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip
-_CENTRED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
 class NodeLook(NamedTuple):
@@ -72,10 +71,10 @@ def paint_far_title(painter: QPainter, room: QRectF, title: str, look: NodeLook,
     """Paint only the name, in this room and at the size of a small label, when zoomed out."""
     if zoom < MIN_ZOOM:
         return
-    size_px = far_size(title, round(theme.SMALL_PX / zoom), room.width())
+    size_px, lines = far_name(title, round(theme.SMALL_PX / zoom), room.width(), room.height())
     painter.setFont(theme.font(size_px))
     painter.setPen(QColor(theme.MUTED if look.quiet and not look.selected else theme.TEXT))
-    painter.drawText(room, _CENTRED, far_text(title, size_px, room.width()))
+    painter.drawText(room, Qt.AlignmentFlag.AlignCenter, lines)
 
 
 def paint_far_port(painter: QPainter, placed: PlacedPort, *, faint: bool, zoom: float) -> None:
@@ -88,17 +87,14 @@ def paint_far_port(painter: QPainter, placed: PlacedPort, *, faint: bool, zoom: 
 
 
 @lru_cache(maxsize=512)
-def far_size(title: str, size_px: int, width: float) -> int:
-    """Return the size at which a name's words have room, as "Band-pass" mostly has, or the smallest."""
-    widest = max((QFontMetricsF(theme.font(size_px)).horizontalAdvance(word) for word in title.split()), default=0.0)
-    return max(int(size_px * min(width / widest, 1.0)), round(SMALLEST_FAR * size_px)) if widest else size_px
-
-
-@lru_cache(maxsize=512)
-def far_text(title: str, size_px: int, width: float) -> str:
-    """Return a name in which words that are wider than their line are cut short: Qt would cut them at both ends."""
-    metrics = QFontMetricsF(theme.font(size_px))
-    return " ".join(metrics.elidedText(word, Qt.TextElideMode.ElideRight, width) for word in title.split())
+def far_name(name: str, size_px: int, width: float, height: float) -> tuple[int, str]:
+    """Return the size up to `size_px` at which all of a name has room, or else the smallest, and the lines that do."""
+    smallest, size_px = round(SMALLEST_FAR * size_px), size_px + 1
+    lines = ""
+    while size_px > smallest and lines.split() != name.split():
+        size_px -= 1
+        lines = far_note(name, size_px, width, height)
+    return size_px, lines
 
 
 def paint_far_note(painter: QPainter, room: QRectF, text: str, zoom: float) -> None:

@@ -15,7 +15,7 @@ from underfoot.engine.reports import Fault
 from underfoot.patch.groups import Note
 from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import TITLE
-from underfoot.widgets.design.node_painting import far_note, far_size, far_text
+from underfoot.widgets.design.node_painting import far_name, far_note
 
 NAME = "Heel & toe <b>hard</b>"
 IN_MENUS = "Heel && toe <b>hard</b>"
@@ -98,8 +98,13 @@ def test_a_long_name_is_cut_short_and_the_mouse_shows_all_of_it(workspace):
     assert hum.toolTip().splitlines() == [name, "A tone."]
     collapse(workspace, "hum")
     assert canvas.patch_scene.group_nodes["group"].geometry.width <= 32 * theme.GRID
-    assert re.fullmatch("The E.+…", far_text("The Everlasting", 30, 128.0))  # from far
-    assert 24 <= far_size("Band-pass", 30, 128.0) < 30
+    size_px, lines = far_name("The Everlasting", 30, 128.0, 80.0)  # from far
+    assert size_px == 24
+    assert re.fullmatch("The\nE.+…", lines)
+    size_px, lines = far_name("Drawn modal bank", 30, 168.0, 60.0)
+    assert 24 <= size_px < 30
+    assert lines == "Drawn modal\nbank"
+    assert far_name("Tone", 30, 128.0, 80.0) == (30, "Tone")
     assert re.fullmatch("Two feet.*\n.+…", far_note("Two feet on one tile:\nthe left one is softer", 24, 224.0, 64.0))
     assert far_note("Short", 24, 224.0, 16.0) == "Short"
 
