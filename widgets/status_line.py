@@ -1,5 +1,6 @@
 """The line at the bottom of the window: messages for the user, and the state of the session."""
 
+from collections import deque
 from datetime import datetime
 
 from PySide6.QtCore import QTimer
@@ -12,11 +13,13 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 
 LETTER_MS, LEAST_MS, MOST_MS = 120, 5_000, 20_000
 """Reading time of a message per letter, with its minimum and maximum."""
+KEPT = 30
+"""Messages that can be read again: a fault of one of many tiles is told once."""
 NO_FORCE = "no force has come from the floor since {:%Y-%m-%d %H:%M}"
 
 
 class StatusLine(QWidget):
-    """Shows a message until it can be read, and the state of the session."""
+    """Shows a message until it can be read, the last ones under the mouse, and the state of the session."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -25,6 +28,7 @@ class StatusLine(QWidget):
         self._message = ElidedLabel()
         self._session = ElidedLabel("small")
         self._text, self._reason, self._no_force = "", "", ""
+        self._told = deque[str](maxlen=KEPT)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
         layout.setSpacing(theme.GRID)
@@ -35,7 +39,9 @@ class StatusLine(QWidget):
 
     def show_message(self, text: str) -> None:
         """Show a message until the next one, or for the time it takes to read."""
-        self._message.set_full_text(text)
+        if text:
+            self._told.append(f"{datetime.now():%H:%M:%S}  {text}")
+        self._message.set_full_text(text, "\n".join(self._told))
         announce(self._message, text)
         self._share_room()
         if text:

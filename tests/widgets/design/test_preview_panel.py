@@ -224,6 +224,17 @@ def test_a_long_reason_is_whole_where_there_is_room_and_in_the_tooltip_where_the
     assert not line.findChild(QTimer).isActive()  # the empty line would remove itself for good, every five seconds
 
 
+def test_messages_that_went_by_are_read_under_the_mouse(qtbot):
+    """Faults of tiles are told once, while somebody may be on the stage."""
+    line = StatusLine()
+    qtbot.addWidget(line)
+    for k in range(40):
+        line.show_message(f"tile t{k}: sensor 1 is dead")
+    line.show_message("")
+    last = line.findChildren(QLabel)[0].toolTip().splitlines()
+    assert [one.partition("  ")[2] for one in last] == [f"tile t{k}: sensor 1 is dead" for k in range(10, 40)]
+
+
 def test_without_a_node_there_are_no_distributions_to_be_shown(shown):
     shown.expect("fibre-bundle", NODES["fibre-bundle"])
     shown.distributions.click()
