@@ -46,6 +46,9 @@ _SHADES = 32
 _MIN_SHOWN_PEAK = 1e-4
 """Share of full scale from which a tile's vibration is visible."""
 
+_MIN_SHOWN_LOST = 0.05
+"""Share of a tile's samples that do not arrive from which it is marked, as it is reported."""
+
 _MIN_SHOWN_N = 2.0
 """Loads below this are shown as 0."""
 
@@ -95,6 +98,7 @@ class FloorMap(PressedFloor):
         self._untared = np.zeros(count, bool)
         self._peak = np.zeros(count)
         self._deviating = np.zeros(count, bool)
+        self._lost_percent = np.zeros(count)
         self._contacts: Sequence[OngoingContact] = ()
         self._trails = Trails()
         self._now_s = 0.0
@@ -145,6 +149,10 @@ class FloorMap(PressedFloor):
         """Mark tiles whose acceleration deviates from the command."""
         self._deviating = np.asarray(deviating)
 
+    def set_lost(self, share: NDArray[np.float64]) -> None:
+        """Mark tiles of whose samples this share (tiles,) does not arrive."""
+        self._lost_percent = np.where(share > _MIN_SHOWN_LOST, np.round(100.0 * share), 0.0)
+
     def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
         """Set the contacts at `now_s`, and show their trails up to then."""
         self._contacts, self._now_s = contacts, now_s
@@ -155,7 +163,8 @@ class FloorMap(PressedFloor):
         loads_n = np.where(self._load_n > _MIN_SHOWN_N, self._load_n, 0.0)
         peaks = np.where(self._peak > _MIN_SHOWN_PEAK, self._peak, 0.0)
         moves = bool(self._contacts) or self._trails.are_visible(self._now_s)
-        look = (moves, *(values.tobytes() for values in (loads_n, peaks, self._untared, self._deviating)))
+        marks = (self._untared, self._deviating, self._lost_percent)
+        look = (moves, *(values.tobytes() for values in (loads_n, peaks, *marks)))
         if moves or look != self._look:
             self._look = look
             self.update()
@@ -271,12 +280,12 @@ class FloorMap(PressedFloor):
             painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "preview")
 
     def _paint_loads(self, painter: QPainter, circles: Sequence[QRectF]) -> None:
-        """Paint tiles that are loaded, vibrate or are untared; find places for their loads beside the `circles`."""
+        """Paint tiles that are loaded, vibrate or are marked; find places for their loads beside the `circles`."""
         assert self._floor is not None
         self._figures = []
         painter.setFont(theme.font(theme.SMALL_PX))
-        shown = (self._load_n > _MIN_SHOWN_N) | self._untared | self._deviating | (self._peak > _MIN_SHOWN_PEAK)
-        for row in np.flatnonzero(shown).tolist():
+        marked = self._untared | self._deviating | (self._lost_percent > 0.0)
+        for row in np.flatnonzero(marked | (self._load_n > _MIN_SHOWN_N) | (self._peak > _MIN_SHOWN_PEAK)).tolist():
             polygon, load_n, peak = self._polygons[row], float(self._load_n[row]), float(self._peak[row])
             area = polygon.boundingRect().adjusted(6, 4, -6, -4)
             if load_n > _MIN_SHOWN_N:
@@ -289,15 +298,18 @@ class FloorMap(PressedFloor):
             line = 14 if area.width() < 88.0 else 0
             if load_n > _MIN_SHOWN_N:
                 text, place = f"{fixed(load_n)} N", area.adjusted(0, line, 0, -6)
-                places = (_TOP_RIGHT,) if self._untared[row] or self._deviating[row] else (_TOP_RIGHT, _BOTTOM_RIGHT)
+                places = (_TOP_RIGHT,) if marked[row] else (_TOP_RIGHT, _BOTTOM_RIGHT)
                 rooms = [painter.boundingRect(place, at, text) for at in places]
                 room = min(rooms, key=lambda room: sum(_common(room, circle) for circle in circles))
                 self._figures.append((room, text))
             if self._untared[row] and area.width() >= 48.0:
                 below = area.adjusted(0, line + 14, 0, 0)
                 _paint_on_ground(painter, below, Qt.AlignmentFlag.AlignRight, "untared", theme.ALARM)
-            if self._deviating[row] and area.width() >= 48.0:
-                _paint_on_ground(painter, area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command", theme.ALARM)
+            fault, lost = "off its command" if self._deviating[row] else "", self._lost_percent[row]
+            if lost:
+                fault = "silent" if lost == 100.0 else f"{lost:.0f} % lost"
+            if fault and area.width() >= 48.0:
+                _paint_on_ground(painter, area.adjusted(0, 0, 6, -6), _BOTTOM_LEFT, fault, theme.ALARM)
             if peak > _MIN_SHOWN_PEAK:
                 share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)

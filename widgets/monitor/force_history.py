@@ -59,6 +59,14 @@ class ForceHistory:
             return float(bins[0]) * BIN_S
         return float(times[0]) if len(times) else np.nan
 
+    def missing_before(self, end_s: float, seconds: float) -> NDArray[np.float64]:
+        """Return the share of each tile's samples (tiles,) in the seconds before a time that did not arrive; 0 where no
+        tile sent."""
+        times, forces = self._times.latest(), self._forces.latest()
+        seen = slice(*np.searchsorted(times, [end_s - seconds, end_s + 1e-9]))
+        missing = np.isnan(forces[seen, :, 0])
+        return missing.sum(axis=0) / max(len(missing), 1)
+
     def samples_before(self, end_s: float, seconds: float, row: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         """Return times (n,) and corner forces (n, 4) of a tile in the seconds before a time: samples if known, else
         means."""

@@ -35,6 +35,8 @@ SHORTCUTS = (
     ("Copy footsteps, with the focus on the table", "Ctrl+C"),
 )
 
+_LOST_S = 2.0
+"""Time of which the share of lost samples is shown."""
 _MAP_TICKS = 2
 _READOUT_TICKS = 6
 """Ticks between two drawings of the floor, which does not scroll, and between two updates of numbers, to be readable,
@@ -182,6 +184,7 @@ class MonitorWorkspace(Workspace):
         if self._ticks % _READOUT_TICKS == 1:  # not in a frame of the map, the longest
             self._show_readouts()
             self.vibration.show_levels()
+            self.map.set_lost(self.force.history.missing_before(self.time.now_s, _LOST_S))
         self._ticks += 1
 
     def _draw_plots(self) -> None:

@@ -288,6 +288,25 @@ def test_a_tile_that_does_not_do_what_it_is_told_is_marked_on_the_map(monitor):
     assert monitor.map.grab().toImage() != before
 
 
+def test_a_tile_that_is_silent_or_loses_samples_is_marked_on_the_map_until_it_sends_again(monitor):
+    """It was told once, in a line that is gone after some seconds."""
+
+    def picture(lost, at_s):
+        force_n = np.zeros((500, 4, 4))
+        for tile, share in enumerate(lost):
+            force_n[: int(500 * share), tile] = np.nan
+        times = at_s + np.arange(500) / 250.0
+        monitor.add_forces(replace(update_of(), time_s=times, force_n=force_n))
+        for _ in range(8):
+            monitor.draw()
+        return monitor.map.grab().toImage()
+
+    shares = ([0, 0, 0, 0], [0, 1, 0, 0], [0, 0.3, 0, 0], [0, 0.04, 0, 0])
+    well, silent, lossy, nearly = (picture(lost, 10.0 * k) for k, lost in enumerate(shares))
+    assert well == nearly
+    assert len({image.bits().tobytes() for image in (well, silent, lossy)}) == 3
+
+
 def test_where_nothing_is_measured_levels_say_so(monitor, qtbot):
     qtbot.keyClick(monitor, Qt.Key.Key_L)
     monitor.draw()
