@@ -183,15 +183,15 @@ def test_readings_go_through_the_profile_s_curves():
 
 
 def test_without_a_load_cell_the_force_of_a_press_is_the_compensated_one():
-    """It was the static curves', and a load cell that was not there was said to disagree."""
+    """It was the static curves', on the page, where nobody could press as asked for, and in the result."""
     memory = Compensation(readings=(2000, 22000), forces_n=(0, 1000), slopes=(0.05, 0.05))
     curve = Curve(
         family="line",
         unloaded_reading=2000,
-        full_scale_n=880,
+        full_scale_n=700,
         readings=(2000, 22000),
-        forces_n=(0, 880),
-        slopes=(0.044, 0.044),
+        forces_n=(0, 700),
+        slopes=(0.035, 0.035),
         compensation=memory,
     )
     profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve,) * 4))
@@ -211,6 +211,22 @@ def test_errors_with_compensated_forces_are_of_the_presses_that_they_left_out_no
     assert len(found.left_out) == 1
     assert {name: value for name, value, _ in quantities_of(found)}["worst_over_time_mm"] < 0.1
     assert len(drawings_of(found)[2].series[-1].x) == len(table.force_n) - len(slipped)
+
+
+def test_a_corner_that_lifts_does_not_clip():
+    """Who pressed a good tile at its edge was told to press less hard there: without a load a sensor reads 0."""
+    line = Curve(
+        family="line",
+        unloaded_reading=500,
+        full_scale_n=1000,
+        readings=(500, 20500),
+        forces_n=(0, 1000),
+        slopes=(0.05, 0.05),
+    )
+    hand = Hand(lambda corners: np.maximum(500.0 + 20.0 * corners, 0.0), reach=1.3)
+    profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(line,) * 4))
+    found = run(CentroidProcedure(TILE, profile), hand, {"form": "quick", "loads_n": (300.0,)})
+    assert len(found.raw[0][2]) == 9
 
 
 def test_another_tile_s_profile_is_refused_before_and_after():

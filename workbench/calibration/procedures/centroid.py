@@ -45,8 +45,8 @@ _RELEASED, _RELEASED_BY_SENSORS = 0.1, 0.25
 """Share of the lightest load below which a press is over: by a load cell; by the tile's sensors, which creep."""
 
 
-_STATIC = slice(4, 8)
-"""Columns of the newtons by the static curves, behind the readings; the compensated ones follow."""
+_NEWTONS = slice(8, 12)
+"""Columns of the newtons with hysteresis compensated, as in a session, behind readings and newtons of static curves."""
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,7 @@ class CentroidProcedure(PagedProcedure):
         if seen is None:
             return PageProgress("Let go.", float(np.ptp(readings.time_s)) / _RELEASED_S)
         if seen.force_n is None:
-            force = seen.values[:, _STATIC].sum(axis=1) - self._empty()[1][-1][_STATIC].sum()
+            force = seen.values[:, _NEWTONS].sum(axis=1) - self._empty()[1][-1][_NEWTONS].sum()
             share = _RELEASED_BY_SENSORS
         else:
             force, share = seen.force_n, _RELEASED
@@ -289,14 +289,14 @@ class CentroidProcedure(PagedProcedure):
             self._must_let_go = False
             when, empty, readings = begun
             self._empty_before[self._at] = when, empty
-            baseline = empty[_STATIC]
+            baseline = empty[_NEWTONS]
         else:
             step = self._steps[self._at]
             assert isinstance(step, PlaceStep)
-            baseline = self._empty(step.group)[1][-1][_STATIC]
+            baseline = self._empty(step.group)[1][-1][_NEWTONS]
         seen = readings.last(_STEADY_S)
         latest = seen or readings
-        forces = latest.values[:, _STATIC] - baseline
+        forces = latest.values[:, _NEWTONS] - baseline
         measured = forces.sum(axis=1)
         total = measured if latest.force_n is None else latest.force_n
         force = float(np.median(total))
@@ -324,7 +324,9 @@ class CentroidProcedure(PagedProcedure):
 
         require_signal(load, readings.force_n, forces, nearest)
         if self._profile is not None and self._profile.is_calibrated:
-            require_unclipped(readings.values[:, :4], self._tare_counts())
+            rest, is_pressed = self._tare_counts(), np.median(forces, axis=0) > 0.0
+            # A corner that lifts reads as without a load: that may be an end of the range, too.
+            require_unclipped(np.where(is_pressed, readings.values[:, :4], rest), rest)
 
     # --- evaluation ---
 
@@ -361,7 +363,7 @@ class CentroidProcedure(PagedProcedure):
             readings = (before.last(EMPTY_S) or before).followed_by(readings)
         total = readings.force_n
         if total is None:
-            total = readings.values[:, _STATIC].sum(axis=1)
+            total = readings.values[:, _NEWTONS].sum(axis=1)
             total = total - total.min()
         return press_begun(readings, total, load)
 
