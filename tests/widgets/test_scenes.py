@@ -17,6 +17,7 @@ from underfoot.scenes import discover
 from underfoot.scenes.pictures import Canvas
 from underfoot.scenes.shapes import Disc, Lines, box
 from underfoot.widgets import theme
+from underfoot.widgets.scenes import workspace as scenes_workspace
 from underfoot.widgets.scenes.painting import paint_shapes
 from underfoot.widgets.scenes.panels import ScenePanel
 
@@ -260,20 +261,50 @@ def test_a_projection_waits_for_its_projector(scenes, qtbot):
     assert scenes.projection is None
 
 
-def test_a_scene_of_the_command_line_plays_and_is_shown_on_the_floor_once_the_session_is_open(window, qtbot):
-    """An installation with a projector waited for three clicks after each start of its computer."""
-    window.controller.stop()
+def test_a_scene_of_the_command_line_plays_and_is_shown_on_the_floor_until_somebody_stops_it(
+    window, qtbot, monkeypatch
+):
+    """An installation with a projector waited for clicks: three after each start of its computer, one after a failure,
+    and one where the projector came after the window.
+    """
+    monkeypatch.setattr(scenes_workspace, "AGAIN_MS", 0)
+    controller, app = window.controller, QApplication.instance()
+    controller.stop()
     window.workspaces.choose("Monitor")
     window.perform("footprints", {"ground": "snow"})
     scenes = window.workspaces["Scenes"]
     assert scenes.stage is None
-    window.controller.opened.emit(window.controller.target)
-    qtbot.waitUntil(lambda: scenes.projection is not None and scenes.projection.isFullScreen())
+
+    def is_shown():
+        return scenes.projection is not None and scenes.projection.isFullScreen()
+
+    controller.opened.emit(controller.target)
+    qtbot.waitUntil(is_shown)
     assert scenes.stage.scene.title == scenes.list.list.currentItem().text() == "Footprints"
     assert scenes.stage.scene.given["ground"] == scenes.panel.editors["ground"].value() == "snow"
-    assert window.controller.is_playing
+    assert controller.is_playing
+    for is_first in (True, False):  # of a monitor that is switched on later, it must not leave the projector
+        scenes.projection.showNormal()
+        app.screenAdded.emit(app.primaryScreen())
+        assert is_shown() == is_first
+    failing = scenes.stage.scene
+    failing.step = lambda moment: 1 / 0
+    qtbot.waitUntil(lambda: is_shown() and scenes.stage.scene is not failing)
+    session = controller.session
+
+    def reopen():  # as it does, with a session that no test leaves behind
+        controller.bridge.detach()
+        controller.opened.emit(controller.target)
+        controller.bridge.attach(session, session.target.floor, session.target.rate)
+
+    monkeypatch.setattr(controller, "reopen", reopen)
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "poll", lambda: [given_up("engine", "signal 9", patch_waits=False)])
+        controller.bridge.tick()
+    assert not is_shown()
+    qtbot.waitUntil(is_shown)
     scenes.stop()
-    window.controller.opened.emit(window.controller.target)  # as of another target, chosen by somebody
+    controller.opened.emit(controller.target)  # as of another target, chosen by somebody
     assert not scenes.is_making
 
 

@@ -32,6 +32,8 @@ SHORTCUTS = (
 )
 POLL_MS = 5
 """Interval at which a scene reads force samples; shorter than that of pictures, because its answers are felt."""
+AGAIN_MS = 5000
+"""Time after which a scene that failed where nobody is begins anew."""
 _BESIDE_TICKS = 6
 """Ticks between two paintings of the pane while a projector shows the scene."""
 _SPEED_TICKS = 20
@@ -62,7 +64,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._pending = 0
         self._ticks = 0
         self._has_news = False
-        self._is_awaited = False
+        self._is_unattended = self._awaits_projector = False
         self._poll_timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=POLL_MS)
         self._poll_timer.timeout.connect(self._poll)
         self.make(self._parts())
@@ -99,6 +101,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         assert isinstance(app, QGuiApplication)
         for changed in (app.screenAdded, app.screenRemoved):
             changed.connect(self._show_screens)
+        app.screenAdded.connect(self._use_projector)
         self._opened()
 
     def set_active(self, active: bool) -> None:
@@ -172,15 +175,19 @@ class ScenesWorkspace(ProjectingWorkspace):
     def perform(self, name: str, given: Mapping[str, Any]) -> None:
         """Play a scene with these parameters, and show it on the screen of the projector, once a session is open.
 
-        For where nobody is: the output is opened, too.
+        For where nobody is: the output is opened, too, and the scene begins anew after a failure, until it is stopped.
         """
         self._values[name].update(given)
         self.list.list.setCurrentRow(list(self.kinds).index(name))
         self.choose(name)
-        self._is_awaited = True
+        self._is_unattended, self._awaits_projector = True, len(QGuiApplication.screens()) == 1
 
     def stop(self) -> None:
         """End the scene, and play the earlier patch; a scene that is being made will not play."""
+        self._is_unattended = self._awaits_projector = False
+        self._end()
+
+    def _end(self) -> None:
         if self.is_making:
             self._pending = 0
             self._show_availability()
@@ -240,16 +247,22 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.panel.log.clear()
         self._poll_timer.start()
         self._show_availability()
-        if self._is_awaited:
-            self._is_awaited = False
+        if self._is_unattended:
             controller.play()
             self._show_screens()
             self.project()
 
     def _fail(self, why: str) -> None:
-        self.stop()
+        self._end()
         self._show_availability()
         self.panel.state.setText(why)
+        if self._is_unattended:
+            QTimer.singleShot(AGAIN_MS, self, self._begin_again)
+
+    def _begin_again(self) -> None:
+        """Start a scene that failed where nobody is; a session without an engine is opened anew, which starts it."""
+        if self._is_unattended and self._controller is not None:
+            (self._controller.reopen if self._controller.bridge.engine_failure else self.start)()
 
     def _end_failed(self, error: Exception) -> None:
         """End a scene whose picture failed, some time after that was painted."""
@@ -307,6 +320,12 @@ class ScenesWorkspace(ProjectingWorkspace):
     def _show_screens(self) -> None:
         self.panel.show_screens([screen.name() or "screen" for screen in QGuiApplication.screens()])
 
+    def _use_projector(self) -> None:
+        """Move a scene that began where nobody is, on the only screen, to the first one that comes."""
+        if self._awaits_projector and self.projection is not None:
+            self._awaits_projector = False
+            self.project()
+
     def _show_walker(self) -> None:
         session = self._session()
         self.panel.walker.setChecked(session is not None and session.target.walker)
@@ -323,7 +342,7 @@ class ScenesWorkspace(ProjectingWorkspace):
             self._fail(self._why_not())
 
     def _opened(self) -> None:
-        self.stop()
+        self._end()
         session = self._session()
         floor: Floor | None = session.target.floor if session is not None else None
         self.view.show_floor(floor)
@@ -331,7 +350,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.panel.walker.setVisible(self.view.can_press)
         self._show_walker()
         self._show_availability()
-        if self._is_awaited:
+        if self._is_unattended:
             self.start()
 
     def _why_not(self) -> str:
