@@ -147,8 +147,11 @@ def test_ports_that_cannot_be_are_refused(address, message):
 
 
 def test_what_is_no_port_is_said_to_be_none(tmp_path):
-    (tmp_path / "walk.csv").touch()
-    for address, why in ((tmp_path, "it is a folder"), (tmp_path / "walk.csv", "it is no serial port")):
+    file = tmp_path / "walk.csv"
+    file.touch()
+    of_folder, of_file = "it is a folder", "it is no serial port"
+    both = f"{of_folder}; serial:{file} cannot be opened: {of_file}"
+    for address, why in ((tmp_path, of_folder), (file, of_file), (f"{tmp_path},{file}", both)):
         with pytest.raises(DeviceError, match=f"cannot be opened: {why}$"):
             transport_of("serial", str(address)).open()
 

@@ -252,9 +252,10 @@ class SerialTransport(Transport):
                 port.open()
             except DeviceError as error:
                 failures.append(error)
+        why = "; ".join(map(str, failures))
         if len(failures) == len(self._ports):
-            raise failures[0]
-        self._missing = [f"{'; '.join(map(str, failures))}; waiting for it"] if failures else []
+            raise DeviceError(why)
+        self._missing = [f"{why}; waiting for it"] if failures else []
 
     def read(self) -> bytes:
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
