@@ -110,6 +110,7 @@ def test_tab_completes_what_has_a_name_and_leaves_files_to_the_shell(underfoot, 
         ("experiment detection-t", ["file,detection-t", "plain,detection-threshold"]),
         ("analyse trials.csv --protocol free", ["file,free", "plain,free-labels"]),
         ("scene fro", ["plain,frozen-pond"]),
+        ("--scene fro", ["plain,frozen-pond"]),
         ("nodes low", ["plain,low-pass"]),
     ):
         monkeypatch.setenv("COMP_WORDS", f"underfoot {words}")

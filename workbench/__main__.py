@@ -6,7 +6,7 @@ import gc
 import os
 import stat
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from importlib import import_module
 from io import TextIOWrapper
@@ -20,7 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.files import FILE, FileOrPreset, complete_names, require_folders_writable
+from underfoot.commands.files import FILE, FileOrPreset, complete_names, require_folders_writable, scene_names
 from underfoot.commands.telling import no_window
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -28,12 +28,6 @@ from underfoot.version import __version__
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
-
-
-def _scenes() -> Iterable[str]:
-    from underfoot.scenes import discover
-
-    return discover()
 
 
 @click.group(cls=CommandGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
@@ -54,7 +48,7 @@ def _scenes() -> Iterable[str]:
 @click.option("--recording", type=FILE, help="Recording to open; also `underfoot FILE`.")
 @click.option(
     "--scene",
-    shell_complete=complete_names(_scenes),
+    shell_complete=complete_names(scene_names),
     help="Scene to play, and to show on the last screen, once the window is open.",
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")

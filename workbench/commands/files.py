@@ -124,6 +124,13 @@ def complete_names(names: Callable[[], Iterable[str]]) -> Completes:
     return found
 
 
+def scene_names() -> Iterable[str]:
+    """Return the names of all scenes."""
+    from underfoot.scenes import discover
+
+    return discover()
+
+
 def complete_presets(kind: str) -> Completes:
     """Return what Tab completes to files and to presets; `kind` as for `FileOrPreset`.
 

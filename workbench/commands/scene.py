@@ -1,7 +1,7 @@
 """`underfoot scene`: a scene on the floor without a window; events are printed, and filmed on request."""
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +12,7 @@ import click
 from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import complete_names, require_outputs_writable
+from underfoot.commands.files import complete_names, require_outputs_writable, scene_names
 from underfoot.commands.options import command, require_only
 from underfoot.commands.session_target import (
     LEVEL,
@@ -40,17 +40,11 @@ FILM_HZ = 12.5
 MOST_FILM_S = 60.0
 
 
-def _scenes() -> Iterable[str]:
-    from underfoot.scenes import discover
-
-    return discover()
-
-
 @dataclass(frozen=True)
 class SceneOptions:
     """Options of the command; None if not given."""
 
-    name: str | None = argument(shell_complete=complete_names(_scenes))
+    name: str | None = argument(shell_complete=complete_names(scene_names))
     target: str = shared(TARGET)
     floor: Path | None = shared(TARGET_FLOOR)
     profiles: Path | None = shared(PROFILES)
