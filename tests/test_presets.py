@@ -39,7 +39,7 @@ def load(name):
 
 def play(patch, seconds, block=1024, walking=True):
     source = SimulatedFloor(default_floor(), RATE, patch.seed, walking)
-    return render_source(patch, REGISTRY, source, seconds, LoopOptions(block=block))
+    return render_source(patch, source, seconds, LoopOptions(block=block))
 
 
 @cache

@@ -43,7 +43,7 @@ def test_a_calibrated_tile_does_what_it_is_told_from_60_to_700_hz_and_another_do
     for name, profiles in (("calibrated", {"t1": profile}), ("not", {})):
         floor = default_floor(1, 1)
         options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of(profiles))
-        tiles = render_source(noise(), REGISTRY, SimulatedFloor(floor, walking=False), 8.0, options).tiles
+        tiles = render_source(noise(), SimulatedFloor(floor, walking=False), 8.0, options).tiles
         found[name] = worst_db(tiles["commanded"][:, 0], tiles["accelerometer"][:, 0])
     assert found["calibrated"] < 1.0
     assert found["not"] > 5.0
@@ -60,7 +60,7 @@ def test_a_tile_calibrated_while_stood_on_does_what_it_is_told_while_it_is_stood
     for name, learned in (("standing", Profile.load(path)), ("nobody", profile)):
         source = Replay(ForceSeries(np.arange(8000) / 1000.0, stood, 1000.0), default_floor(1, 1), 48_000.0)
         loop_options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of({"t1": learned}))
-        tiles = render_source(noise(), REGISTRY, source, 8.0, loop_options).tiles
+        tiles = render_source(noise(), source, 8.0, loop_options).tiles
         after = slice(48_000, None)
         found[name] = worst_db(tiles["commanded"][after, 0], tiles["accelerometer"][after, 0])
     assert found["standing"] < 1.0

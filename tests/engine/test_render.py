@@ -10,9 +10,9 @@ from made_patches import hum, rough_step, stepped_bank
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Play, PressTile, Set, Strike
-from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.loop import LoopOptions
 from underfoot.engine.offline import RenderJob
-from underfoot.engine.render import Rendered, render_source
+from underfoot.engine.render import render_source
 from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -23,14 +23,8 @@ FLOOR = default_floor()
 SECONDS = 1.5
 
 
-PLAY = ((0, Play(True)),)
-
-
-def walked(patch, block=1024, seed=None, commands=PLAY):
-    loop = Loop(patch, REGISTRY, SimulatedFloor(FLOOR), LoopOptions(block=block, seed=seed))
-    for frame, command in commands:
-        loop.send(command, frame)
-    return Rendered.of(loop, round(SECONDS * 48_000), {})
+def walked(patch, block=1024, seed=None, **commands):
+    return render_source(patch, SimulatedFloor(FLOOR), SECONDS, LoopOptions(block=block, seed=seed), **commands)
 
 
 @pytest.mark.parametrize("patch", [stepped_bank(), rough_step(), hum()])

@@ -32,7 +32,7 @@ def felt(sound_level=0.05, **tone):
 def play(patch, *commands, block=1024, floor=None, **options):
     source = SimulatedFloor(floor or default_floor(), RATE, walking=False)
     commands = commands or ((0, Play(True)),)
-    return render_source(patch, REGISTRY, source, FRAMES / RATE, LoopOptions(block=block, **options), commands=commands)
+    return render_source(patch, source, FRAMES / RATE, LoopOptions(block=block, **options), commands=commands)
 
 
 def test_sound_is_one_channel_behind_the_tiles_which_play_as_without_it():

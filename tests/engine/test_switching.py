@@ -161,7 +161,7 @@ def heard(patch, strike=""):
     """What the tiles are asked for a second, in which one may be struck."""
     commands = ((0, Play(True)), *([(9_600, Strike("", strike))] if strike else []))
     source = SimulatedFloor(FLOOR, walking=True)
-    done = render_source(patch, REGISTRY, source, 1.0, LoopOptions(plates=("accelerometer",)), commands=commands)
+    done = render_source(patch, source, 1.0, LoopOptions(plates=("accelerometer",)), commands=commands)
     return done.tiles["commanded"]
 
 

@@ -102,7 +102,7 @@ def test_a_rendering_says_what_is_felt():
 
     patch = Patch.loads(files("underfoot.presets").joinpath("patches/tacton-impact.json").read_bytes(), REGISTRY)
     options = LoopOptions(plates=("accelerometer",))
-    summary = render_source(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), 1.0, options).summary()
+    summary = render_source(patch, SimulatedFloor(default_floor(1, 1)), 1.0, options).summary()
     found = json.loads(json.dumps(summary))["accelerometer"]
     assert found["share_50_to_750_hz"] > 0.9
     assert found["level_shoe_db"] > found["level_barefoot_db"] > -10.0

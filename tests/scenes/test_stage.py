@@ -104,7 +104,7 @@ def test_strikes_come_as_much_later_as_they_say_at_any_block():
 
     def played(block):
         source = SimulatedFloor(FLOOR, walking=False)
-        return render_source(patch, REGISTRY, source, 0.4, LoopOptions(block=block), commands=commands).samples
+        return render_source(patch, source, 0.4, LoopOptions(block=block), commands=commands).samples
 
     some, others = played(64), played(1000)
     assert np.array_equal(some, others)
@@ -117,6 +117,6 @@ def test_a_walk_stays_below_the_limit(name):
     scene = discover()[name](FLOOR)
     done = rehearse(scene, SimulatedFloor(FLOOR), 6.0)
     commands = ((0, Play(True)), *done.commands(FLOOR))
-    samples = render_source(scene.patch(REGISTRY), REGISTRY, SimulatedFloor(FLOOR), 6.0, commands=commands).samples
+    samples = render_source(scene.patch(REGISTRY), SimulatedFloor(FLOOR), 6.0, commands=commands).samples
     assert 0.001 < np.abs(samples[:, :4]).max() < 0.5  # of full scale, 20 m/s^2
     assert np.abs(samples[:, 4:]).max(initial=0.0) < 0.95

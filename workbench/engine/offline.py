@@ -68,7 +68,7 @@ class RenderJob:
             profiles=self.profiles,
             seconds=self.seconds,
         )
-        return render_source(self.patch, source, seconds, options, files)
+        return render_source(self.patch, source, seconds, options, files=files)
 
 
 def render(

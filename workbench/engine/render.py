@@ -15,7 +15,7 @@ from underfoot.devices.force_source import ForceSource
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.drawing.thinning import extremes
-from underfoot.engine.commands import Play
+from underfoot.engine.commands import Command, Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.errors import BadValue, require
 from underfoot.models import sole
@@ -138,9 +138,15 @@ def _felt(samples: NDArray[np.float32], rate_hz: float) -> dict[str, object]:
 
 
 def render_source(
-    patch: Patch, source: ForceSource, seconds: float, options: LoopOptions | None = None, files: Files = NO_FILES
+    patch: Patch,
+    source: ForceSource,
+    seconds: float,
+    options: LoopOptions | None = None,
+    *,
+    commands: tuple[tuple[int, Command], ...] = ((0, Play(True)),),
+    files: Files = NO_FILES,
 ) -> Rendered:
-    """Play `patch` on the force of `source`, to `files` as it is played.
+    """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session.
 
     Raises `BadValue` for an invalid length, block or rate, or if a node makes a value that is not finite.
 
@@ -158,7 +164,8 @@ def render_source(
     frames = round(seconds * options.rate_hz)
     require(frames > 0, "seconds", seconds, f"one frame or more, {1.0 / options.rate_hz:.2g} s")
     loop = Loop(patch, REGISTRY, source, options)
-    loop.send(Play(True), 0)
+    for frame, command in commands:
+        loop.send(command, frame)
     return Rendered.of(loop, frames, files, finite=True)
 
 
