@@ -153,7 +153,7 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
     said = []
     followed.notified.connect(said.append)
     with qtbot.waitSignal(followed.started, timeout=LONG_MS):
-        os.kill(playing.started().process, signal.SIGKILL)
+        os.kill(playing.session.pids["engine"], signal.SIGKILL)
     (stopped,) = (line for line in said if "engine stopped" in line)  # a busy machine may have more to say
     assert "patch goes on playing" in stopped
     with qtbot.waitSignal(followed.forces_tracked, timeout=LONG_MS):
