@@ -6,6 +6,7 @@ from scipy.signal import csd, lfilter, welch
 
 from underfoot.errors import BadValue
 from underfoot.floor.tile_response import ResponseMonitor, response_of
+from underfoot.models.sole import BAND_HZ
 
 RATE = 48_000.0
 
@@ -18,7 +19,7 @@ def test_the_gain_in_each_band_is_the_filter_s():
     """A known filter; the gain of a third octave is its mean power gain there."""
     given = noise(10.0)
     found = response_of(given, lfilter([0.3], [1.0, -0.7], given), RATE)
-    for band_hz, gain_db in zip(found.bands_hz, found.transfer_db, strict=True):
+    for band_hz, gain_db in zip(BAND_HZ, found.transfer_db, strict=True):
         f = np.linspace(band_hz * 2 ** (-1 / 6), band_hz * 2 ** (1 / 6), 50)
         h = 0.3 / (1.0 - 0.7 * np.exp(-2j * np.pi * f / RATE))
         assert gain_db == pytest.approx(10.0 * np.log10(np.mean(np.abs(h) ** 2)), abs=0.4)

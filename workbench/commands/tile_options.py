@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.commands.options import FIGURES_AS_JSON
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile
 from underfoot.files import stem_of
-from underfoot.options import option
+from underfoot.options import option, shared
 
 if TYPE_CHECKING:
     from underfoot.calibration.result import Result
@@ -32,7 +33,7 @@ class TileOptions:
     seed: int = option("Seed of the simulated tile and hand.", 1)
     profile: Path | None = option("Profile JSON to read and write; its other parts are kept.", None, is_written=True)
     report: Path | None = option("Folder for a page with pictures, figures and raw data.", None)
-    as_json: bool = option("Print all figures as JSON.", False, "--json")
+    as_json: bool = shared(FIGURES_AS_JSON)
 
     def require_writable(self) -> None:
         """Raise `BadFile` before the work, and not after it, where profile or report cannot be written."""

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.devices.replay import Replay
@@ -11,7 +12,7 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.engine.simulated_step import FORCE_HZ, STEP_S, adult_step
 from underfoot.floor.forces import ForceSeries
-from underfoot.floor.layout import Floor, Tile
+from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -96,17 +97,10 @@ def longest_s(patch: Patch) -> float:
     return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
 
 
-def one_tile(id: str) -> Floor:
-    """Return a floor of one tile of the usual size."""
-    edge = 0.1335
-    corners = ((edge, edge), (-edge, edge), (-edge, -edge), (edge, -edge))
-    return Floor((Tile(id, (0.305, 0.305), (0.1525, 0.1525), sensors_m=corners),))
-
-
 def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
     """Return the force of a step over the centre of a tile at each frame in N, and the source that replays it."""
     time_s = np.arange(round((seconds + 0.1) * FORCE_HZ)) / FORCE_HZ
-    floor = one_tile(tile)
+    floor = Floor((replace(default_floor(1, 1).tiles[0], id=tile),))
     force_n, corners_n = adult_step(floor.tiles[0], time_s, STEP_S)
     source = Replay(ForceSeries(time_s, corners_n[:, None, :], FORCE_HZ), floor, rate_hz)
     frames = np.arange(round(seconds * rate_hz))

@@ -27,12 +27,11 @@ _JUDGED_S = 1.0
 class TileResponse:
     """The response of a tile to a stretch of commands. Levels are m/s^2.
 
-    `bands_hz` (n,) are third octaves; `commanded` and `measured` (n,) their peak amplitudes; `transfer_db` (n,) the
-    gain from one to the other, NaN where too little was commanded. `unexplained` is the part of the measured RMS, 0 to
-    1, that no linear response explains: distortion, noise, and a load that changed.
+    `commanded` and `measured` (n,) are peak amplitudes in `sole.BAND_HZ`; `transfer_db` (n,) the gain from one to the
+    other, NaN where too little was commanded. `unexplained` is the part of the measured RMS, 0 to 1, that no linear
+    response explains: distortion, noise, and a load that changed.
     """
 
-    bands_hz: NDArray[np.float64]
     commanded: NDArray[np.float64]
     measured: NDArray[np.float64]
     transfer_db: NDArray[np.float64]
@@ -73,7 +72,7 @@ def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: fl
     windows = len(measured_spectra)
     # A response fitted to n windows explains 1 / n of noise, too.
     unexplained = (1.0 - float(explained.sum()) / total) * windows / (windows - 1) if total > 0.0 else 0.0
-    return TileResponse(bands, levels[0], levels[1], transfer, math.sqrt(min(max(unexplained, 0.0), 1.0)))
+    return TileResponse(levels[0], levels[1], transfer, math.sqrt(min(max(unexplained, 0.0), 1.0)))
 
 
 class ResponseMonitor:
