@@ -63,8 +63,7 @@ def with_driver(
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
     value = registry[node.type].values(node.parameters)[name]
     followed = [port.name for port in registry[type].inputs if port.kind == "signal"]
-    is_from_nothing = bool(followed) and parameter.is_in_db and value > 0.0
-    low, high = (0.0, value) if is_from_nothing else driver_range(parameter, value)
+    low, high = (0.0, value) if followed and parameter.is_in_db and value else driver_range(parameter, value)
     ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}

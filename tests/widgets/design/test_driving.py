@@ -120,6 +120,16 @@ def test_a_loudness_that_follows_the_force_is_silence_where_nobody_stands(type):
 
 
 @pytest.mark.parametrize(
+    ("type", "loud", "ends"),
+    [("map", -2.0, (0.0, -2.0)), ("map", 0.0, (0.0, 10 ** (-52 / 20))), ("lfo", 2.0, (1.8, 2.2))],
+)
+def test_a_loudness_is_driven_from_nothing_to_its_value_by_the_force_and_around_it_by_others(type, loud, ends):
+    patch = Patch().add("mix", REGISTRY, level_a=loud)
+    driver = with_driver(patch, REGISTRY, "mix", "level_a", type).node(type).parameters
+    assert (driver.get("out_low", driver["low"]), driver.get("out_high", driver["high"])) == pytest.approx(ends)
+
+
+@pytest.mark.parametrize(
     "type", [type for type in REGISTRY if any(p.kind == "number" for p in REGISTRY[type].parameters.values())]
 )
 def test_a_swing_lies_in_the_range_and_is_none_of_its_ends_alone(type):
