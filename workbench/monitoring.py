@@ -30,7 +30,7 @@ from underfoot.engine.target import Target, live_target, require_source, sound_d
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.files import no_file
 from underfoot.floor.contacts import SILENT_S
-from underfoot.floor.footsteps import Step
+from underfoot.floor.footsteps import NOTED, Step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import CHUNK, Detections, StepFinder
@@ -275,5 +275,5 @@ def _length(step: Step) -> str:
 
 
 def step_figures(step: Step) -> dict[str, Any]:
-    """Return a footstep as data; missing figures are None."""
-    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(step).items()}
+    """Return a footstep as data; missing figures are None. Of a session nothing is noted."""
+    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(step).items() if k not in NOTED}

@@ -31,8 +31,8 @@ def test_figures_are_those_of_the_steps_in_which_a_measure_is_known():
     assert one.sd == pytest.approx(statistics.stdev(known))
     assert other.difference == pytest.approx(710.0 - 620.0)
     assert other.difference_percent == pytest.approx(100.0 * 90.0 / 620.0)
-    np.testing.assert_allclose(first.stance.mean_n, 1.5)
-    np.testing.assert_allclose(first.stance.sd_n, statistics.stdev(range(4)))
+    np.testing.assert_allclose(first.stance.mean, 1.5)
+    np.testing.assert_allclose(first.stance.sd, statistics.stdev(range(4)))
     # Contacts of 600 and 630 ms on average: the difference over their mean; too few strides for a variation.
     assert first.figures["stance_asymmetry_percent"].mean == pytest.approx(100.0 * 30.0 / 615.0)
     assert not first.figures["stride_variation_percent"].count
@@ -64,7 +64,7 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
     names = [group.name for group in groups]
     assert [one.name for one in drawn] == [*(f"{name} ± 1 SD" for name in names[:2]), *names]  # in saved data
     assert [one.name for one in drawn if one.has_key] == names
-    np.testing.assert_array_equal([drawn[0].y, drawn[0].spread], [groups[0].stance.mean_n, groups[0].stance.sd_n])
+    np.testing.assert_array_equal([drawn[0].y, drawn[0].spread], [groups[0].stance.mean, groups[0].stance.sd])
     many = comparison_drawing([groups[0]] * 5)  # five bands would hide the means
     assert [one.style for one in many.series] == ["line"] * 5
     assert many.y == "mean force, N"

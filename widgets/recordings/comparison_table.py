@@ -2,20 +2,36 @@
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QTableWidget, QTableWidgetItem
 
 from underfoot.quantities import counted, fixed
-from underfoot.records.comparison import GAIT_MEASURES, STEP_MEASURES, Figures, Group, comparison_csv
+from underfoot.records.comparison import (
+    BODY_WEIGHT_MEASURES,
+    GAIT_MEASURES,
+    STEP_MEASURES,
+    Figures,
+    Group,
+    comparison_csv,
+)
 from underfoot.widgets import theme
 from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column
 from underfoot.widgets.controls.tables import leaves_space, make_read_only, offer_copy
 
+
+def _in_bw(of: Column) -> Iterator[Column]:
+    """Yield the row of a measure in percent of the body weight, if it has one."""
+    for name, (measure, _) in BODY_WEIGHT_MEASURES.items():
+        if measure == of.name:
+            unit = "%BW" + {"impulse_ns": "·s", "loading_kn_s": "/s"}.get(measure, "")
+            yield Column(name, of.heading, unit, 1, f"{of.doc}; in percent of the body weight")
+
+
 ROWS = (
-    *(column for column in COLUMNS if column.name in STEP_MEASURES),
+    *(row for column in COLUMNS for row in (column, *_in_bw(column)) if column.name in STEP_MEASURES),
     *map(
         Column,
         GAIT_MEASURES,
@@ -114,7 +130,7 @@ def _cells(group: Group, column: Column) -> tuple[str, str, str]:
         return UNKNOWN, "", ""
     spread = f" ± {fixed(one.sd, column.decimals)}" if math.isfinite(one.sd) else ""
     of = counted(one.count, "person") if column.name in GAIT_MEASURES else counted(one.count, "step")
-    if column.name in STEP_MEASURES and group.persons > 1:  # whose means differ: the SD is not that of one walk
+    if column.name not in GAIT_MEASURES and group.persons > 1:  # whose means differ: the SD is not that of one walk
         of += f" of {counted(group.persons, 'person')} together"
     tip = f"Mean ± SD of {of}" if spread else f"Of {of}"
     return f"{fixed(one.mean, column.decimals)}{spread}", _difference(one, column.decimals), tip

@@ -10,6 +10,7 @@ SHORTCUTS = (
     ("Previous step, next step", ", and ."),
     ("Mark; mark with a text; remove the nearest mark", "M; Shift+M; Shift+Backspace"),
     ("Leave the chosen steps out of means, or take them in again", "X"),
+    ("Body weight of the person, or of all", "W"),
     ("Play the stretch, or stop", "P or Space"),
     ("Loop", "L"),
     ("Rename, delete the recording", "F2, Delete in the list"),

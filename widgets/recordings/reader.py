@@ -17,7 +17,7 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import InUse
 from underfoot.records import envelopes
 from underfoot.records.envelopes import Envelope
-from underfoot.records.left_out import LeftOut
+from underfoot.records.notes import Notes
 from underfoot.records.recording import Gap, Mark, Recording
 from underfoot.records.renaming import rename_recording
 from underfoot.records.survey import Survey, has_envelopes, load_cached_survey, open_envelopes
@@ -44,7 +44,7 @@ class OpenedRecording:
     first: int
     end: int
     marks: list[Mark]
-    left_out: list[LeftOut]
+    notes: Notes
     commands: list[tuple[int, str, str]]
     gaps: list[Gap]
     survey: Survey | None
@@ -124,8 +124,8 @@ class RecordingReader(QObject):
     """`CursorValues`."""
     marked = Signal(list)
     """Carries all marks of the recording after a change."""
-    left_out_read = Signal(list)
-    """Carries all steps that are left out after a change."""
+    notes_read = Signal(object)
+    """Carries the `Notes` of its steps after a change."""
     renamed = Signal(object, object)
     """The old and the new `Path` of a recording."""
     not_renamed = Signal(object, str)
@@ -171,7 +171,7 @@ class RecordingReader(QObject):
         self._enqueue("moment", partial(self._read_cursor_values, frame, tile))
 
     def change(self, change: Callable[[Recording], object]) -> None:
-        """Apply an edit to the recording's marks, or to the steps that are left out."""
+        """Apply an edit to the recording's marks, or to what is noted of its steps."""
         self._enqueue(f"change {id(change)}", partial(self._change, change))
 
     def rename(self, path: Path, name: str) -> None:
@@ -323,7 +323,7 @@ class RecordingReader(QObject):
         if self._recording is not None:
             change(self._recording)
             self.marked.emit(self._recording.marks())
-            self.left_out_read.emit(self._recording.left_out())
+            self.notes_read.emit(self._recording.notes())
 
 
 def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
@@ -335,7 +335,7 @@ def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
         recording.rate_hz,
         *recording.span,
         recording.marks(),
-        recording.left_out(),
+        recording.notes(),
         recording.commands(),
         recording.gaps(),
         load_cached_survey(recording),

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
-from underfoot.floor.profile_parts import PARTS
+from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.quantities import counted, fixed, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
@@ -89,16 +89,20 @@ class CursorReadout(QObject):
         self._axis.setAccessibleDescription(self.text.full_text)
 
 
-def facts_text(opened: OpenedRecording) -> str:
-    """Return a recording's length, tiles and target, and what was calibrated when it was begun."""
+def facts_of(opened: OpenedRecording) -> tuple[str, str]:
+    """Return a recording's length, tiles, target, calibrations when it was begun and noted body weights, and the
+    details of these two."""
     used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
+    weights = opened.notes.body_weights
     facts = (
         time_text(opened.length_s, 0.1),
         counted(len(opened.floor.tiles), "tile"),
         opened.about.get("target", ""),
         f"{', '.join(used)} calibrated" if used else "",
+        *(f"{f'person {one.person} ' if one.person else ''}weighs {fixed(one.weight_n)} N" for one in weights),
     )
-    return "  ·  ".join(filter(None, facts))
+    details = [f"Body weight {one.weight_n:.1f} N: {one.source}" for one in weights]
+    return "  ·  ".join(filter(None, facts)), "\n".join([*details, *lines_of(opened.calibrations)])
 
 
 def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floating], time_s: float) -> str:

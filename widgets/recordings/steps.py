@@ -1,8 +1,10 @@
 """The steps of a recording: a table with sorting and filters, and curves over 0 to 100 % of stance."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
@@ -10,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QW
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
-from underfoot.records.comparison import PERCENT, band, stance_curve
+from underfoot.records.comparison import PERCENT, band, of_body_weight, stance_curve
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import recorded_step_lines
 from underfoot.widgets import theme
@@ -115,6 +117,12 @@ class RecordedSteps(QWidget):
             self._draw()
 
     @property
+    def shown_person(self) -> int:
+        """The person whose steps alone are shown; 0 for all."""
+        wanted = self.filters["person"].currentData()
+        return 0 if wanted in (None, ALL) else int(wanted)
+
+    @property
     def every(self) -> int:
         """The number of all steps."""
         return len(self._steps)
@@ -147,8 +155,7 @@ class RecordedSteps(QWidget):
 
     def _steps_of_person(self) -> list[Step]:
         """Return all steps of the chosen person, or of all: a gait is of steps that follow one another."""
-        wanted = self.filters["person"].currentData()
-        return [one.step for one in self._steps if wanted in (ALL, str(one.step.person))]
+        return [one.step for one in self._steps if self.shown_person in (0, one.step.person)]
 
     def copy(self) -> None:
         """Copy the selected steps, or all that match the filters, to the clipboard as CSV."""
@@ -199,7 +206,7 @@ class RecordedSteps(QWidget):
 def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: str = "") -> Drawing:
     """Return a drawing of the curves of steps, with mean and a band of one standard deviation; or a note without any.
 
-    Steps that are left out are dashed, and in neither.
+    Steps that are left out are dashed, and in neither. In % of body weight where that of all is noted, else in N.
 
     >>> from underfoot.floor.footsteps import Step
     >>> steps = [Stance(Step(k, "t1", "left", k, 600.0, *[0.0] * 7), (100.0 * k,) * 101) for k in (1, 2)]
@@ -208,23 +215,28 @@ def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: 
     """
     series = []
     drawn = [one for one in steps if len(one.force_n) == STANCE]
+    in_bw = bool(drawn) and all(math.isfinite(one.step.body_weight_n) for one in (*drawn, chosen or drawn[0]))
+
+    def force_of(one: Stance) -> NDArray[np.float64]:
+        return of_body_weight(one) if in_bw else np.array(one.force_n)
+
     known = [one for one in drawn if not one.step.left_out]
     if known:
-        mean = stance_curve([one.force_n for one in known])
+        mean = stance_curve([force_of(one) for one in known])
         if len(known) > 1:
             series.append(band(mean))
     for one in drawn[:: max(1, -(-len(drawn) // MAX_CURVES))]:
         if one is not chosen:
-            series.append(_curve(one, "faint", in_legend=False))
+            series.append(_curve(one, force_of(one), "faint", in_legend=False))
     if known:
-        series.append(Series(f"mean of {len(known)}", PERCENT, mean.mean_n, colour="force"))
+        series.append(Series(f"mean of {len(known)}", PERCENT, mean.mean, colour="force"))
     if chosen is not None and len(chosen.force_n) == STANCE:
-        series.append(_curve(chosen, "contact"))
+        series.append(_curve(chosen, force_of(chosen), "contact"))
     largest = max((float(np.max(one.outline_y)) for one in series), default=0.0)
     return Drawing(
         "Stance",
         "share of stance, %",
-        "force, N",
+        "force, % of body weight" if in_bw else "force, N",
         tuple(series),
         x_range=(0.0, 100.0),
         y_range=(0.0, max(100.0, 1.05 * largest)),
@@ -232,8 +244,8 @@ def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: 
     )
 
 
-def _curve(one: Stance, colour: str, *, in_legend: bool = True) -> Series:
+def _curve(one: Stance, force: NDArray[np.float64], colour: str, *, in_legend: bool = True) -> Series:
     name, style = f"step {one.step.step}", "line"
     if one.step.left_out:
         name, style = f"{name}, left out", "dashed"
-    return Series(name, PERCENT, np.array(one.force_n), style, colour, in_legend=in_legend)
+    return Series(name, PERCENT, force, style, colour, in_legend=in_legend)

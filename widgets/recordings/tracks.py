@@ -14,7 +14,7 @@ from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen
 from underfoot.drawing.axes import round_top
 from underfoot.quantities import number
 from underfoot.records.envelopes import Envelope
-from underfoot.records.survey import ContactSpan, Stance, stances_with_left_out
+from underfoot.records.survey import ContactSpan, Stance, noted_stances
 from underfoot.widgets import theme
 from underfoot.widgets.floor_map import FULL_SCALE_N
 from underfoot.widgets.plots.painting import polygon
@@ -58,9 +58,9 @@ class RecordingContent:
         self.show_survey(self.contacts, self.steps)
 
     def show_survey(self, contacts: Sequence[ContactSpan], steps: Sequence[Stance]) -> None:
-        """Set contacts and steps, of which those are left out that are now."""
+        """Set contacts and steps, with what is noted of these now."""
         self.contacts = contacts
-        self.steps = stances_with_left_out(steps, self.opened.left_out, self.opened.first, self.opened.rate)
+        self.steps = noted_stances(steps, self.opened.notes, self.opened.first, self.opened.rate)
         self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
         """The number of a contact's step in the list."""
         self.visible_steps: Sequence[int] = range(len(steps))

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButto
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.profile_parts import InUse, lines_of
-from underfoot.records.left_out import LeftOut
+from underfoot.records.notes import Notes
 from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
@@ -25,14 +25,14 @@ from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.recordings.comparison_view import MOST, ComparisonView
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.keys import SHORTCUTS
-from underfoot.widgets.recordings.leaving_out import LeavingOut
 from underfoot.widgets.recordings.mark_editing import MarkEditing
 from underfoot.widgets.recordings.playback import Playback
 from underfoot.widgets.recordings.read_ahead import ReadAhead
 from underfoot.widgets.recordings.reader import OpenedRecording, OverviewEnvelopes, RecordingReader
-from underfoot.widgets.recordings.readout import CursorReadout, facts_text
+from underfoot.widgets.recordings.readout import CursorReadout, facts_of
 from underfoot.widgets.recordings.recording_follower import RecordingFollower
 from underfoot.widgets.recordings.recording_list import RecordingList
+from underfoot.widgets.recordings.step_notes import StepNotes
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.surveyor import Surveyor
 from underfoot.widgets.recordings.timeline import ZOOM, Timeline
@@ -76,7 +76,7 @@ class RecordingsWorkspace(Workspace):
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self, self.notified.emit)
-        self.leaving_out = LeavingOut(self.axis, self.steps, self.reader, self, self.notified.emit)
+        self.notes = StepNotes(self.axis, self.steps, self.reader, self, self.notified.emit)
         yield
         yield from self._build()
         yield
@@ -188,7 +188,7 @@ class RecordingsWorkspace(Workspace):
         if self._pages.currentWidget() is self._opened_page:  # others may have been chosen with it meanwhile
             self.recordings.mark(opened.path)
         self._show_name(opened.path.stem, opened.calibrations)
-        self.facts.set_full_text(facts_text(opened), "\n".join(lines_of(opened.calibrations)))
+        self.facts.set_full_text(*facts_of(opened))
         self._enable()
         self.follower.follow(opened.path)
         if self.follower.grows:
@@ -215,7 +215,7 @@ class RecordingsWorkspace(Workspace):
         more_s = opened.length_s - content.opened.length_s
         follows, sees_all = view.end_s >= self.axis.length_s - 0.5, view.begin_s <= 0.0
         content.opened = opened
-        self.facts.set_full_text(facts_text(opened), "\n".join(lines_of(opened.calibrations)))
+        self.facts.set_full_text(*facts_of(opened))
         self._show_growing()
         if follows:
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
@@ -251,10 +251,11 @@ class RecordingsWorkspace(Workspace):
             self.axis.content.opened.marks[:] = marks
             self.axis.redraw()
 
-    def _show_left_out(self, entries: list[LeftOut]) -> None:
+    def _show_notes(self, notes: Notes) -> None:
         content = self.axis.content
-        if content is not None and content.opened.left_out != entries:
-            content.opened.left_out[:] = entries
+        if content is not None and content.opened.notes != notes:
+            content.opened = replace(content.opened, notes=notes)
+            self.facts.set_full_text(*facts_of(content.opened))
             self._show_survey(Survey([*content.contacts], [*content.steps], whole=True))
 
     def _show_progress(self, progress: Progress) -> None:
@@ -393,7 +394,7 @@ class RecordingsWorkspace(Workspace):
         self.follower.to_show.connect(self.open)
         reader.overview_read.connect(self._show_overview)
         reader.marked.connect(self._show_marks)
-        reader.left_out_read.connect(self._show_left_out)
+        reader.notes_read.connect(self._show_notes)
         reader.renamed.connect(self._show_renamed)
         reader.not_renamed.connect(self._show_kept)
         reader.failed.connect(self._fail)
@@ -423,8 +424,10 @@ class RecordingsWorkspace(Workspace):
         axis.menu_requested.connect(partial(self._show_menu, on_axis))
         self._on_axis = [QShortcut(keys, self, do) for keys, _, do in on_axis]
         self._on_axis.append(QShortcut("Space", self, self.playback.play_or_stop))
-        self._on_axis.append(QShortcut("X", self, self.leaving_out.ask))
-        self.steps.table.offer("Leave out…, or take in again\tX", self.leaving_out.ask)
+        notes = (("X", "Leave out…, or take in again", self.notes.leave_out), ("W", "Body weight…", self.notes.weigh))
+        for key, text, do in notes:
+            self._on_axis.append(QShortcut(key, self, do))
+            self.steps.table.offer(f"{text}\t{key}", do)
         renaming = QShortcut("F2", self, self.recordings.edit_name)
         deleting = QShortcut("Delete", self.recordings, self.recordings.ask_to_delete)
         for shortcut in (*self._on_axis, renaming, deleting):

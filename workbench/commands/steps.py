@@ -1,6 +1,8 @@
-"""`underfoot steps`: the footsteps of a recording, and which of them are left out of means."""
+"""`underfoot steps`: the footsteps of a recording, and what is noted of them."""
 
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -9,6 +11,10 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, require_recording
 from underfoot.errors import BadValue
 
+if TYPE_CHECKING:
+    from underfoot.records.recording import Recording
+    from underfoot.records.survey import Survey
+
 
 @click.command()
 @click.argument("recording", type=FILE)
@@ -16,8 +22,17 @@ from underfoot.errors import BadValue
 @click.option(
     "--leave-out", "why", metavar="WHY", help='Leave the STEPs out of means for a reason; "" takes them in again.'
 )
-def steps(recording: Path, numbers: tuple[int, ...], why: str | None) -> None:
-    """Print the footsteps of RECORDING as CSV, all or by their numbers, or leave some out of means.
+@click.option(
+    "--body-weight",
+    metavar="WEIGHT",
+    help='Note the body weight of who walks, as "71.4 kg", "700 N" or "standing": where somebody stands still for 2 s; '
+    '"" removes it.',
+)
+@click.option("--person", type=click.IntRange(1), help="Whose weight it is, if not that of all.")
+def steps(
+    recording: Path, numbers: tuple[int, ...], why: str | None, body_weight: str | None, person: int | None
+) -> None:
+    """Print the footsteps of RECORDING as CSV, all or by their numbers, or leave some out of means, or note a weight.
 
     What is measured stays in the file. compare and the window pass over a step that is left out, and over what is
     measured from it to the next ones; exports have the reason.
@@ -27,9 +42,15 @@ def steps(recording: Path, numbers: tuple[int, ...], why: str | None) -> None:
     from underfoot.records.tables import recorded_step_lines
 
     require_recording(recording)
+    if (numbers or why is not None) if body_weight is not None else person is not None:
+        raise BadValue("a body weight is that of a person; allowed: --body-weight, also with --person, and no STEP")
     numbers = tuple(dict.fromkeys(numbers))
     with Recording(recording) as opened, report_compiling(None):
-        found = {one.step.step: one.step for one in survey_told(opened).steps}
+        surveyed = survey_told(opened)
+        if body_weight is not None:
+            _weigh(opened, surveyed, body_weight, person)
+            return
+        found = {one.step.step: one.step for one in surveyed.steps}
         unknown = [str(number) for number in numbers if number not in found]
         if unknown or (why is not None and not numbers):
             given = f"{recording} has no step {', '.join(unknown)}" if unknown else "--leave-out needs the steps"
@@ -43,3 +64,26 @@ def steps(recording: Path, numbers: tuple[int, ...], why: str | None) -> None:
         opened.leave_out([(forces.frame_at(step.start_s), step.tile) for step in chosen], why)
     told = ", ".join(map(str, numbers))
     print(f"left out: {told} ({' '.join(why.split())})" if why.strip() else f"count again: {told}")
+
+
+def _weigh(recording: "Recording", found: "Survey", given: str, person: int | None) -> None:
+    """Note a body weight that is typed, or that of a standing phase."""
+    from underfoot.records.notes import body_weight_n
+    from underfoot.records.standing import STILL_S, standing_phase
+
+    known = {one.step.person for one in found.steps} - {0}
+    if person is not None and person not in known:
+        allowed = ", ".join(map(str, sorted(known))) or "none"
+        raise BadValue(f"{recording.path} has no person {person}; allowed: {allowed}")
+    source, whose = "typed", f"person {person}" if person else "who walks"
+    if not given.strip():
+        weight_n = math.nan
+    elif given != "standing":
+        weight_n = body_weight_n(given)
+    elif phase := standing_phase(found.contacts):
+        weight_n, source = phase.weight_n, str(phase)
+    else:
+        raise BadValue(f"nobody stands still for {STILL_S:g} s in {recording.path}; allowed: a weight, as '71.4 kg'")
+    recording.note_body_weight(person or 0, weight_n, source)
+    is_known = math.isfinite(weight_n)
+    print(f"body weight of {whose}: " + (f"{weight_n:.1f} N ({source})" if is_known else "not noted"))

@@ -16,6 +16,9 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
 from underfoot.floor.shared_loads import LOADED_N
 
+NOTED = ("left_out", "body_weight_n")
+"""What only a recording's steps have, of what a person has noted (`records.notes`)."""
+
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 """Shortest and longest step, and least peak force: excludes the touch of a toe, and standing."""
 
@@ -43,7 +46,8 @@ class Step(Struct, frozen=True):
     `heading_deg` is the direction of the foot, counter-clockwise from the floor's x axis, with the standard error
     `heading_error_deg`.
 
-    `left_out` is why a person has left the step out of means; "" if it counts. What was measured stays.
+    Of a recording, `left_out` is why a person has left the step out of means, "" if it counts, and `body_weight_n` the
+    weight of who made it, as far as it was noted. What was measured stays.
     """
 
     step: int
@@ -69,6 +73,7 @@ class Step(Struct, frozen=True):
     heading_deg: float = math.nan
     heading_error_deg: float = math.nan
     left_out: str = ""
+    body_weight_n: float = math.nan
 
     @property
     def end_s(self) -> float:

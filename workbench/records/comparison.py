@@ -35,11 +35,18 @@ STEP_MEASURES = (
     "double_support_ms",
 )
 """Measures of a `Step` of which a mean says something; that of a heading, a time or a number does not."""
+BODY_WEIGHT_MEASURES = {
+    "peak1_percent_bw": ("peak1_n", 100.0),
+    "valley_percent_bw": ("valley_n", 100.0),
+    "peak2_percent_bw": ("peak2_n", 100.0),
+    "impulse_percent_bw_s": ("impulse_ns", 100.0),
+    "loading_percent_bw_per_s": ("loading_kn_s", 1e5),
+}
+"""Measures in percent of the body weight that is noted: of which they are, and what gives percent a newton."""
 GAIT_MEASURES = ("stance_asymmetry_percent", "length_asymmetry_percent", "stride_variation_percent")
 """Measures of a `PersonGait` that no single step has: their means are over persons. Feet apart have none."""
 PERCENT = np.linspace(0.0, 100.0, STANCE)
 """The share of stance at each value of a curve."""
-SPREAD_AXIS = "mean force ± 1 SD, N"
 _MOST_BANDS = 4
 """Of more groups, bands would lie over each other and over the means."""
 STANCE_SUFFIX = ".stance.csv"
@@ -63,21 +70,26 @@ class Figures(Struct, frozen=True):
 
 
 class StanceCurve(Struct, frozen=True):
-    """Mean and standard deviation, N, of `count` steps at 0 to 100 % of stance: `STANCE` values; NaN if too few."""
+    """Mean and standard deviation of the force of `count` steps at 0 to 100 % of stance: `STANCE` values; NaN if too
+    few."""
 
     count: int
-    mean_n: NDArray[np.float64]
-    sd_n: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    sd: NDArray[np.float64]
 
 
 class Group(Struct, frozen=True):
-    """Steps that are compared with others; `persons` are those who are known. `figures` are by the measure's name."""
+    """Steps that are compared with others; `persons` are those who are known. `figures` are by the measure's name.
+
+    `stance` is in N, `stance_bw` in % of the body weight of those of whom it is noted.
+    """
 
     name: str
     steps: int
     persons: int
     figures: dict[str, Figures]
     stance: StanceCurve
+    stance_bw: StanceCurve
 
 
 def compared(recordings: Mapping[str, Sequence[Stance]], by: str = "recording") -> list[Group]:
@@ -117,41 +129,57 @@ def names_of(paths: Sequence[Path]) -> list[str]:
     return short
 
 
-def stance_curve(curves: Sequence[Sequence[float]]) -> StanceCurve:
+def stance_curve(curves: Sequence[Sequence[float] | NDArray[np.float64]]) -> StanceCurve:
     """Return mean and spread of the curves of some steps; a step without a curve is left out.
 
     >>> found = stance_curve([np.zeros(101), np.full(101, 2.0), ()])
-    >>> found.count, float(found.mean_n[50]), round(float(found.sd_n[50]), 3)
+    >>> found.count, float(found.mean[50]), round(float(found.sd[50]), 3)
     (2, 1.0, 1.414)
     """
     kept = np.array([curve for curve in curves if len(curve) == STANCE]).reshape(-1, STANCE)
     unknown = np.full(STANCE, math.nan)
-    mean_n = kept.mean(axis=0) if len(kept) else unknown
-    return StanceCurve(len(kept), mean_n, kept.std(axis=0, ddof=1) if len(kept) > 1 else unknown)
+    mean = kept.mean(axis=0) if len(kept) else unknown
+    return StanceCurve(len(kept), mean, kept.std(axis=0, ddof=1) if len(kept) > 1 else unknown)
 
 
 def band(curve: StanceCurve, name: str = "± 1 SD", colour: str = "force", *, in_legend: bool = True) -> Series:
     """Return one standard deviation around a mean."""
-    return Series(name, PERCENT, curve.mean_n, "band", colour, in_legend=in_legend, spread=curve.sd_n)
+    return Series(name, PERCENT, curve.mean, "band", colour, in_legend=in_legend, spread=curve.sd)
+
+
+def of_body_weight(one: Stance) -> NDArray[np.float64]:
+    """Return the curve of a step in % of the body weight; () if that is not noted.
+
+    >>> from underfoot.floor.footsteps import Step
+    >>> step = Step(1, "t1", "left", 0.2, 600.0, *[0.0] * 7, body_weight_n=800.0)
+    >>> of_body_weight(Stance(step, (0.0, 1000.0))).tolist()
+    [0.0, 125.0]
+    """
+    known = math.isfinite(one.step.body_weight_n)
+    return 100.0 * np.array(one.force_n if known else ()) / one.step.body_weight_n
 
 
 def comparison_drawing(groups: Sequence[Group], note: str = "no steps") -> Drawing:
-    """Return the mean force over stance of each group, of up to four with bands of one SD; a note without any."""
+    """Return the mean force over stance of each group, of up to four with bands of one SD; a note without any.
+
+    It is in % of body weight where that of all steps is noted, else in N.
+    """
     series = []
-    shown = [(k, group) for k, group in enumerate(groups) if group.stance.count]
-    looks = {k: (_COLOURS[k % len(_COLOURS)], "dashed" if k >= len(_COLOURS) else "line") for k, _ in shown}
+    in_bw = sum(group.stance_bw.count for group in groups) == sum(group.stance.count for group in groups) > 0
+    shown = [(k, g.name, g.stance_bw if in_bw else g.stance) for k, g in enumerate(groups) if g.stance.count]
+    looks = {k: (_COLOURS[k % len(_COLOURS)], "dashed" if k >= len(_COLOURS) else "line") for k, *_ in shown}
     has_bands = len(shown) <= _MOST_BANDS
     series += [
-        band(group.stance, f"{group.name} ± 1 SD", looks[k][0], in_legend=False)
-        for k, group in shown
-        if has_bands and group.stance.count > 1
+        band(curve, f"{name} ± 1 SD", looks[k][0], in_legend=False)
+        for k, name, curve in shown
+        if has_bands and curve.count > 1
     ]
-    series += [Series(group.name, PERCENT, group.stance.mean_n, looks[k][1], looks[k][0]) for k, group in shown]
+    series += [Series(name, PERCENT, curve.mean, looks[k][1], looks[k][0]) for k, name, curve in shown]
     largest = max((float(np.max(one.outline_y)) for one in series), default=0.0)
     return Drawing(
         "Stance",
         "share of stance, %",
-        SPREAD_AXIS if has_bands else "mean force, N",
+        f"mean force{' ± 1 SD' if has_bands else ''}, {'% of body weight' if in_bw else 'N'}",
         tuple(series),
         x_range=(0.0, 100.0),
         y_range=(0.0, max(100.0, 1.05 * largest)),
@@ -169,7 +197,7 @@ def comparison_csv(groups: Sequence[Group]) -> str:
         ends = ("n", "mean", "SD", *(("difference", "difference %") if number else ()))
         heads += [f"{group.name} {end}" for end in ends]
     lines = [heads]
-    for measure in (*STEP_MEASURES, *GAIT_MEASURES):
+    for measure in (*STEP_MEASURES, *GAIT_MEASURES, *BODY_WEIGHT_MEASURES):
         cells = [measure]
         for number, group in enumerate(groups):
             one = group.figures[measure]
@@ -180,9 +208,13 @@ def comparison_csv(groups: Sequence[Group]) -> str:
 
 
 def stance_csv(groups: Sequence[Group]) -> str:
-    """Return the curves: share of stance, and mean and SD of each group in newtons."""
-    lines = [["percent", *(f"{group.name} {end}" for group in groups for end in ("mean_n", "sd_n"))]]
-    curves = [values for group in groups for values in (group.stance.mean_n, group.stance.sd_n)]
+    """Return the curves: share of stance, and mean and SD of each group in N; then in % of body weight where noted."""
+    kinds = [("n", [group.stance for group in groups])]
+    if any(group.stance_bw.count for group in groups):
+        kinds.append(("percent_bw", [group.stance_bw for group in groups]))
+    names = [group.name for group in groups]
+    lines = [["percent", *(f"{name} {end}_{unit}" for unit, _ in kinds for name in names for end in ("mean", "sd"))]]
+    curves = [values for _, of_groups in kinds for one in of_groups for values in (one.mean, one.sd)]
     lines += [[f"{percent:g}", *map(_cell, row)] for percent, *row in zip(PERCENT, *curves, strict=True)]
     return _csv(lines)
 
@@ -204,14 +236,16 @@ def comparison_data(groups: Sequence[Group]) -> list[dict[str, Any]]:
             "steps": group.steps,
             "persons": group.persons,
             "measures": {name: {k: _plain(v) for k, v in asdict(one).items()} for name, one in group.figures.items()},
-            "stance": {
-                "count": group.stance.count,
-                "mean_n": [_plain(value) for value in group.stance.mean_n.tolist()],
-                "sd_n": [_plain(value) for value in group.stance.sd_n.tolist()],
-            },
+            "stance": _curve_data(group.stance, "n"),
+            "stance_bw": _curve_data(group.stance_bw, "percent_bw"),
         }
         for group in groups
     ]
+
+
+def _curve_data(curve: StanceCurve, unit: str) -> dict[str, Any]:
+    means = {f"{name}_{unit}": values.tolist() for name, values in (("mean", curve.mean), ("sd", curve.sd))}
+    return {"count": curve.count} | {name: [*map(_plain, values)] for name, values in means.items()}
 
 
 def _csv(lines: Sequence[Sequence[str]]) -> str:
@@ -252,11 +286,15 @@ def _divided(recording: str, stances: Sequence[Stance], by: str) -> Iterator[tup
 def _group(name: str, stances: Sequence[Stance], *, with_gait: bool) -> Group:
     steps = [one.step for one in stances]
     gaits = gait_of(steps) if with_gait else []  # which is of steps that follow one another
-    figures = {measure: _figures([getattr(step, measure) for step in steps]) for measure in STEP_MEASURES}
-    figures["loading_kn_s"] = _figures([step.loading_kn_s for step in steps if not step.spike])  # else an impact has it
+    values = {name: np.array([getattr(step, name) for step in steps]) for name in (*STEP_MEASURES, "body_weight_n")}
+    values["loading_kn_s"][[step.spike for step in steps]] = math.nan  # an impact has it
+    weight_n = values.pop("body_weight_n")
+    values |= {name: factor * values[of] / weight_n for name, (of, factor) in BODY_WEIGHT_MEASURES.items()}
+    figures = {name: _figures(of_steps) for name, of_steps in values.items()}
     figures |= {measure: _figures([getattr(gait, measure) for gait in gaits]) for measure in GAIT_MEASURES}
     persons = [step.person for step in steps if not step.left_out]
-    return Group(name, len(persons), len({*persons} - {0}), figures, stance_curve([one.force_n for one in stances]))
+    curves = (stance_curve([one.force_n for one in stances]), stance_curve([of_body_weight(one) for one in stances]))
+    return Group(name, len(persons), len({*persons} - {0}), figures, *curves)
 
 
 def _figures(values: ArrayLike) -> Figures:

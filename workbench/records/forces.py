@@ -19,7 +19,7 @@ from underfoot.drawing.thinning import thinned
 from underfoot.errors import require
 from underfoot.files import path_of
 from underfoot.floor.contacts import ContactRows
-from underfoot.floor.footsteps import Step
+from underfoot.floor.footsteps import NOTED, Step
 from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries, floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_people import MOST_PEOPLE, PATHS, drawn_people
@@ -74,13 +74,13 @@ class Forces(ForceSeries, frozen=True):
     def steps(self) -> Table:
         """Return the footsteps, one row each, with all measures of `underfoot.floor.footsteps.Step`.
 
-        Forces do not tell which steps are left out of their recording; its exports do.
+        Forces do not tell what is noted of their recording's steps; its exports do.
 
         >>> walk(4.0).steps()["tile"]
         array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
         """
         found = [step for part in self._found() for step in part.steps]
-        kept = [one for one in fields(Step) if one.name != "left_out"]
+        kept = [one for one in fields(Step) if one.name not in NOTED]
         columns = {one.name: np.array([getattr(step, one.name) for step in found], one.type) for one in kept}
         return Table("steps", columns)  # each of its field's kind, also without a step
 

@@ -20,8 +20,18 @@ from underfoot.errors import BadFile, in_one_line, require
 from underfoot.files import head_of, no_file, path_of
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import InUse
-from underfoot.records.left_out import NEAR_S, LeftOut
-from underfoot.records.recording_format import APPLICATION_ID, FRAMES, LEFT_OUT, MARKS, SUFFIXES, TYPES, VERSION, Rows
+from underfoot.records.notes import HEAVIEST_N, LIGHTEST_N, NEAR_S, BodyWeight, LeftOut, Notes
+from underfoot.records.recording_format import (
+    APPLICATION_ID,
+    BODY_WEIGHTS,
+    FRAMES,
+    LEFT_OUT,
+    MARKS,
+    SUFFIXES,
+    TYPES,
+    VERSION,
+    Rows,
+)
 from underfoot.sqlite_files import is_gone, opened, require_whole, version_of
 
 NEEDED = ("floor", "rate", "force_rate", "patch")
@@ -239,7 +249,7 @@ class Recording:
             last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
         return first, last[0] if last else None
 
-    # --- marks, steps that are left out, and envelopes ---
+    # --- marks, notes of steps, and envelopes ---
 
     def marks(self) -> list[Mark]:
         """Return the marks in order of time."""
@@ -287,6 +297,36 @@ class Recording:
                 self._base.execute("delete from left_out where tile = ? and abs(frame - ?) <= ?", near)
                 if why:
                     self._base.execute("insert into left_out values (?, ?, ?, ?, ?)", (frame, tile, why, _user(), when))
+
+    def body_weights(self) -> list[BodyWeight]:
+        """Return the body weights that are noted, in order of persons."""
+        if "body_weight" not in self._tables:
+            return []
+        with self.readable("body_weight"):
+            ask = "select person, weight_n, source, who, at from body_weight order by person"
+            found = self._base.execute(ask).fetchall()
+            if any([*map(type, row)] != [int, float, str, str, str] or not row[1] > 0.0 for row in found):
+                raise ValueError("an entry is not of a person, a weight and three texts")
+            return [BodyWeight(*row) for row in found]
+
+    def note_body_weight(self, person: int, weight_n: float, source: str) -> None:
+        """Note the body weight of a person, with 0 that of all who have no other, and how it is known; NaN removes
+        it. `BadFile` if the file cannot be written to."""
+        person = integer("person", person, 0, int(FURTHEST_FRAME), "0 for all, or a person's number")
+        is_weight = math.isnan(weight_n) or LIGHTEST_N <= weight_n <= HEAVIEST_N
+        require(is_weight, "the body weight", weight_n, f"{LIGHTEST_N:g} to {HEAVIEST_N:g}, in N")
+        when = datetime.now().isoformat(timespec="seconds")
+        with self._written():
+            self._base.execute(BODY_WEIGHTS)
+            self._tables.add("body_weight")
+            self._base.execute("delete from body_weight where person = ?", (person,))
+            if weight_n == weight_n:
+                row = (person, weight_n, source, _user(), when)
+                self._base.execute("insert into body_weight values (?, ?, ?, ?, ?)", row)
+
+    def notes(self) -> Notes:
+        """Return all that is noted of the steps."""
+        return Notes(self.left_out(), self.body_weights())
 
     def envelope_base(self) -> sqlite3.Connection | None:
         """Return the connection for its envelopes; None for an earlier version, which has none."""

@@ -29,8 +29,12 @@ LEFT_OUT = (
     "create table if not exists left_out (frame integer not null, tile text not null, why text not null, "
     "who text not null, at text not null);"
 )
-"""How the table of steps that are left out is made, with the first of them. An earlier Underfoot passes over it, and
-counts them."""
+BODY_WEIGHTS = (
+    "create table if not exists body_weight (person integer primary key, weight_n real not null, "
+    "source text not null, who text not null, at text not null);"
+)
+"""How the tables of what is noted of steps are made, with the first note. An earlier Underfoot passes over them, and
+counts steps that are left out."""
 
 
 def name_now() -> str:

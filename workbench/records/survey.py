@@ -22,7 +22,7 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.footsteps import Step, is_step
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
-from underfoot.records.left_out import LeftOut, with_left_out
+from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
 from underfoot.sqlite_files import uri_of
 
@@ -79,12 +79,10 @@ class Survey(msgspec.Struct):
     warnings: list[str] = []
 
 
-def stances_with_left_out(
-    stances: Sequence[Stance], entries: Sequence[LeftOut], first: int, rate_hz: float
-) -> list[Stance]:
-    """Return footsteps, each with why it is left out, as `with_left_out` does."""
-    steps = with_left_out([one.step for one in stances], entries, first, rate_hz)
-    return [one if step is one.step else Stance(step, one.force_n) for step, one in zip(steps, stances, strict=True)]
+def noted_stances(stances: Sequence[Stance], notes: Notes, first: int, rate_hz: float) -> list[Stance]:
+    """Return footsteps with what is noted of them, as `Notes.on` does."""
+    steps = notes.on([one.step for one in stances], first, rate_hz)
+    return [Stance(step, one.force_n) for step, one in zip(steps, stances, strict=True)]
 
 
 class RecordedForces:
@@ -115,10 +113,10 @@ class RecordedForces:
             yield (rows[:, 0] - self.first) / self.rate, rows[:, 2:].reshape(len(rows), -1, 4)
 
     def found(self) -> Iterator[Detections]:
-        """Yield contacts and footsteps, piece by piece, each step with why it is left out."""
-        entries = self._recording.left_out()
+        """Yield contacts and footsteps, piece by piece, with what is noted of the steps."""
+        notes = self._recording.notes()
         for found in find_steps(self.pieces(), self.floor, self.rate_hz):
-            yield replace(found, steps=with_left_out(found.steps, entries, self.first, self.rate))
+            yield replace(found, steps=notes.on(found.steps, self.first, self.rate))
 
 
 def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
@@ -171,13 +169,13 @@ def _span(contact: Contact) -> ContactSpan:
 
 def load_cached_survey(recording: Recording) -> Survey | None:
     """Return the cached survey of a recording in its present state; None if there is none."""
-    entries = recording.left_out()
+    notes = recording.notes()
     with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
         raw = msgspec.json.decode(_place(recording, "json").read_bytes())
         for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
             one["step"] = {name: math.nan if value is None else value for name, value in one["step"].items()}
-        found = msgspec.convert(raw, Survey)  # with the steps that were left out when it was made
-        found.steps = stances_with_left_out(found.steps, entries, recording.span[0], recording.rate_hz)
+        found = msgspec.convert(raw, Survey)  # with what was noted when it was made
+        found.steps = noted_stances(found.steps, notes, recording.span[0], recording.rate_hz)
         return found
     return None
 

@@ -50,8 +50,8 @@ _STEP_COLUMNS = {
     "spike": "d",
     "contact": "d",
 }
-_WITH_LEFT_OUT = {**_STEP_COLUMNS, "left_out": "s"}
-"""Columns of the steps of a recording, in which some can be left out."""
+_RECORDED = {**_STEP_COLUMNS, "left_out": "s", "body_weight_n": ".1f"}
+"""Columns of the steps of a recording, with what is noted of them."""
 
 
 class Table(Mapping[str, NDArray[Any]]):
@@ -149,7 +149,7 @@ def step_table(
 ) -> Iterator[Callable[[Iterable[Step]], None]]:
     """Open a step table for writing; yield a function that appends steps, one line each. NaN is an empty cell.
 
-    One of `recorded` steps has the column `left_out`.
+    One of `recorded` steps has what is noted of them.
 
     >>> import tempfile
     >>> folder = tempfile.TemporaryDirectory()
@@ -162,14 +162,14 @@ def step_table(
     '1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000,0,,,,,,,,0,0'
     >>> folder.cleanup()
     """
-    columns = _WITH_LEFT_OUT if recorded else _STEP_COLUMNS
+    columns = _RECORDED if recorded else _STEP_COLUMNS
     with (_live_table if live else _table)(path, ",".join(columns)) as lines:
         yield lambda steps: lines(_step_line(step, columns) for step in steps)
 
 
 def recorded_step_lines(steps: Iterable[Step]) -> list[str]:
     """Return the lines of a table of recorded steps, header first."""
-    return [",".join(_WITH_LEFT_OUT), *(_step_line(step, _WITH_LEFT_OUT) for step in steps)]
+    return [",".join(_RECORDED), *(_step_line(step, _RECORDED) for step in steps)]
 
 
 @contextmanager

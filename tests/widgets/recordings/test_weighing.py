@@ -1,0 +1,58 @@
+"""A body weight is noted in the window: proposed from a standing phase, or typed, and curves are in percent of it."""
+
+import pytest
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QInputDialog
+from stood_and_walked import stood_and_walked
+
+from underfoot.records.recording import Recording
+
+
+@pytest.fixture
+def opened(workspace, folder, qtbot):
+    """The workspace with somebody of 500 N who stood and walked."""
+    workspace.open_file(stood_and_walked(folder / "ann.underfoot", 500))
+    qtbot.waitUntil(lambda: len(workspace.steps.visible_steps()) >= 6 and not workspace.surveyor.is_busy)
+    return workspace
+
+
+def dialog_of(opened, qtbot):
+    """The dialog that asks for the weight."""
+    show(qtbot, opened)  # a dialog that closes takes the focus along
+    opened.axis.setFocus()
+    QTest.keyClick(opened.axis, Qt.Key.Key_W)
+    return next(one for one in opened.findChildren(QInputDialog) if one.isVisible())
+
+
+def test_the_weight_of_who_stands_is_proposed_and_another_can_be_typed_and_removed(opened, qtbot):
+    panel, said = opened.steps, []
+    opened.notified.connect(said.append)
+    assert panel.plot.drawing.y == "force, N"
+    dialog = dialog_of(opened, qtbot)
+    assert "Somebody stands still: 500." in dialog.labelText()
+    dialog.accept()
+    qtbot.waitUntil(lambda: panel.plot.drawing.y == "force, % of body weight")
+    assert max(panel.plot.drawing.series[-1].y) == pytest.approx(110.0, abs=2.0)
+    assert opened.facts.full_text.endswith("  ·  weighs 500 N")
+    path = opened.axis.content.opened.path
+    with Recording(path) as recording:
+        assert recording.body_weights()[0].source.startswith("standing at ")
+    dialog = dialog_of(opened, qtbot)
+    assert dialog.textValue().startswith("500.")
+    dialog.setTextValue("75")
+    dialog.accept()
+    assert said[-1].startswith("the body weight is '75'; allowed: with its unit")
+    panel.filters["person"].setCurrentText("person 1")
+    dialog = dialog_of(opened, qtbot)
+    assert "of person 1" in dialog.labelText()
+    dialog.setTextValue("100 kg")
+    dialog.accept()
+    qtbot.waitUntil(lambda: opened.facts.full_text.endswith("  ·  weighs 500 N  ·  person 1 weighs 981 N"))
+    opened.steps.compare_button.click()
+    opened.comparison.by.setCurrentText("By person")
+    table = opened.comparison.table
+    qtbot.waitUntil(lambda: table.rowCount() > 0)
+    assert {"Peak 1, %BW", "Loading, %BW/s"} <= {table.item(row, 0).text() for row in range(table.rowCount())}
+    assert opened.comparison.plot.drawing.y == "mean force ± 1 SD, % of body weight"

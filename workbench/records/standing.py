@@ -1,0 +1,48 @@
+"""The body weight of a recording's standing phase."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from underfoot.floor.footsteps import LEAST_N
+from underfoot.records.survey import PLACES_S, ContactSpan
+
+STILL_S = 2.0
+"""Length of a standing phase: sway and heartbeat, of about 1 Hz, are averaged."""
+STILL = 0.02
+"""Largest standard deviation of the load while somebody stands still, as a share of it; of who walks it is a tenth."""
+
+
+class Standing(Struct, frozen=True):
+    """The mean load and its standard deviation, N, in `STILL_S` from a second of the recording on."""
+
+    begin_s: float
+    weight_n: float
+    sd_n: float
+
+    def __str__(self) -> str:
+        return f"standing at {self.begin_s:.1f} to {self.begin_s + STILL_S:.1f} s, ± {self.sd_n:.1f} N"
+
+
+def standing_phase(contacts: Sequence[ContactSpan]) -> Standing | None:
+    """Return the stillest `STILL_S` in which anybody stands, with all that is on the floor then; None if nobody does.
+
+    >>> span = ContactSpan(1, 0.5, 6.5, (0,), 702.0, ((0.0, 0.0, 698.0), (0.0, 0.0, 702.0)) * 120)
+    >>> str(standing_phase([span]))
+    'standing at 0.5 to 2.5 s, ± 2.0 N'
+    """
+    places = max((round(one.start_s / PLACES_S) + len(one.places) for one in contacts), default=0)
+    load_n, width = np.zeros(places), round(STILL_S / PLACES_S)
+    for one in contacts:
+        first = round(one.start_s / PLACES_S)
+        load_n[first : first + len(one.places)] += [force_n for _, _, force_n in one.places]
+    if places < width:
+        return None
+    sums = np.cumsum([np.append(0.0, load_n), np.append(0.0, load_n**2)], axis=1)
+    mean_n, square = (sums[:, width:] - sums[:, :-width]) / width
+    sd_n = np.sqrt(np.maximum(square - mean_n**2, 0.0))
+    share = np.where(mean_n >= LEAST_N, sd_n / np.maximum(mean_n, LEAST_N), math.inf)
+    at = int(np.argmin(share))
+    return Standing(at * PLACES_S, float(mean_n[at]), float(sd_n[at])) if share[at] <= STILL else None
