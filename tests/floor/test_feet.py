@@ -253,3 +253,13 @@ def test_where_somebody_always_stands_no_load_of_before_is_kept():
     before, tracker = kept(), ContactTracker(floor, 1000.0)
     assert len(tracker.feed(time_s, force_n).finished) > 15
     assert kept() - before < 10
+
+
+def test_a_load_whose_first_rows_are_gone_is_not_divided():
+    """A board that sends four times as fast as was said ended each tick of the window with an IndexError."""
+    source = SimulatedFloor(default_floor(1, 2), seed=6)
+    forces = np.concatenate([source.forces[: source.pull(end)].copy() for end in range(2400, 169_000, 2400)])
+    tracker = ContactTracker(default_floor(1, 2), 1000.0)
+    for begin in range(0, len(forces), 100):
+        tracker.feed(np.arange(begin, begin + 100)[: len(forces) - begin] / 4000.0, forces[begin : begin + 100])
+    assert tracker.finish().finished

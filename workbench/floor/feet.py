@@ -202,11 +202,16 @@ class FootFinder:
             self._decide(load)
 
     def _divide(self, load: Load, at_s: float) -> None:
-        """Make the part of a load from `at_s` on a load of its own, which is another foot's."""
-        self._tokens -= 1
+        """Make the part of a load from `at_s` on a load of its own, which is another foot's.
+
+        Of a stream of more samples a second than was said, the rows before that time may be gone: then it stays whole.
+        """
         rows = self._waiting.rows
         mine = rows["token"] == load.token
         later = mine & (rows["time_s"] >= at_s)
+        if not (mine & ~later).any():
+            return
+        self._tokens -= 1
         first = int(rows["sample"][later][0])
         before = rows[mine & ~later][-1]
         rows["token"][later] = self._tokens
