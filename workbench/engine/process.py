@@ -76,8 +76,8 @@ class Engine:
             channels = tuple(channel if channel < most else -1 for channel in channels)
             # Open only the needed pairs of channels: a sound server mixes channels that its card lacks into the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
-            sound_channel = behind if has_sound and behind < most else -1
-            outputs = _outputs(cards, max(*channels, sound_channel) + 1)
+            outputs = _outputs(cards, max(*channels, behind if has_sound and behind < most else -1) + 1)
+            sound_channel = behind if behind < outputs else -1  # also for a later patch, where it is open anyway
         options = replace(_options(setup, channels, sound_channel), outputs=outputs)
         try:
             if rehearsed is None or (rehearsed.patch, rehearsed.target) != (setup.patch, target):
