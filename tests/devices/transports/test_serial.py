@@ -147,11 +147,18 @@ def test_ports_that_cannot_be_are_refused(address, message):
 
 
 def test_what_is_no_port_is_said_to_be_none(tmp_path):
+    """Of several, up to five are named: of 36 boards whose hub was not plugged in, it was the first alone, or all."""
     file = tmp_path / "walk.csv"
     file.touch()
     of_folder, of_file = "it is a folder", "it is no serial port"
     both = f"{of_folder}; serial:{file} cannot be opened: {of_file}"
-    for address, why in ((tmp_path, of_folder), (file, of_file), (f"{tmp_path},{file}", both)):
+    many = ",".join(f"{tmp_path}/none{k}" for k in range(7))
+    for address, why in (
+        (tmp_path, of_folder),
+        (file, of_file),
+        (f"{tmp_path},{file}", both),
+        (many, ".*/none4 cannot be opened: there is no such port; and 2 more"),
+    ):
         with pytest.raises(DeviceError, match=f"cannot be opened: {why}$"):
             transport_of("serial", str(address)).open()
 

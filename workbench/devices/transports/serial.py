@@ -28,6 +28,7 @@ LASTING_NAMES = Path("/dev/serial/by-id")
 _PATIENCE_S = 0.05
 _LOOK_S, _AGAIN_S = 0.0005, 1.0
 """Of several ports: pause in which nothing has come, and time after which one that is gone is opened again."""
+_NAMED = 5  # of ports that cannot be opened
 _LONGEST_BYTES = 4096  # without the end of a frame or line
 _TAKEN = "another program has it, or Underfoot itself, as for a plate or a trigger"
 _UNPLUGGED = re.compile("returned no data|(ClearCommError|GetOverlappedResult|ReadFile|WriteFile) failed")
@@ -252,7 +253,8 @@ class SerialTransport(Transport):
                 port.open()
             except DeviceError as error:
                 failures.append(error)
-        why = "; ".join(map(str, failures))
+        more = [f"and {len(failures) - _NAMED} more"] if len(failures) > _NAMED else []
+        why = "; ".join([*map(str, failures[:_NAMED]), *more])
         if len(failures) == len(self._ports):
             raise DeviceError(why)
         self._missing = [f"{why}; waiting for it"] if failures else []
