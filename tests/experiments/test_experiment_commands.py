@@ -353,7 +353,12 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(typi
     stage["method"] = {"kind": "staircases", "parameters": {"followed": ["TD"], "empty_every": 2}}
     level = {"id": "level", "kind": "level", "stimulus": "TD"}
     protocol.write_text(protocol_text(stages=[level, stage], present_s=0.1))
-    lowered = (("just feel it", "++"), ("no further", "--"), ("Moved", "-"), ("Moved", ""))  # felt, then kept
+    lowered = (
+        ("just feel it", "++"),
+        ("no further", "--"),
+        ("Enter keeps it", "-"),
+        ("Enter keeps it", ""),
+    )  # felt, then kept
     typed = (*lowered, ("Enter steps", ""), ("Did you feel", "yes"), ("Enter steps", ""), ("Did you feel", "no"))
     printed = typing(["experiment", protocol, "--pilot"], typed)
     assert "Step, and say what you felt. Practice. Trial 1.\n" in printed
@@ -364,6 +369,16 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(typi
     assert [entry.answers for entry in entries] == [{"felt": "yes"}, {"felt": "no"}]
     assert all(entry.facts["most_force_n"] > 300.0 for entry in entries)
     file.close()
+
+
+def test_in_a_terminal_lines_move_what_is_felt_at_each_step(typing, tmp_path):
+    stage = {"id": "main", "kind": "trials", "start": "step"}
+    stage["method"] = {"kind": "adjustment", "parameters": {"followed": ["TD"], "standard": "S", "blocks": 1}}
+    (tmp_path / "a.json").write_text(protocol_text(stages=[stage], stimuli={"TD": TD, "S": TD}))
+    felt = (("The one to set.", "o"), ("The one to compare with.", "-"), ("The one to set.", ""))
+    one = (("Enter steps", ""), ("o to feel the other one", "x"), ("is no step", "--"), *felt)
+    printed = typing(["experiment", tmp_path / "a.json", "--pilot"], one * 2)
+    assert "dB" not in "".join(printed)
 
 
 def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(typing, tmp_path):

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from itertools import pairwise
+from itertools import pairwise, product
 
 import pytest
 from made_studies import TD, first_answers, made_protocol, preset_protocol, trials, walked
@@ -55,6 +55,44 @@ def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
     study = Study(made_protocol("constant-stimuli", {"comparisons": ["TD"], "blocks": 3}), "P1")
     assert [question.name for question in study.page.questions] == ["felt"]
     assert len(walked(study)) == 3
+
+
+def test_adjustments_begin_once_a_block_on_each_side_in_an_order_of_ones_own():
+    stimuli = {name: {**TD, "level_m_s2": level} for name, level in (("A", 0.4), ("B", 0.8), ("S", 0.2))}
+    parameters = {"followed": ["A", "B"], "standard": "S", "blocks": 6, "below": [-30.0, -14.0]}
+    made = made_protocol("adjustment", parameters, stimuli)
+    found, other = (trials(walked(Study(made, person))) for person in ("P1", "P2"))
+    keys = [(trial.block, trial.facts["comparison"], trial.facts["series"]) for trial in found]
+    assert sorted(keys) == sorted(product(range(1, 7), "AB", ("ascending", "descending")))
+    assert keys != [(trial.block, trial.facts["comparison"], trial.facts["series"]) for trial in other]
+    starts = {series: [t.facts["start_at"] for t in found if t.facts["series"] == series] for _, _, series in keys}
+    assert [len(set(of)) for of in starts.values()] == [12, 12]
+    assert -30.0 <= min(starts["ascending"]) < max(starts["ascending"]) <= -14.0
+    assert 8.0 <= min(starts["descending"]) < max(starts["descending"]) <= 15.0
+    assert {(t.facts["comparison"], t.facts["standard_at"]) for t in found} == {("A", -6.0206), ("B", -12.0412)}
+    assert found[0].intervals[0] == Presentation(found[0].facts["comparison"], found[0].facts["start_at"])
+
+
+@pytest.mark.parametrize(
+    ("given", "refused"),
+    [
+        ({"standard": "X"}, "standard is 'X'; allowed: a stimulus that vibrates, or none"),
+        ({"standard": "K"}, "standard is 'K'; allowed: one on the same plate"),
+        ({"standard": "S", "below": [-20.0, -3.0]}, r"below is .* below it: the standard is at -6.02"),
+        ({"standard": "S", "above": [-7.0, 9.0]}, r"above is .* above it: the standard is at -6.02"),
+        ({"above": [8.0, 25.0]}, r"above is \[8.0, 25.0\]; allowed: the lower first, within reach"),
+        ({"reach": [-130.0, 20.0]}, r"reach is .*; allowed: -120 to 60 dB"),
+        ({"reach": [-40.0, 40.0]}, "goes up to 40 dB; lower that, or its level"),
+        ({"steps": [0.5, 2.0]}, "steps is .*; allowed: the large one first"),
+        ({"parameter": "out.tiles"}, "parameter is 'out.tiles'; allowed: numbers of TD: dynamic.frequency, dynamic"),
+        ({"parameter": "gain.gain"}, "parameter is 'gain.gain'; allowed: numbers of TD: "),  # which the level moves
+        ({"parameter": "out.level"}, "parameters.parameter: stimuli.TD.settings: out.level is -40.0; allowed: 0 to"),
+    ],
+)
+def test_adjustments_of_which_answers_would_say_nothing_are_refused(given, refused):
+    stimuli = {"TD": TD, "X": {}, "S": {**TD, "level_m_s2": 0.215}, "K": {**TD, "stiffness_n_mm": 90.0}}
+    with pytest.raises(BadFile, match=refused):
+        made_protocol("adjustment", {"followed": ["TD"], **given}, stimuli)
 
 
 def test_ratings_are_228_with_the_plate_that_does_not_vibrate():

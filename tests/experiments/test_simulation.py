@@ -257,13 +257,15 @@ def test_a_truth_that_cannot_be_is_refused():
         ("constant-stimuli", {"comparisons": ["L1", "L2"]}, {"threshold_m_s2", "level_spread", "mistakes"}),
         ("constant-stimuli", {"comparisons": ["L1", "L2"], "standard": "TD"}, {"level_spread", "mistakes"}),
         ("constant-stimuli", {"comparisons": ["TD"], "standard": "X"}, {"judged_more", "mistakes"}),
+        ("adjustment", {}, {"threshold_m_s2", "spread_share", "start_share"}),
+        ("adjustment", {"standard": "TD"}, {"error_share", "spread_share", "start_share"}),
     ],
 )
 def test_only_what_answers_depend_on_can_be_true_of_people(kind, parameters, names):
     """Held against the answers: another truth changes some of them for these names, and none for any other."""
     levels = {f"L{k}": {**TD, "level_m_s2": 0.3 * k} for k in (1, 2)}
     plates = {f"K{k}": {"factors": {"stiffness_n_mm": k}} for k in (60, 90)}
-    parameters = {"followed": ["TD"], **parameters} if kind == "staircases" else parameters
+    parameters = parameters if kind == "constant-stimuli" else {"followed": ["TD"], **parameters}
     made = made_protocol(kind, parameters, {"TD": TD, "X": {}, **levels, **plates})
     assert set(truths_of(made, {})) == names
     usual = _answers_of(made, {})

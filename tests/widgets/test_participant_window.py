@@ -1,5 +1,6 @@
 """The participant's window by real keys and clicks: questions of many kinds, as people ask them."""
 
+import pytest
 from made_studies import TD
 from PySide6.QtCore import QEvent, QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QWheelEvent
@@ -204,6 +205,34 @@ def test_a_level_is_moved_by_keys_buttons_and_the_wheel_and_is_an_answer_once_it
     bench.key(Qt.Key.Key_Return)
     bench.until(Phase.READY)
     assert bench.entries()[0].answers["gain_db"] == -2.5
+
+
+def test_space_plays_the_standard_and_what_is_adjusted_in_turn(bench):
+    parameters = {"followed": ["TD"], "standard": "S", "blocks": 1, "question": "Make both equal."}
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "adjustment", "parameters": parameters}}
+    bench.choose(stages=[stage], stimuli={"TD": TD, "S": TD})
+    for _ in range(2):
+        bench.until(Phase.READY)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        assert bench.person.hint.text().endswith("Return when it is right. Space plays the other one.")
+        for key, told in (
+            (Qt.Key.Key_Space, "The one to compare with"),
+            (Qt.Key.Key_Right, "The one to set"),
+            (Qt.Key.Key_Space, "The one to compare with"),
+            (Qt.Key.Key_Space, "The one to set"),
+        ):
+            bench.key(key)
+            bench.wait(lambda told=told: bench.person.title.text() == told)
+        for told in ("The one to compare with", "The one to set"):  # on a touch screen
+            bench.click(bench.person.again)
+            bench.wait(lambda told=told: bench.person.title.text() == told)
+        bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    assert not bench.person.again.isVisible()
+    for entry in bench.entries():
+        assert entry.answers["level_db"] == pytest.approx(entry.trial.facts["start_at"] + 0.5)
+        assert (entry.facts["changes"], entry.facts["standard_plays"]) == (1, 3)
 
 
 def test_return_presses_the_button_that_has_the_focus_and_keeps_a_note(bench):

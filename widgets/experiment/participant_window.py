@@ -59,11 +59,13 @@ class ParticipantWindow(FullScreenWindow):
         self._on_floor = False
         self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
         self.form, self.foot = AnswerForm(TEXT_PX), FootFieldsView()
-        self.go = PageButton()
-        self.go.setFont(theme.font(TEXT_PX))
-        least_px = self.go.fontMetrics().height() + 2  # or the theme's, in which the words are cut
-        self.go.setStyleSheet(f"padding: 12px 32px; min-height: {least_px}px")
-        self.go.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click, keys answer on the page
+        self.again, self.go = PageButton(), PageButton()
+        for button in (self.again, self.go):
+            button.setFont(theme.font(TEXT_PX))
+            least_px = button.fontMetrics().height() + 2  # or the theme's, in which the words are cut
+            button.setStyleSheet(f"padding: 12px 32px; min-height: {least_px}px")
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click, keys answer on the page
+        self.again.clicked.connect(self.continue_requested)
         self.go.clicked.connect(self._go_on)
         held = QWidget()
         self.scrolled = Scrolled(held)
@@ -82,7 +84,7 @@ class ParticipantWindow(FullScreenWindow):
             part.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
             above.addWidget(part)
         column.addWidget(self.scrolled, 0, Qt.AlignmentFlag.AlignHCenter)
-        for below in (self.go, self.hint):
+        for below in (self.again, self.go, self.hint):
             below.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
             column.addWidget(below, 0, Qt.AlignmentFlag.AlignHCenter)
         self.form.answered.connect(self.answered)
@@ -103,7 +105,8 @@ class ParticipantWindow(FullScreenWindow):
             asks = questions_of(runner) if asking else ()
             self.text.setVisible(bool(self.text.text() or not asks) and not self._on_floor)  # questions have its room
             self.form.show_questions(asks)
-            QWidget.setTabOrder(self.previousInFocusChain() or self, self.go)  # questions, made anew, come before it
+            QWidget.setTabOrder(self.previousInFocusChain() or self, self.again)  # questions, made anew, come before
+            QWidget.setTabOrder(self.again, self.go)
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             (self.form.first or self).setFocus()
             self.scrolled.verticalScrollBar().setValue(0)
@@ -114,8 +117,10 @@ class ParticipantWindow(FullScreenWindow):
             self.go.setVisible(bool(text))
             self._say_page()
         self._plays_again = phase is Phase.ANSWERING and runner.may_play
+        self.again.setText("Play the other one" if _has_standard(runner) else "Play it again")
+        self.again.setVisible(self._plays_again)
         self.foot.show_answers(runner.foot)
-        if runner.hint or may_step(runner):
+        if runner.adjusting is None and (runner.hint or may_step(runner)):
             self.hint.setText(f"{runner.hint} {SPACE_STEPS}".strip() if may_step(runner) else runner.hint)
         counts = phase is Phase.PAUSE or (page.kind == "learn" and phase is Phase.PAGE and page.seconds > 0.0)
         left = round(runner.seconds_left)
@@ -237,11 +242,18 @@ def _continue_text(runner: Runner, form: AnswerForm) -> str:
     return "Go on" if goes_on or (phase is Phase.ANSWERING and form.needs_submit) else ""
 
 
+def _has_standard(runner: Runner) -> bool:
+    """Return whether what is moved now can be compared with a standard."""
+    return runner.adjusting is not None and runner.adjusting.standard is not None
+
+
 def _hint(runner: Runner, form: AnswerForm) -> str:
     page = runner.page
     match runner.phase:
         case Phase.READY if page.start == "key":
             return "Press Space, or click."
+        case Phase.ANSWERING if runner.adjusting is not None:
+            return f"{form.hint_text} Space plays {'the other one' if _has_standard(runner) else 'it again'}."
         case Phase.ANSWERING if runner.may_play:
             left = counted(page.plays - runner.plays, "time")
             key = with_native_keys("Ctrl+Space") if form.fields else "Space"  # in a text field, Space is a character

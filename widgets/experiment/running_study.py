@@ -248,10 +248,11 @@ class RunningStudy(QObject):
         runner = self.runner
         if runner is None:
             return
-        if runner.may_play:
-            self._do(lambda r: r.start())
-        elif may_step(runner):
-            self._foot.step(runner)
+        if runner.may_play or may_step(runner):
+            if runner.may_play:
+                self._do(lambda r: r.start())
+            if may_step(runner):  # also onto what was played, while it is moved
+                self._foot.step(runner)
         elif runner.phase is Phase.PAGE and not runner.page.questions:
             self._do(lambda r: r.answer({}))
         elif runner.phase is Phase.END:

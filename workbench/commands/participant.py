@@ -33,6 +33,8 @@ _POLL_S = 1.0 / 60.0
 _ENTER_STEPS = "Enter steps on the simulated floor."
 _STEPS = {"+": (1, True), "-": (-1, True), "++": (1, False), "--": (-1, False)}
 """Way of a typed step, and whether it is a small one."""
+_OTHER = "o"
+"""What is typed to feel the standard, or what is moved after it."""
 _HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS to keep a note."
 
 
@@ -228,6 +230,8 @@ class _Terminal:
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
         elif runner.adjusting is not None and line:
             self._adjust(line)
+        elif runner.adjusting is not None:
+            runner.answer({})
         elif line == "" and runner.may_play:
             runner.start()
         elif line == "" and may_step(runner):
@@ -237,12 +241,19 @@ class _Terminal:
 
     def _adjust(self, line: str) -> None:
         """Move what is adjusted as a line says."""
-        if line not in _STEPS:
-            raise BadValue(f"{line!r} is no step; allowed: {', '.join(_STEPS)}, or Enter to keep it")
-        way, is_fine = _STEPS[line]
-        self._runner.adjust(way, is_fine=is_fine)
-        adjusting = self._runner.adjusting
-        _say("It goes no further." if adjusting is not None and adjusting.is_held else "Moved. Enter keeps it.")
+        from underfoot.studies.page_words import title_of
+        from underfoot.studies.simulated_foot import may_step
+
+        if line in _STEPS:
+            way, is_fine = _STEPS[line]
+            self._runner.adjust(way, is_fine=is_fine)
+        elif line == _OTHER and self._runner.may_play:
+            self._runner.start()
+        else:
+            raise BadValue(f"{line!r} is no step; allowed: {', '.join(_STEPS)}, {_OTHER}, or Enter to keep it")
+        if may_step(self._runner):
+            self._foot.step(self._runner)
+        _say(_sentences(title_of(self._runner), "Enter keeps it."))
 
     def _show(self) -> None:
         from underfoot.studies.empty_floor import empty_floor_text
@@ -271,7 +282,8 @@ class _Terminal:
                 _say(_sentences(text_of(runner), title_of(runner), f"Trial {_number(page)}{begins}."))
             elif runner.phase is Phase.ANSWERING:
                 _ask(page)
-        hint = f"{runner.hint} {_ENTER_STEPS}".strip() if may_step(runner) else runner.hint
+        steps = may_step(runner) and runner.adjusting is None  # with each line else: Enter keeps what is moved
+        hint = f"{runner.hint} {_ENTER_STEPS}".strip() if steps else runner.hint
         if hint != self._shown.hint:
             self._shown.hint = hint
             if hint:
@@ -297,7 +309,8 @@ def _ask(page: "Page") -> None:
         return
     for question in page.questions:
         if isinstance(question, Adjusted):
-            _say(f"{question.doc} Type + and - for small steps, ++ and -- for large ones, and Enter to keep it.")
+            other = f", {_OTHER} to feel the other one" if page.trial and len(page.trial.intervals) > 1 else ""
+            _say(f"{question.doc} Type + and - for small steps, ++ and -- for large ones{other}; Enter keeps it.")
         else:
             _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
     if not page.questions:

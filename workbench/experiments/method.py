@@ -136,6 +136,11 @@ class Method(ABC):
         return ()
 
     @classmethod
+    def settings_reached(cls, given: Mapping[str, Any]) -> Sequence[tuple[str, str, float]]:
+        """Return the ends to which other numbers than levels are moved: stimulus, "node.parameter", value."""
+        return ()
+
+    @classmethod
     @abstractmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         """Return the questions of each trial, for these checked parameters."""

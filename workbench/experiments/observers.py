@@ -1,64 +1,28 @@
 """Simulated participants with known parameters: their answers, and the estimates that an analysis should find.
 
-Each observer answers the trials of some methods. Its parameters are the true values; defaults are the thesis's results.
-`truths` returns the expected estimates by the analysis's names. All random numbers come from one generator.
+Parameters are the true values; their defaults are the thesis's results, where it has some.
 """
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any, ClassVar
 
 import numpy as np
 
 from underfoot.arguments import choice
-from underfoot.errors import BadMeasurement, BadValue
+from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis import constant, magnitudes, thesis
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.methods.adjustment import ASCENDING, LEVEL_DB, SET_TO, place_of_standard
 from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, balanced_share, is_silent
+from underfoot.experiments.observer import Observer
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.study import Page
 from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
-from underfoot.parameters import Number, Parameter, declared_in
-
-
-class Observer(ABC):
-    """A simulated participant for the trials of one stage."""
-
-    methods: ClassVar[tuple[str, ...]]
-    parameters: ClassVar[dict[str, Parameter]]
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        cls.parameters = getattr(cls, "parameters", {}) | declared_in(cls)
-
-    def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
-        """Set the observer's parameters from `truth`; names of other observers' parameters are ignored.
-
-        `place` is this person's distance from the mean over people, in standard deviations.
-        """
-        self.truth = {name: p.check(truth.get(name, p.default)) for name, p in self.parameters.items()}
-        self.protocol, self.place = protocol, place
-        use = stage.method
-        if use is None:
-            raise BadValue(f"stage {stage.id!r} has no trials to answer")
-        self.given: dict[str, Any] = use.given(protocol.stimuli)
-
-    @abstractmethod
-    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        """Return the answers to a trial, drawn from `random`."""
-
-    @abstractmethod
-    def truths(self) -> dict[str, float]:
-        """Return the expected values of the estimates, by the analysis's names."""
-
-    def used(self) -> Sequence[str]:
-        """Return the names of the parameters that these answers depend on, of those of all protocols."""
-        return tuple(self.parameters)
+from underfoot.parameters import Number, Parameter
 
 
 class Identifier(Observer):
@@ -193,6 +157,51 @@ class SlopedDetector(Detector):
     @property
     def _spread_db(self) -> float:
         return float(self.truth["spread_db"] * math.exp(self.truth["spreads_differ"] * self.place))
+
+
+class Adjuster(Observer):
+    """Sets what is moved to where it is right, with a spread, and nearer to where it began, or farther from it.
+
+    What is right is the threshold of a level, the standard where the protocol says where it is, or else the middle of
+    what can be set. Truths are shares of the whole way, so that they are for levels and for other numbers.
+    """
+
+    methods = ("adjustment",)
+    threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="What is just felt.", unit="m/s^2")
+    error_share = Number(0.0, -1.0, 1.0, doc="With a standard: how much more than that is set, of the whole way.")
+    spread_share = Number(0.03, 0.0, 1.0, doc="Standard deviation of what is set, of the whole way.")
+    start_share = Number(-0.02, -1.0, 1.0, doc="Ascending minus descending settings, of the whole way.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        low, high = self.given["reach"]
+        to_start = 0.5 if trial.facts["series"] == ASCENDING else -0.5
+        way = to_start * self.truth["start_share"] + self.truth["spread_share"] * random.standard_normal()
+        at = self._right_of(str(trial.facts["comparison"])) + way * (high - low)
+        return {SET_TO if self.given["parameter"] else LEVEL_DB: float(min(max(at, low), high))}
+
+    def truths(self) -> dict[str, float]:
+        low, high = self.given["reach"]
+        shares = {"CE": self.truth["error_share"], "SD": self.truth["spread_share"], "start": self.truth["start_share"]}
+        found = {}
+        for name in self.given["followed"]:
+            found[f"{PSE if self.given['standard'] else THRESHOLD} {name}"] = self._right_of(name)
+            found |= {f"{word} {name}": share * (high - low) for word, share in shares.items()}
+        return found
+
+    def used(self) -> Sequence[str]:
+        unused = {"threshold_m_s2"} if self.given["standard"] or self.given["parameter"] else set[str]()
+        unused |= set() if self.given["standard"] else {"error_share"}
+        return tuple(name for name in self.parameters if name not in unused)
+
+    def _right_of(self, stimulus: str) -> float:
+        """Return where settings of a stimulus lie on average."""
+        low, high = self.given["reach"]
+        if self.given["standard"]:
+            at = place_of_standard(stimulus, self.given, self.protocol.stimuli)
+            return (0.5 * (low + high) if at is None else at) + float(self.truth["error_share"]) * (high - low)
+        if self.given["parameter"]:
+            return 0.5 * (low + high)
+        return 20.0 * math.log10(self.truth["threshold_m_s2"] / self.protocol.stimuli[stimulus].level_m_s2)
 
 
 class Discriminator(Observer):
@@ -421,6 +430,7 @@ OBSERVERS: Mapping[str, type[Observer]] = {
         Identifier,
         Detector,
         SlopedDetector,
+        Adjuster,
         Discriminator,
         Rater,
         MagnitudeEstimator,

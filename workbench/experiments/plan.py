@@ -12,7 +12,7 @@ from underfoot.experiments.trials import NOTHING, Presentation, Trial
 
 COLUMNS = ("stage", "block", "trial", "condition", "stimulus", "level_m_s2", "correct")
 ADAPTIVE = "adaptive: follows the answers"
-_OF_TRIAL = ("comparison_at", "width_m", "distance_m", "bearing_rad", "announced")
+_OF_TRIAL = ("series", "comparison_at", "width_m", "distance_m", "bearing_rad", "announced")
 """Facts of a trial that a person arranges or looks for; the others follow from the stimuli."""
 
 

@@ -19,9 +19,9 @@ from underfoot.experiments.latin_square import number_of_row, row_of
 from underfoot.experiments.method import ASKED, COUNTERBALANCED, FOOT, LEFT, RIGHT, Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
-from underfoot.experiments.stimuli import Level, Stimulus, patch_path
+from underfoot.experiments.stimuli import Level, Stimulus, parameters_of, patch_path
 from underfoot.files import read_file, write_file
-from underfoot.parameters import IDENTIFIER, require_identifier
+from underfoot.parameters import IDENTIFIER, Number, require_identifier
 from underfoot.patch.custom_nodes import files_needed
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
@@ -250,6 +250,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             seen.add(stage.id)
         for i, stage in enumerate(self.stages):
             self._check_stage(f"stages[{i}]", stage, seen)
+            self._check_settings(f"stages[{i}].method.parameters.parameter", stage, registry, folder)
         left_out = seen - {stage.id for stage in self.order()}
         if left_out:
             first = min(left_out)
@@ -303,6 +304,20 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}: {lower}")
         if stage.foot is not None:
             stage.foot.check(f"{place}.foot", rule.questions_for(given))
+
+    def _check_settings(self, place: str, stage: Stage, registry: Registry, folder: Path | None) -> None:
+        """Raise `BadValue` for numbers of patches that a method cannot move, or not so far."""
+        use = stage.method
+        for name, parameter, value in use.rule.settings_reached(use.given(self.stimuli)) if use is not None else ():
+            stimulus = self.stimuli[name]
+            known = parameters_of(stimulus.patch, registry, folder) if stimulus.patch else {}
+            numbers = [of for of, one in known.items() if isinstance(one, Number) and of != stimulus.scaled_by]
+            require(parameter in numbers, place, parameter, f"numbers of {name}: {', '.join(numbers) or 'none'}")
+            moved = msgspec.structs.replace(stimulus, settings={**stimulus.settings, parameter: value})
+            try:
+                moved.check(f"stimuli.{name}", registry, folder, self.limit_m_s2)
+            except BadValue as error:
+                raise BadValue(f"{place}: {error}") from None
 
     def _require_foot_asked(self, place: str) -> None:
         """Raise `BadValue` where the participant is not asked which foot is preferred."""

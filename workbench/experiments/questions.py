@@ -52,10 +52,12 @@ class FreeNumber(Number):
 class Adjusted(Number):
     """A number that is felt while it is moved from its default, in large and in small `steps`.
 
-    It is not shown, nor its place in the range: who saw where it stood would set it there again.
+    `moves` is the number of the patch, "node.parameter", or "" for the level, in dB re the stimulus's. Neither the
+    number nor its place in the range is shown: who saw where it stood would set it there again.
     """
 
     steps: tuple[float, float] = field(default=(2.0, 0.5), kw_only=True)
+    moves: str = field(default="", kw_only=True)
 
     def moved(self, value: float, way: int, *, is_fine: bool) -> float:
         """Return the value one step higher (`way` 1) or lower (-1), as far as the range goes.

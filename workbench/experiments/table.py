@@ -6,6 +6,7 @@ from typing import Any
 from underfoot.errors import BadValue
 from underfoot.experiments.columns import FIRST_COLUMNS, NOT_FACTORS
 from underfoot.experiments.latin_square import number_of_row
+from underfoot.experiments.methods.adjustment import LEVEL_DB, SET_TO
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.study import GAIN_DB, PARTICIPANT, Entry
@@ -80,7 +81,9 @@ def with_levels(rows: Sequence[Row], protocol: Protocol) -> list[Row]:
 def _level_of(row: Row, protocol: Protocol) -> dict[str, float]:
     """Return the level of a row's stimulus; {} if the protocol does not have it."""
     stimulus, gain_db = protocol.stimuli.get(str(row.get("stimulus"))), row.get("gain_db", 0.0)
-    return {} if stimulus is None or not isinstance(gain_db, int | float) else _level_cell(stimulus, gain_db)
+    if stimulus is None or not isinstance(gain_db, int | float) or SET_TO in row:
+        return {}
+    return _level_cell(stimulus, gain_db)
 
 
 def _level_cell(stimulus: Stimulus, gain_db: float) -> dict[str, float]:
@@ -167,8 +170,8 @@ def _row(
         row["stimulus"] = judged.stimulus
         if judged.stimulus != NOTHING:
             stimulus = protocol.stimuli[judged.stimulus]
-            row["gain_db"] = judged.gain_db + gain_db
-            row |= _level_cell(stimulus, judged.gain_db + gain_db)
+            row["gain_db"] = float(entry.answers.get(LEVEL_DB, judged.gain_db)) + gain_db
+            row |= _level_cell(stimulus, row["gain_db"]) if SET_TO not in entry.answers else {}
             mine = [name for name in protocol.factors if name in stimulus.factors and name not in row]
             row |= {name: stimulus.factors[name] for name in mine}  # whichever stimulus came first, in one order
     if other is not None:

@@ -12,7 +12,8 @@ def empty_floor_text(runner: Runner) -> str:
     """
     page, is_simulated = runner.page, runner.session.target.kind == "simulator"
     presents = page.trial is not None and page.start == "key" and bool(page.trial.intervals)
-    awaited = runner.phase is Phase.PRESENTING or (runner.phase is Phase.READY and not is_simulated)
+    is_felt = runner.phase is Phase.PRESENTING or runner.adjusting is not None
+    awaited = is_felt or (runner.phase is Phase.READY and not is_simulated)
     if not presents or not awaited or runner.watch.is_loaded:
         return ""
     return f"Nobody stands on the floor: {abs(float(runner.watch.loads_n.sum())):.0f} N."

@@ -56,7 +56,8 @@ class TrialRecord:
         force_s, forces = watch.forces_between(begin_s, end_s)
         largest = np.abs(played[max(round(self.first_s * rate) - first, 0) :]).max(axis=0, initial=0.0)
         sounding = np.flatnonzero(largest > AUDIBLE * presenter.full_scale)
-        self._note_onset(presenter.onset_frame(round(self.first_s * rate), end), rate, by_foot)
+        if math.isnan(self.onset_s):  # else it was noted, and may be longer ago than what is kept
+            self._note_onset(presenter.onset_frame(round(self.first_s * rate), end), rate, by_foot)
         peak = float(largest[sounding].max(initial=0.0))
         most = float(np.nan_to_num(forces.sum(axis=2)).max(initial=0.0)) if forces.size else 0.0
         self.facts |= {

@@ -1,5 +1,7 @@
 """What a participant reads on a page of a study, beside its questions: in the window, and in a terminal."""
 
+from underfoot.experiments.questions import Adjusted
+from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 
@@ -13,19 +15,28 @@ def title_of(runner: Runner) -> str:
         return "One moment"
     if runner.phase is Phase.STOPPED:
         return "Stopped"
-    if runner.adjusting is not None and runner.adjusting.is_held:
-        return "It goes no further"
+    if runner.adjusting is not None and (title := _title_of_adjusting(runner.adjusting)):
+        return title
     if page.trial is None:
         return page.title
     if runner.phase is Phase.ANSWERING:
         return ""
     title = page.title
-    if len(page.trial.intervals) > 1:
+    if len(page.trial.intervals) > 1 and not isinstance(page.questions[0], Adjusted):
         title = f"{'First' if runner.interval == 1 else 'Second'} one"
     elif page.trial.facts.get("announced"):
         title = "Nothing comes this time"
     is_said = not page.practice or _PRACTICE.casefold() in title.casefold()
     return title if is_said else ": ".join(filter(None, (_PRACTICE, title)))
+
+
+def _title_of_adjusting(adjusting: Adjusting) -> str:
+    """Return which one is felt, where there is a standard, and whether what is moved has come to an end."""
+    if adjusting.is_held:
+        return "It goes no further"
+    if adjusting.standard is None:
+        return ""
+    return "The one to compare with" if adjusting.is_at_standard else "The one to set"
 
 
 def text_of(runner: Runner) -> str:

@@ -144,7 +144,9 @@ class Runner:
     @property
     def adjusting(self) -> Adjusting | None:
         """What is moved now while it is felt; None where nothing is, or if it is stopped."""
-        return None if self._why_stopped else self._adjusting
+        if self._why_stopped:
+            return None
+        return self._adjusting if self._trial is None else self._trial.adjusting
 
     @property
     def foot(self) -> FootAnswers | None:
@@ -366,7 +368,7 @@ class Runner:
 
     def _adjusted_level(self, question: Adjusted, stimulus: str) -> Adjusting:
         """Return the level of a stimulus, to be moved on the page of the level."""
-        return Adjusting(question, lambda gain_db: self._stimuli.at(stimulus, gain_db), self._stimulus.begin)
+        return Adjusting(question, lambda db: self._stimuli.adjusted(stimulus, question, db, 0.0), self._stimulus.begin)
 
     def _poll_trial(self, trial: TrialRun) -> None:
         """Advance the trial; store an answer that was given on the floor."""
@@ -401,6 +403,8 @@ class Runner:
 
     def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
         """Store an answer with the facts of its trial and the response time."""
+        if self._trial is not None:
+            self._trial.conclude()
         self._record.complete(self.presenter)
         known = {**self._record.facts, **facts}
         if self.phase is Phase.ANSWERING:
@@ -438,7 +442,8 @@ class Runner:
     def _lost(self, why: str) -> None:
         """Spoil a presentation during which the engine stopped."""
         self.messages.append(why)
-        if self.page.trial is not None and self.phase in (Phase.PRESENTING, Phase.READY, Phase.WAITING):
+        is_felt = self.phase in (Phase.PRESENTING, Phase.READY, Phase.WAITING) or self.adjusting is not None
+        if self.page.trial is not None and is_felt:
             if self.phase is Phase.PRESENTING or self.file.has_felt:
                 self.spoil(why)
             else:

@@ -9,9 +9,9 @@ _FOOT_N, _STEP_S = 600.0, 0.3
 
 def may_step(runner: Runner) -> bool:
     """Return whether the runner waits for a step of the simulated foot: to start a presentation, to cross the tile
-    again, or to press the button.
+    again, to feel what is moved, or to press the button.
     """
-    waits = runner.phase in (Phase.READY, Phase.PRESENTING)
+    waits = runner.phase in (Phase.READY, Phase.PRESENTING) or runner.adjusting is not None
     by_foot = runner.page.trial is not None and (runner.page.start != "key" or runner.target is not None)
     return waits and by_foot and runner.session.target.kind == "simulator" and not runner.watch.is_loaded
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from underfoot.errors import require
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.questions import Adjusted
 from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.file_paths import files_of
@@ -35,6 +36,13 @@ class StimulusPatches:
     def at(self, stimulus: str, gain_db: float) -> Patch:
         """Return the patch of a stimulus at `gain_db` re the protocol's level."""
         return self.protocol.stimuli[stimulus].at(gain_db, self.registry, self.folder)
+
+    def adjusted(self, stimulus: str, question: Adjusted, value: float, gain_db: float) -> Patch:
+        """Return the patch of a stimulus of which a participant has moved to `value` what the question says."""
+        if not question.moves:
+            return self.presented(Presentation(stimulus, value), gain_db)
+        node, _, parameter = question.moves.partition(".")
+        return self.presented(Presentation(stimulus), gain_db).set(node, parameter, value, self.registry)
 
     def kinds(self) -> list[Patch]:
         """Return one patch for each distinct program, and sound file, of the stimuli."""

@@ -8,9 +8,11 @@ from typing import Any
 
 from underfoot.errors import BadValue
 from underfoot.experiments.methods.target_selection import TargetSelection
+from underfoot.experiments.questions import Adjusted
 from underfoot.experiments.study import Page, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
+from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.foot_answers import FootAnswers
 from underfoot.studies.markers import BEGIN, END, ONSET
@@ -61,6 +63,7 @@ class TrialRun:
         """The fields on the floor for the question; None if it has no answer by foot."""
         self._armed_s = math.inf
         self._stood = False
+        self._adjusted = self._made_adjusting()
         self._wait(pause_s)
 
     def poll(self) -> Answered | Interrupted | None:
@@ -73,19 +76,29 @@ class TrialRun:
             case Phase.PRESENTING:
                 return self._present()
             case Phase.ANSWERING:
-                return self._answer_by_foot()
+                return self._answer_by_foot() if self._adjusted is None else self._adjust()
         return None
 
     @property
+    def adjusting(self) -> Adjusting | None:
+        """What is moved now while it is felt; None where nothing is."""
+        return self._adjusted if self.phase is Phase.ANSWERING else None
+
+    @property
     def can_be_started(self) -> bool:
-        """Whether a key can start a presentation, for the first time or again."""
+        """Whether a key can start a presentation, for the first time or again; of what is moved, or its standard."""
+        if self.adjusting is not None:
+            return True
         if self._page.start != "key":
             return False
         again = self.phase is Phase.ANSWERING and len(self.intervals) == 1 and self._record.plays < self._page.plays
         return self.phase is Phase.READY or again
 
     def start(self) -> None:
-        """Present the first interval, after a key press."""
+        """Present the first interval, after a key press; while something is moved, the other one."""
+        if self.adjusting is not None:
+            self.adjusting.switch()
+            return
         self.interval = 0
         self._begin_by_key()
 
@@ -168,8 +181,10 @@ class TrialRun:
             self._record.begin_anew()
             if any(self._stiffness_of(one) > 0.0 for one in self.intervals):
                 self._record.facts["stiffness_set"] = self._apparatus.equipment.plate is not None
-        self._record.first_s = first_s
+        self._record.first_s, self._record.onset_s = first_s, math.nan
         self._apparatus.mark(BEGIN, self._page, None if self._page.start == "key" else first_s)
+        if self._adjusted is not None:  # it is felt while it is answered
+            self.phase, self._record.ended = Phase.ANSWERING, time.perf_counter()
 
     def _present(self) -> Answered | Interrupted | None:
         watch, by_key = self._apparatus.watch, self._page.start == "key"
@@ -231,6 +246,34 @@ class TrialRun:
 
     # --- after it ---
 
+    def _adjust(self) -> Interrupted | None:
+        """Follow what is felt while it is moved, by who stands there or steps as often as they like."""
+        by_key = self._page.start == "key"
+        self._record.look_for_onset(self._apparatus.presenter, by_foot=not by_key)
+        if by_key:
+            self._stimulus.has_ended(math.inf)
+        return Interrupted("no force comes from the floor") if self._apparatus.watch.is_silent else None
+
+    def conclude(self) -> None:
+        """Measure what was felt until the answer, and keep how it was moved, where something was."""
+        adjusting = self.adjusting
+        if adjusting is not None:
+            self._measure()
+            self._apparatus.presenter.request(IDLE)
+            self._record.facts |= {"changes": adjusting.changes, "standard_plays": adjusting.standard_plays}
+
+    def _made_adjusting(self) -> Adjusting | None:
+        """Return what is to be moved in this trial; None where its question is answered otherwise."""
+        question, stimuli = next(iter(self._page.questions), None), self._apparatus.stimuli
+        if not isinstance(question, Adjusted):
+            return None
+        comparison, *others = self.intervals
+        standard = next((stimuli.presented(one, self._gain_db) for one in others), None)
+        present = self._stimulus.begin if self._page.start == "key" else self._apparatus.presenter.request
+        return Adjusting(
+            question, lambda at: stimuli.adjusted(comparison.stimulus, question, at, self._gain_db), present, standard
+        )
+
     def _answer_by_foot(self) -> Answered | None:
         if self.foot is None:
             return None
@@ -241,4 +284,6 @@ class TrialRun:
     @property
     def _patch(self) -> Patch:
         """The patch of the current interval at the participant's level."""
+        if self._adjusted is not None:
+            return self._adjusted.patch
         return self._apparatus.stimuli.presented(self.intervals[self.interval], self._gain_db)

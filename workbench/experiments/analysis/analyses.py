@@ -10,6 +10,7 @@ from underfoot.arguments import choice
 from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import (
     abx,
+    adjustment,
     bayesian,
     constant,
     identification,
@@ -31,6 +32,7 @@ from underfoot.experiments.analysis.stages import Estimates, changes, stages_com
 from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
+from underfoot.experiments.methods.adjustment import ASCENDING, DESCENDING, SET_TO
 from underfoot.experiments.methods.staircases import is_silent
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
@@ -58,6 +60,7 @@ ANALYSES: Mapping[str, Analysis] = {
     "staircases": Analysis(
         staircase.estimates, staircase.findings, ("staircase", "comparison", "level_db"), needs_protocol=True
     ),
+    "adjustment": Analysis(adjustment.estimates, adjustment.findings, ("comparison", "series", "level_db or set_to")),
     "rating": Analysis(ratings.estimates, ratings.findings, ("stimulus", "rating")),
     "magnitude-estimation": Analysis(magnitudes.estimates, magnitudes.findings, ("stimulus", "magnitude")),
     "free-labels": Analysis(labels.estimates, labels.findings, ("stimulus", "label")),
@@ -162,6 +165,7 @@ def _spoiled(rows: Iterable[Row]) -> list[str]:
 
 _NUMBERS = (
     *("trial", "block", "run", "rating", "magnitude", "level_db", "gain_db", "level_m_s2", "time_s"),
+    *(SET_TO, "start_at", "standard_at"),
     *("width_m", "distance_m", "bearing_rad", "stages_row", BLOCK_ROW),
 )
 _WHOLE = ("number", "correct")
@@ -170,6 +174,7 @@ _WORDS = {
     "selected": (YES, NO),
     "interval": (FIRST, SECOND),
     "comparison_at": (FIRST, SECOND),
+    "series": (ASCENDING, DESCENDING),
     "answered": SLOTS,
 }
 """The words of answers; any other would count as the opposite."""

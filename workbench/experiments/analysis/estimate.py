@@ -52,6 +52,19 @@ def student_interval(name: str, value: float, error: float, free: int, unit: str
     return Estimate(name, value, value - half, value + half, unit)
 
 
+def sd_interval(name: str, value: float, free: int, unit: str = "") -> Estimate:
+    """Return a standard deviation with its 95 % interval by chi squared, of `free` degrees of freedom; none for none.
+
+    >>> found = sd_interval("x", 1.0, 9)
+    >>> round(found.low, 3), round(found.high, 3)
+    (0.688, 1.826)
+    """
+    from scipy.special import chdtri  # as for Student's
+
+    low, high = (math.sqrt(free / chdtri(free, beyond)) if free > 0 else math.nan for beyond in (0.025, 0.975))
+    return Estimate(name, value, value * low, value * high, unit)
+
+
 def mixed_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estimate:
     """Return the mean of a share over parts with shares of their own, each (count, of). It varies less than Wilson's
     interval assumes, so the parts' Wilson intervals are combined (Zou and Donner, Statistics in Medicine 27, 2008).

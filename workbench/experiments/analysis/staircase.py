@@ -109,18 +109,20 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     return found
 
 
-def over_people(title: str, lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row], note: str = "") -> Table:
-    """Return the mean of each threshold, or PSE, over people, in dB and, where levels are known, in m/s^2, with the
-    standard deviation of people.
+def over_people(
+    title: str, lines: Sequence[tuple[str, Estimate]], rows: Sequence[Row], note: str = "", unit: str = "dB"
+) -> Table:
+    """Return the mean of each threshold, or PSE, over people, in its unit and, where levels are known, in m/s^2, with
+    the standard deviation of people.
     """
     references, over, spreads = _references(rows), list[tuple[str, Estimate]](), list[float]()
     for name in dict.fromkeys(one.name for _, one in lines):
         values = {person: one.value for person, one in lines if one.name == name}
         at_0_db = {person: references.get((person, name.partition(" ")[2])) for person in values}
         levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
-        for unit, of in (("dB", list(values.values())), ("m/s^2", levels)):
+        for of_unit, of in ((unit, list(values.values())), ("m/s^2", levels)):
             if of:
-                over.append((unit, mean_interval(name, of, unit)))
+                over.append((of_unit, mean_interval(name, of, of_unit)))
                 there = [value for value in of if math.isfinite(value)]
                 spreads.append(float(np.std(there, ddof=1)) if len(there) > 1 else math.nan)
     table = estimates_table(f"{title} over people", "in", over, note)
