@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable, require_recording
+from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable
 from underfoot.commands.telling import tell
 
 
@@ -39,7 +39,6 @@ def export(recording: Path, output: Path, vibration: str, from_s: float | None, 
     from underfoot.records.survey import RecordedForces
 
     require_outputs_writable(output, inputs=[recording])
-    require_recording(recording)
     told = [time.perf_counter()]
 
     def progress(text: str, share: float) -> bool:

@@ -172,15 +172,6 @@ RUN_CODE: bool = option(
 """The option of every command that reads patches."""
 
 
-def require_recording(path: Path) -> None:
-    """Raise `BadFile` for a file that is no recording, with how to make one of it."""
-    from underfoot.records.recording import is_recording
-
-    if path.is_file() and not is_recording(path):
-        makes = "`underfoot monitor FILE --record RECORDING` makes one of a force CSV or a C3D file"
-        raise BadFile(f"{path} is not a recording; allowed: one ({makes})")
-
-
 def require_outputs_writable(*outputs: Path | None, inputs: Sequence[str | Path | None] = ()) -> None:
     """Raise `BadFile` before the work, and not after it, for outputs that cannot be written.
 

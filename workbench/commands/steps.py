@@ -8,7 +8,7 @@ import click
 
 from underfoot.commands.compare import survey_told
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, require_recording
+from underfoot.commands.files import FILE
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ def steps(
     from underfoot.records.survey import RecordedForces
     from underfoot.records.tables import recorded_step_lines
 
-    require_recording(recording)
     if (numbers or why is not None) if body_weight is not None else person is not None:
         raise BadValue("a body weight is that of a person; allowed: --body-weight, also with --person, and no STEP")
     numbers = tuple(dict.fromkeys(numbers))

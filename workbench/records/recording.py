@@ -38,6 +38,7 @@ NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
 FURTHEST_FRAME = 1e15
 """Largest valid session frame: 150 years at 192 kHz."""
+_HEAD = b"SQLite format 3"
 
 
 class Gap(Struct, frozen=True):
@@ -81,6 +82,9 @@ class Recording:
                 raise BadFile(f"{path} cannot be read: {error}; {room}") from None
             except (sqlite3.Error, UnicodeDecodeError, TypeError) as error:
                 require_whole(self.path, APPLICATION_ID)
+                if head_of(self.path, 15) != _HEAD:
+                    makes = "`underfoot monitor FILE --record RECORDING` makes one of a force CSV or a C3D file"
+                    raise BadFile(f"{path} is not a recording; allowed: one ({makes})") from None
                 raise BadFile(f"{path} is not a recording: {in_one_line(error)}") from None
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
             if missing:
@@ -420,4 +424,4 @@ def _is_said(key: str, value: object) -> bool:
 def is_recording(path: Path) -> bool:
     """Return whether a file is an SQLite file or has the suffix of a recording; `Recording` may still refuse it."""
     head = head_of(path, 15)
-    return head is not None and (head == b"SQLite format 3" or path.suffix.lower() in SUFFIXES)
+    return head is not None and (head == _HEAD or path.suffix.lower() in SUFFIXES)
