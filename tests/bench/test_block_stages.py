@@ -17,7 +17,7 @@ GRAVEL = preset_files.patches()["material-gravel-coarse"]
 @pytest.fixture(scope="module")
 def found():
     patch = Patch.load(GRAVEL, REGISTRY).add("tone", REGISTRY)
-    return block_stages(patch, REGISTRY, default_floor(2, 3), feet=2, simulated=True)
+    return block_stages(patch, default_floor(2, 3), feet=2, simulated=True)
 
 
 def test_stages_add_up_to_the_block_and_nodes_to_theirs(found):
@@ -40,14 +40,14 @@ def test_nodes_are_awake_where_feet_are_and_say_when_they_sleep(found):
 
 
 def test_an_empty_floor_costs_no_node_anything():
-    found = block_stages(Patch.load(GRAVEL, REGISTRY), REGISTRY, default_floor(1, 2), feet=0, block=64)
+    found = block_stages(Patch.load(GRAVEL, REGISTRY), default_floor(1, 2), feet=0, block=64)
     assert {(node.ms, node.tiles_awake) for node in found.nodes} == {(0.0, 0.0)}
 
 
 @pytest.mark.parametrize("wrong", [{"feet": 3}, {"feet": -1}, {"feet": 1, "block": 0}])
 def test_feet_and_blocks_that_cannot_be_are_refused(wrong):
     with pytest.raises(BadValue, match="allowed"):
-        block_stages(Patch(), REGISTRY, default_floor(1, 2), **wrong)
+        block_stages(Patch(), default_floor(1, 2), **wrong)
 
 
 def test_the_command_prints_it_as_words_and_as_data(underfoot, refused):

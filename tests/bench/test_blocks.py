@@ -31,7 +31,7 @@ def test_feet_step_where_they_should_and_go_on_without_a_seam():
 
 
 def test_every_floor_is_a_scene_at_every_block_size():
-    found = list(blocks.scenes({"gain": PATCH}, REGISTRY, (4, 9), (64, 1024)))
+    found = list(blocks.scenes("gain", PATCH, (4, 9), (64, 1024)))
     assert [(scene.tiles, scene.block, scene.feet) for scene in found] == [
         (tiles, block, feet) for tiles in (4, 9) for block in (64, 1024) for feet in (tiles, 2, 0)
     ]
@@ -41,7 +41,7 @@ def test_every_floor_is_a_scene_at_every_block_size():
 
 
 def test_costs_are_told_by_the_second_of_sound_and_beside_a_foot_on_each():
-    scenes = list(blocks.scenes({"gain": PATCH}, REGISTRY, (4,), (1024,)))
+    scenes = list(blocks.scenes("gain", PATCH, (4,), (1024,)))
     scenes[0].run()
     scenes[1].run()
     scenes[2].run()

@@ -61,8 +61,8 @@ def test_slips_drawn_from_tables_keep_theirs():
     assert not met(rows)
 
 
-def cost(stood_on, block, speed, share, patch=blocks.COARSE, slowness=1.0, tiles=36):
-    return BlockCost(patch, tiles, stood_on, block, speed, 2.0 * speed, share, slowness, 0.02)
+def cost(stood_on, block, speed, share, slowness=1.0, tiles=36):
+    return BlockCost(blocks.COARSE, tiles, stood_on, block, speed, 2.0 * speed, share, slowness, 0.02)
 
 
 def test_floors_are_read_off_the_costs_of_coarse_gravel():
@@ -75,7 +75,6 @@ def test_floors_are_read_off_the_costs_of_coarse_gravel():
                 cost(36, 64, 20.0, 1.0),
                 cost(36, 64, 20.0, 1.0, slowness=1.5),
                 cost(144, 64, 7.0, 1.0, tiles=144),
-                cost(36, 64, 1.0, 1.0, patch="another"),
             ]
         )
     )

@@ -8,22 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench.blocks import stepping
+from underfoot.bench.blocks import stepping, stepping_loop
 from underfoot.clock import RATE_HZ
 from underfoot.devices.conversion import Conversion, nominal_readings
-from underfoot.devices.replay import Replay
 from underfoot.engine.block_runner import BlockRunner
-from underfoot.engine.commands import Play, equalisers_of
-from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.commands import equalisers_of
+from underfoot.engine.loop import LoopOptions
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.kernels import kernel
+from underfoot.nodes import REGISTRY
 from underfoot.patch.calls import cycles
 from underfoot.patch.guards import guarded
-from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
@@ -86,7 +84,6 @@ class BlockStages:
 
 def block_stages(
     patch: Patch,
-    registry: Registry,
     floor: Floor,
     *,
     feet: int,
@@ -102,12 +99,9 @@ def block_stages(
     """
     require(0 <= feet <= len(floor.tiles), "feet", feet, f"0 to {len(floor.tiles)}, the floor's tiles")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
-    source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
-    plates: tuple[PlateOutput, ...] = ("accelerometer",) if simulated else ()
-    options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder, plates=plates)
-    loop = Loop(patch, registry, source, options)
-    loop.send(Play(True))
-    memory = SessionMemory.create(len(floor.tiles), RATE_HZ, source.rate_hz)
+    options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder)
+    loop = stepping_loop(patch, floor, feet, options, simulated)
+    memory = SessionMemory.create(len(floor.tiles), RATE_HZ, loop.source.rate_hz)
     try:
         runner = BlockRunner(loop, memory)
         parts = _parts(runner, _watched(runner))
@@ -120,7 +114,7 @@ def block_stages(
     nodes_s = float(of_nodes.sum())
     spent |= {"nodes": nodes_s, "driver": max(spent["program"] - nodes_s, 0.0)}
     spent["rest"] = whole_s - sum(spent[stage] for stage in STAGES if stage != "rest")
-    sleeps = _sleeps(loop.program, registry)
+    sleeps = _sleeps(loop.program)
     return BlockStages(
         len(floor.tiles),
         feet,
@@ -231,14 +225,14 @@ def _reading_s(floor: Floor, feet: int, profiles: Mapping[str, Profile]) -> floa
     return min(spent) * forces.rate_hz / samples
 
 
-def _sleeps(program: Program, registry: Registry) -> dict[str, str]:
+def _sleeps(program: Program) -> dict[str, str]:
     """Return when each node sleeps, as words that follow 'when'; "" if never."""
     patch = program.patch
     wired = {target for _, target in patch.wires}
-    _, guards = guarded(patch, registry, set(program.node_ids), program.scope_names)
+    _, guards = guarded(patch, REGISTRY, set(program.node_ids), program.scope_names)
     found = {}
     for id in program.node_ids:
-        type = registry[patch.node(id).type]
+        type = REGISTRY[patch.node(id).type]
         comes = [port.name for port in type.inputs if f"{id}.{port.name}" in wired]
         signals = [*type.engine_signals, *(name for name in comes if type.input_ports[name].kind == "signal")]
         muting = [name for name in type.muted_by if name in signals or f"{id}.{name}" in wired]

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 
 from underfoot.bench.timing import Timed
 from underfoot.clock import RATE_HZ
@@ -18,9 +19,8 @@ from underfoot.engine.commands import Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.models import gait
-from underfoot.patch.node import Registry
+from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 BLOCKS = (64, 1024, 4096)
@@ -65,14 +65,9 @@ class Scene:
     The plates of a `simulated` floor are simulated, too.
     """
 
-    def __init__(
-        self, name: str, patch: Patch, registry: Registry, floor: Floor, feet: int, block: int, simulated: bool = False
-    ) -> None:
+    def __init__(self, name: str, patch: Patch, floor: Floor, feet: int, block: int, simulated: bool = False) -> None:
         self.name, self.tiles, self.feet, self.block, self.simulated = name, len(floor.tiles), feet, block, simulated
-        source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
-        plates: tuple[PlateOutput, ...] = ("accelerometer",) if simulated else ()
-        self._loop = Loop(patch, registry, source, LoopOptions(block=block, plates=plates))
-        self._loop.send(Play(True))
+        self._loop = stepping_loop(patch, floor, feet, LoopOptions(block=block), simulated)
         self._of_program: list[float] = []
         for _ in range(3):  # until baselines, gates and ramps have settled
             self.run()
@@ -90,36 +85,42 @@ class Scene:
         return statistics.median(self._of_program)
 
 
-def scenes(
-    patches: dict[str, Patch], registry: Registry, tiles: Iterable[int] = TILES, blocks: Sequence[int] = BLOCKS
-) -> Iterator[Scene]:
-    """Yield each patch on square floors of these sizes, at each block size, with feet on every tile, two and none.
+def scenes(name: str, patch: Patch, tiles: Iterable[int], blocks: Sequence[int]) -> Iterator[Scene]:
+    """Yield a patch on square floors of these sizes, at each block size, with feet on every tile, two and none.
 
     A floor of `SIMULATED` tiles with feet on every tile is included with its plates, too.
     """
-    for name, patch in patches.items():
-        for count in tiles:
-            floor = default_floor(round(count**0.5), round(count**0.5))
-            for block in blocks:
-                for feet in (len(floor.tiles), 2, 0):
-                    yield Scene(name, patch, registry, floor, feet, block)
-                if count == SIMULATED:
-                    yield Scene(name, patch, registry, floor, count, block, simulated=True)
+    for count in tiles:
+        floor = default_floor(round(count**0.5), round(count**0.5))
+        for block in blocks:
+            for feet in (len(floor.tiles), 2, 0):
+                yield Scene(name, patch, floor, feet, block)
+            if count == SIMULATED:
+                yield Scene(name, patch, floor, count, block, simulated=True)
 
 
 def costs(scenes: Sequence[Scene], timed: Sequence[Timed]) -> list[BlockCost]:
     """Return the costs of scenes from the times of their runs."""
     found = []
     measured = list(zip(scenes, timed, strict=True))
-    every = {(s.name, s.tiles, s.block): t.at_best for s, t in measured if s.feet == s.tiles and not s.simulated}
+    every = {(s.tiles, s.block): t.at_best for s, t in measured if s.feet == s.tiles and not s.simulated}
     for scene, run in measured:
-        share = run.at_best / every[scene.name, scene.tiles, scene.block]
+        share = run.at_best / every[scene.tiles, scene.block]
         where = scene.name, scene.tiles, scene.feet, scene.block
         speed = PART_S / run.seconds
         found.append(
             BlockCost(*where, speed, speed / scene.of_program, share, run.slowness, run.spread, scene.simulated)
         )
     return found
+
+
+def stepping_loop(patch: Patch, floor: Floor, feet: int, options: LoopOptions, simulated: bool) -> Loop:
+    """Return a loop that plays, under feet as in `stepping`, with the plates of a `simulated` floor."""
+    if simulated:
+        options = replace(options, plates=("accelerometer",))
+    loop = Loop(patch, REGISTRY, Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True), options)
+    loop.send(Play(True))
+    return loop
 
 
 def stepping(floor: Floor, feet: int) -> ForceSeries:

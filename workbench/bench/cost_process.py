@@ -34,7 +34,6 @@ def run(connection: Connection, request: CostRequest) -> None:
     try:
         answer = block_stages(
             Patch.loads(request.patch, REGISTRY),
-            REGISTRY,
             request.floor,
             feet=request.feet,
             block=request.block,

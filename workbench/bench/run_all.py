@@ -67,8 +67,8 @@ def _times(
 ) -> tuple[list[BlockCost], list[Requirement]]:
     """Measure all times by turns: coarse gravel on large floors, presets, and the timings of the model families."""
     progress("times: kernels are loaded")
-    coarse = {COARSE: Patch.load(preset_files.patches()[COARSE], REGISTRY)}
-    scenes = list(blocks.scenes(coarse, REGISTRY, tiles, block_sizes))
+    coarse = Patch.load(preset_files.patches()[COARSE], REGISTRY)
+    scenes = list(blocks.scenes(COARSE, coarse, tiles, block_sizes))
     walked = {name: _walked(name) for name in presets_named}
     timings = list(requirements.timings())
     played = [Run(call) for call in (*(scene.run for scene in scenes), *walked.values())]

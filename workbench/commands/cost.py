@@ -58,7 +58,6 @@ def cost(options: CostOptions) -> None:
     with interrupted_by_signals(), report_compiling():
         found = block_stages(
             patch,
-            REGISTRY,
             floor,
             feet=len(floor.tiles) if options.feet is None else options.feet,
             block=options.block,

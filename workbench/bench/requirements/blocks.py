@@ -19,8 +19,6 @@ _PRESET, _MEDIAN_PRESET = 60.0, 200.0
 def floors(costs: Sequence[BlockCost]) -> Iterable[Requirement]:
     """Yield the rows for coarse gravel with a foot on each tile, on two and on none, from `costs`."""
     for cost in costs:
-        if cost.patch != COARSE:
-            continue
         feet = "each" if cost.stood_on == cost.tiles else cost.stood_on or "none"
         what = f"coarse gravel, {cost.tiles} tiles, block {cost.block}, a foot on {feet}"
         beside = {"slowness": cost.slowness, "spread": cost.spread}
