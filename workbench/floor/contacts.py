@@ -347,7 +347,6 @@ class _Ongoing(Struct):
         kept = curve["time_s"] <= min(self.end_s, start_s + CURVE_S)
         # Summed at once: partial sums would depend on how the stream was split.
         loads = np.concatenate(self.loads)
-        on_tiles = np.concatenate([part.on_tile.sum(axis=1) for part in self.parts])
         impulse = np.bincount(loads["tile"], weights=loads["force_n"])
         loaded = np.unique(loads["tile"])
         return Contact(
@@ -358,20 +357,19 @@ class _Ongoing(Struct):
             cut=self.cut,
             lead_s=math.nan if self.cut else self.lead_s,
             lead_n=self.lead_n,
-            spread_m2=_spread(loads, on_tiles, curve["x_m"], curve["y_m"]),
+            spread_m2=_spread(loads, curve["x_m"], curve["y_m"]),
             **{name: column[kept] for name, column in curve.items()},
         )
 
 
-def _spread(
-    loads: NDArray[np.void], on_tiles: NDArray[np.intp], x_m: NDArray[np.float64], y_m: NDArray[np.float64]
-) -> tuple[float, float, float]:
-    """Return the second moments of loads about their foot's centroid (n,), where it is on several of `on_tiles`."""
-    several = np.repeat(on_tiles, on_tiles) > 1
+def _spread(loads: NDArray[np.void], x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the second moments of loads about their foot's centroid (n,), of its n samples those with several."""
+    _, at, count = np.unique(loads["sample"], return_inverse=True, return_counts=True)
+    several = count[at] > 1
     if not several.any():
         return 0.0, 0.0, 0.0
-    x = (loads["x_m"] - np.repeat(x_m, on_tiles))[several]
-    y = (loads["y_m"] - np.repeat(y_m, on_tiles))[several]
+    x = (loads["x_m"] - x_m[at])[several]
+    y = (loads["y_m"] - y_m[at])[several]
     xx, xy, yy = (float(np.average(product, weights=loads["force_n"][several])) for product in (x * x, x * y, y * y))
     return xx, xy, yy
 
