@@ -12,11 +12,13 @@ PEAK = 1.1
 
 
 def stood_and_walked(path, weight_n, stands_s=6.0):
-    """Write it: on the first tile from 0.5 s on, for longer than a step lasts, and steps from `FIRST_STEP_S` on."""
+    """Write it: a foot on each of the first two tiles from 0.5 s on, for longer than a step lasts, and steps from
+    `FIRST_STEP_S` on."""
     time_s = np.arange(0.0, FIRST_STEP_S + STEP_S * STEPS + 1.0, 1e-3)
     shares = np.zeros((len(time_s), STEPS))
     sway = 1.0 + 0.004 * np.sin(2.0 * np.pi * time_s)
-    shares[:, 0] += np.interp(time_s, [0.5, 0.7, 0.5 + stands_s, 0.7 + stands_s], [0.0, 1.0, 1.0, 0.0]) * sway
+    stood = np.interp(time_s, [0.5, 0.7, 0.5 + stands_s, 0.7 + stands_s], [0.0, 1.0, 1.0, 0.0]) * sway
+    shares[:, :2] += np.outer(stood, [0.45, 0.55])
     for number in range(STEPS):
         at = (time_s - FIRST_STEP_S - STEP_S * number) / CONTACT_S
         shares[:, number] += np.interp(at, [0.0, 0.2, 0.5, 0.8, 1.0], [0.0, PEAK, 0.7, 1.05, 0.0])

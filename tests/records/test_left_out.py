@@ -114,7 +114,9 @@ def test_a_file_of_an_earlier_version_takes_a_step_that_is_left_out_and_a_damage
     make_earlier(path, 1)
     with Recording(path) as recording:
         assert recording.left_out() == []
-        recording.leave_out([(48_000, "t1")], "stumbled")
+        with Recording(path) as other:  # as of another window
+            other.leave_out([(48_000, "t1")], "stumbled")
+        assert [one.why for one in recording.left_out()] == ["stumbled"]
         recording.leave_out([(48_100, "t1")], "turned")  # the same step, as another version finds it
         assert [(one.frame, one.why) for one in recording.left_out()] == [(48_100, "turned")]
     with closing(sqlite3.connect(path)) as base, base:

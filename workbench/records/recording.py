@@ -73,8 +73,6 @@ class Recording:
                 unless_read.callback(self._base.close)
                 self.version = version_of(self._base, path, APPLICATION_ID, VERSION, "a recording of Underfoot")
                 self.about: dict[str, str] = dict(self._base.execute("select key, value from about"))
-                tables = self._base.execute("select name from sqlite_master where type = 'table'")
-                self._tables = {name for (name,) in tables}
             except sqlite3.OperationalError as error:
                 if "full" not in str(error) and "I/O" not in str(error):
                     raise BadFile(f"{path} is not a recording: {in_one_line(error)}") from None
@@ -257,9 +255,9 @@ class Recording:
 
     def marks(self) -> list[Mark]:
         """Return the marks in order of time."""
-        if "mark" not in self._tables:
-            return []
         with self.readable("mark"):
+            if not self._has("mark"):
+                return []
             return [Mark(*row) for row in self._base.execute("select id, frame, text from mark order by frame, id")]
 
     def add_mark(self, frame: int, text: str = "") -> Mark:
@@ -267,9 +265,7 @@ class Recording:
         frame = integer("frame", frame, 0, int(FURTHEST_FRAME), "0 to 1e15, in session frames")
         require(is_text(text), "text", text, "text in UTF-8")
         with self._written():
-            if "mark" not in self._tables:
-                self._base.execute(MARKS)
-                self._tables.add("mark")
+            self._base.execute(MARKS)
             done = self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
         return Mark(done.lastrowid or 0, frame, text)
 
@@ -280,9 +276,9 @@ class Recording:
 
     def left_out(self) -> list[LeftOut]:
         """Return the steps that are left out of means, in order of time."""
-        if "left_out" not in self._tables:
-            return []
         with self.readable("left_out"):
+            if not self._has("left_out"):
+                return []
             found = self._base.execute("select frame, tile, why, who, at from left_out order by frame, tile").fetchall()
             if any([*map(type, row)] != [int, str, str, str, str] for row in found):
                 raise ValueError("an entry is not of a frame and four texts")
@@ -295,7 +291,6 @@ class Recording:
         why, when = " ".join(why.split()), datetime.now().isoformat(timespec="seconds")
         with self._written():
             self._base.execute(LEFT_OUT)
-            self._tables.add("left_out")
             for frame, tile in places:
                 near = (tile, frame, NEAR_S * self.rate_hz)
                 self._base.execute("delete from left_out where tile = ? and abs(frame - ?) <= ?", near)
@@ -304,9 +299,9 @@ class Recording:
 
     def body_weights(self) -> list[BodyWeight]:
         """Return the body weights that are noted, in order of persons."""
-        if "body_weight" not in self._tables:
-            return []
         with self.readable("body_weight"):
+            if not self._has("body_weight"):
+                return []
             ask = "select person, weight_n, source, who, at from body_weight order by person"
             found = self._base.execute(ask).fetchall()
             if any([*map(type, row)] != [int, float, str, str, str] or not row[1] > 0.0 for row in found):
@@ -322,7 +317,6 @@ class Recording:
         when = datetime.now().isoformat(timespec="seconds")
         with self._written():
             self._base.execute(BODY_WEIGHTS)
-            self._tables.add("body_weight")
             self._base.execute("delete from body_weight where person = ?", (person,))
             if weight_n == weight_n:
                 row = (person, weight_n, source, _user(), when)
@@ -334,7 +328,8 @@ class Recording:
 
     def envelope_base(self) -> sqlite3.Connection | None:
         """Return the connection for its envelopes; None for an earlier version, which has none."""
-        return self._base if "envelope" in self._tables else None
+        with self.readable("envelope"):
+            return self._base if self._has("envelope") else None
 
     @contextmanager
     def _written(self) -> Iterator[None]:
@@ -373,6 +368,11 @@ class Recording:
     def close(self) -> None:
         """Close the file."""
         self._base.close()
+
+    def _has(self, table: str) -> bool:
+        """Return whether there is such a table now: another program may have made it with its first note."""
+        ask = "select 1 from sqlite_master where type = 'table' and name = ?"
+        return self._base.execute(ask, (table,)).fetchone() is not None
 
     def _lacks(self, table: str) -> bool:
         """Return whether the file's version has no such table; `BadValue` for a name that no version has."""
