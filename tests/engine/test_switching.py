@@ -222,7 +222,7 @@ def test_what_is_played_softer_is_so_by_the_factor():
 def test_a_preview_lasts_until_the_patch_has_come_to_its_end():
     tacton = preset("tacton-ws1")
     sink = next(node.id for node in tacton.nodes if node.type == "tile-output")
-    force_n, signals, _ = previewed(tacton, (f"{sink}.played",), "t1", 0.0, RATE, measures=True)
+    force_n, signals, _ = previewed(tacton, (f"{sink}.played",), "t4", 0.0, RATE, measures=True)
     sounding = np.flatnonzero(np.abs(signals[f"{sink}.played"]) > 1e-3)
     assert 1.7 < sounding[-1] / RATE < len(force_n) / RATE < 2.2  # three bars of 0.6 s
     assert {len(signals[name]) for name in (f"{sink}.played", COMMANDED, MEASURED)} == {len(force_n)}
