@@ -41,7 +41,8 @@ def steps(
     from underfoot.records.survey import RecordedForces
     from underfoot.records.tables import recorded_step_lines
 
-    if (numbers or why is not None) if body_weight is not None else person is not None:
+    with_steps, with_weight = bool(numbers) or why is not None, body_weight is not None
+    if (with_steps and with_weight) or (person is not None and not with_weight):
         raise BadValue("a body weight is that of a person; allowed: --body-weight, also with --person, and no STEP")
     numbers = tuple(dict.fromkeys(numbers))
     with Recording(recording) as opened, report_compiling(None):
