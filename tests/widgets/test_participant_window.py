@@ -192,6 +192,8 @@ def test_a_level_is_moved_by_keys_buttons_and_the_wheel_and_is_an_answer_once_it
     assert bench.person.hint.text() == "Move it to answer: Lower it until you only just feel it."
     bench.key(Qt.Key.Key_Up)
     bench.wait(lambda: bench.person.title.text() == "It goes no further")
+    bench.key(Qt.Key.Key_Return)
+    assert bench.person.hint.text().startswith("Move it to answer")  # it was not moved, and nobody said so
     less = next(button for button in form.findChildren(QPushButton) if button.text() == "Less")
     for move in (
         lambda: bench.key(Qt.Key.Key_Down),
@@ -202,7 +204,8 @@ def test_a_level_is_moved_by_keys_buttons_and_the_wheel_and_is_an_answer_once_it
         move()
     assert bench.runner.adjusting.value == -2.5
     assert not [label.text() for label in bench.person.findChildren(QLabel) if "dB" in label.text()]
-    bench.key(Qt.Key.Key_Return)
+    bench.wait(lambda: not bench.person.hint.text().startswith("Move it"))
+    bench.qtbot.keyClick(bench.workspace.experimenter, Qt.Key.Key_Return)  # who is told that it is right
     bench.until(Phase.READY)
     assert bench.entries()[0].answers["gain_db"] == -2.5
 

@@ -28,6 +28,7 @@ from underfoot.experiments.questions import (
 )
 from underfoot.parameters import Choice, Count, Number, Parameter, ask
 from underfoot.quantities import quantity
+from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.runner import Runner
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
@@ -101,6 +102,8 @@ class AnswerForm(QWidget):
         self._rows: dict[str, tuple[tuple[str, ...], list[QPushButton]]] = {}
         """The numbers that are typed, and the buttons, of each question on a page of several."""
         self._typed = ""
+        self._was_moved = False
+        """Whether what is felt has been moved, here or elsewhere, so that it is an answer."""
         self._refused: Parameter | None = None
         """The question whose answer was missing or wrong when the page was submitted."""
 
@@ -238,10 +241,15 @@ class AnswerForm(QWidget):
         return False
 
     def step(self, way: int, is_fine: bool) -> None:
-        """Move what is felt by a step; it is an answer from then on."""
-        self._chosen |= {question.name: None for question in self._questions}
-        self._edited()
+        """Have what is felt moved by a step."""
         self.stepped.emit(way, is_fine)
+
+    def show_adjusting(self, adjusting: Adjusting | None) -> None:
+        """Take what is moved as an answer once it was, by whoever sees this page."""
+        was_moved = adjusting is not None and adjusting.changes > 0
+        if was_moved != self._was_moved:
+            self._was_moved = was_moved
+            self._edited()
 
     def _type_number(self, digit: str) -> None:
         """Press the button with this number; if numbers have two digits, mark the one typed so far, for Return."""
@@ -257,9 +265,12 @@ class AnswerForm(QWidget):
         """Return the answer to a question; if it is missing or wrong, raise `BadValue`."""
         field = self.fields.get(question.name)
         if field is None:
-            if question.name not in self._chosen and isinstance(question, Number):
-                what = "it" if isinstance(question, Adjusted) else "the slider"
-                raise BadValue(f"Move {what} to answer: {_asked(question)}")
+            if isinstance(question, Adjusted):
+                if not self._was_moved:
+                    raise BadValue(f"Move it to answer: {_asked(question)}")
+                return question.default  # in its place the study takes what it was moved to
+            if question.name not in self._chosen and question.name in self.sliders:
+                raise BadValue(f"Move the slider to answer: {_asked(question)}")
             if question.name not in self._chosen and needs_answer(question):
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)

@@ -118,6 +118,7 @@ class ExperimenterView(QWidget):
         """Show the state of a runner."""
         page, phase = runner.page, runner.phase
         self._show_form(runner)
+        self.form.show_adjusting(runner.adjusting)
         if self._began_share < 0.0:
             self._began_share = page.share
         self.progress.setValue(round(1000 * page.share))

@@ -96,6 +96,7 @@ class ParticipantWindow(FullScreenWindow):
         page, phase = runner.page, runner.phase
         key = (f"{page.key} {runner.interval}", str(phase))
         self._show_floor(runner)
+        self.form.show_adjusting(runner.adjusting)
         self.title.setText(title_of(runner))
         self.title.setVisible(bool(self.title.text()) and not self._on_floor)
         if key != self.shown:
