@@ -90,16 +90,17 @@ class CursorReadout(QObject):
 
 
 def facts_of(opened: OpenedRecording) -> tuple[str, str]:
-    """Return a recording's length, tiles, target, calibrations when it was begun and noted body weights, and the
-    details of these two."""
+    """Return a recording's length, tiles, target, calibrations when it was begun and notes of its steps, and details
+    of calibrations and body weights."""
     used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
-    weights = opened.notes.body_weights
+    weights, left_out = opened.notes.body_weights, len(opened.notes.left_out)
     facts = (
         time_text(opened.length_s, 0.1),
         counted(len(opened.floor.tiles), "tile"),
         opened.about.get("target", ""),
         f"{', '.join(used)} calibrated" if used else "",
         *(f"{f'person {one.person} ' if one.person else ''}weighs {fixed(one.weight_n)} N" for one in weights),
+        f"{counted(left_out, 'step')} left out" if left_out else "",
     )
     details = [f"Body weight {one.weight_n:.1f} N: {one.source}" for one in weights]
     return "  ·  ".join(filter(None, facts)), "\n".join([*details, *lines_of(opened.calibrations)])

@@ -178,8 +178,6 @@ class RecordedSteps(QWidget):
     def _show_count(self) -> None:
         count, every = len(self._visible), len(self._steps)
         text = f"{every}" if count == every else f"{count} of {every}"
-        if left_out := sum(bool(one.step.left_out) for one in self._steps):
-            text += f", {left_out} left out"
         if self._waits_for:
             text = f"{text} so far" if every else "none yet"
         self.count.setText(text)
