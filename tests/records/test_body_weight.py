@@ -69,7 +69,8 @@ def test_a_weight_of_a_person_stands_before_that_of_all(underfoot, paths):
     assert found == {("1", "700.0"), ("2", "500.0")}  # whoever stood counts as another
 
 
-def test_a_weight_that_cannot_be_is_refused_with_what_is_allowed(refused, paths):
+def test_a_weight_that_cannot_be_is_refused_with_what_is_allowed(underfoot, refused, paths):
+    assert listed(underfoot, paths[0])  # what has to be compiled is told, beside an error
     steps = "steps", paths[0]
     assert "'75'; allowed: with its unit, such as 71.4 kg" in refused(*steps, "--body-weight", "75")
     assert "'750 kg'; allowed: 3 to 500 kg" in refused(*steps, "--body-weight", "750 kg")

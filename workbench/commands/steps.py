@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from underfoot.records.recording import Recording
     from underfoot.records.survey import Survey
 
+_STANDING = "standing"
+"""Given as a weight: that of a standing phase."""
+
 
 @click.command()
 @click.argument("recording", type=FILE)
@@ -37,6 +40,7 @@ def steps(
     What is measured stays in the file. compare and the window pass over a step that is left out, and over what is
     measured from it to the next ones; exports have the reason.
     """
+    from underfoot.records.notes import body_weight_n
     from underfoot.records.recording import Recording
     from underfoot.records.survey import RecordedForces
     from underfoot.records.tables import recorded_step_lines
@@ -44,11 +48,13 @@ def steps(
     with_steps, with_weight = bool(numbers) or why is not None, body_weight is not None
     if (with_steps and with_weight) or (person is not None and not with_weight):
         raise BadValue("a body weight is that of a person; allowed: --body-weight, also with --person, and no STEP")
+    weight = (body_weight or "").strip()
+    typed_n = body_weight_n(weight) if weight not in ("", _STANDING) else math.nan
     numbers = tuple(dict.fromkeys(numbers))
     with Recording(recording) as opened, report_compiling(None):
         surveyed = survey_told(opened)
         if body_weight is not None:
-            _weigh(opened, surveyed, body_weight, person)
+            _weigh(opened, surveyed, person, typed_n, is_found=weight == _STANDING)
             return
         found = {one.step.step: one.step for one in surveyed.steps}
         unknown = [str(number) for number in numbers if number not in found]
@@ -66,9 +72,8 @@ def steps(
     print(f"left out: {told} ({' '.join(why.split())})" if why.strip() else f"count again: {told}")
 
 
-def _weigh(recording: "Recording", found: "Survey", given: str, person: int | None) -> None:
-    """Note a body weight that is typed, or that of a standing phase."""
-    from underfoot.records.notes import body_weight_n
+def _weigh(recording: "Recording", found: "Survey", person: int | None, weight_n: float, *, is_found: bool) -> None:
+    """Note a body weight, NaN for none, or that of a standing phase if it is to be found."""
     from underfoot.records.standing import STILL_S, standing_phase
 
     known = {one.step.person for one in found.steps} - {0}
@@ -76,14 +81,13 @@ def _weigh(recording: "Recording", found: "Survey", given: str, person: int | No
         allowed = ", ".join(map(str, sorted(known))) or "none"
         raise BadValue(f"{recording.path} has no person {person}; allowed: {allowed}")
     source, whose = "typed", f"person {person}" if person else "who walks"
-    if not given.strip():
-        weight_n = math.nan
-    elif given != "standing":
-        weight_n = body_weight_n(given)
-    elif phase := standing_phase(found.contacts):
+    if is_found:
+        phase = standing_phase(found.contacts)
+        if not phase:
+            raise BadValue(
+                f"nobody stands still for {STILL_S:g} s in {recording.path}; allowed: a weight, as '71.4 kg'"
+            )
         weight_n, source = phase.weight_n, str(phase)
-    else:
-        raise BadValue(f"nobody stands still for {STILL_S:g} s in {recording.path}; allowed: a weight, as '71.4 kg'")
     recording.note_body_weight(person or 0, weight_n, source)
     is_known = math.isfinite(weight_n)
     print(f"body weight of {whose}: " + (f"{weight_n:.1f} N ({source})" if is_known else "not noted"))
