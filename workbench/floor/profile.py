@@ -96,7 +96,7 @@ class Centroid(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     measured, too.
     """
 
-    error_names: ClassVar[tuple[str, ...]] = ("mean_after_mm",)
+    error_names: ClassVar[tuple[str, ...]] = ("mean_over_time_mm", "mean_after_mm")
 
     sensors_m: tuple[tuple[float, float], ...]
     correction: CentroidCorrection = CentroidCorrection()

@@ -20,8 +20,9 @@ METHOD = (
     "from press to press is taken off. Every corrected place comes from a correction that was fitted without that "
     "place (ten folds by place). Outside the convex area of the places used, the displacement is held. Hysteresis "
     "and creep compensated: the same presses, with both taken out of the sensors' forces; a session does so, too. "
-    "The uncertainty is the radius within which 95 % of the left-out places were found, by the forces that a session "
-    "uses, and, as an independent square, what presses may be off their marks (95 %). "
+    "By the forces that a session uses presses are left out that do not fit, and the mean error is judged. The "
+    "uncertainty is the radius within which 95 % of the left-out places were found, by the same forces, and, as an "
+    "independent square, what presses may be off their marks (95 %). "
     "Best static curves: the same presses, with the rising curve of each sensor that comes nearest to those. Shear "
     f"is computed: {SHEAR_SHARE:g} of the vertical force, at the depth of the sensors."
 )
@@ -91,11 +92,11 @@ def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]
     """Return name, value and unit of all measured quantities."""
     after = found.errors_mm(found.after_m)
     several = [("presses", float(len(after)), ""), ("places", float(len(np.unique(found.at_m, axis=0))), "")]
-    shown = [("before", found, found.before_m), ("after", found, found.after_m)]
-    others = (("over_time", found.over_time), ("bound", found.bound))
-    shown += [(name, one, one.after_m) for name, one in others if one is not None]
-    for name, one, found_m in shown:
-        errors = one.errors_mm(found_m)
+    shown = [("before", found.before_m), ("after", found.after_m)]
+    others = {"over_time": found.over_time, "bound": found.bound}
+    shown += [(name, one.after_m) for name, one in others.items() if one is not None]
+    for name, found_m in shown:
+        errors = found.errors_mm(found_m)
         several += [
             (f"mean_{name}_mm", float(errors.mean()), "mm"),
             (f"p95_{name}_mm", float(np.quantile(errors, 0.95)), "mm"),
@@ -123,12 +124,12 @@ def verdict_of(found: CentroidAccuracy) -> str:
         f"{figures['worst_after_mm']:.1f} mm at worst (uncorrected: {figures['mean_before_mm']:.1f} mm and "
         f"{figures['worst_before_mm']:.1f} mm)"
     )
-    text += "." if found.good else f"; {1e3 * ALLOWED_M:.0f} mm on average is allowed."
     if "mean_over_time_mm" in figures:
         text += (
-            f" With hysteresis and creep compensated: {figures['mean_over_time_mm']:.1f} mm, "
-            f"{figures['worst_over_time_mm']:.1f} mm at worst."
+            f". With hysteresis and creep compensated: {figures['mean_over_time_mm']:.1f} mm, "
+            f"{figures['worst_over_time_mm']:.1f} mm at worst"
         )
+    text += "." if found.good else f"; {1e3 * ALLOWED_M:.0f} mm on average is allowed."
     if "expanded_mm" in figures:
         text += f" A place is uncertain by {figures['expanded_mm']:.1f} mm (95 %)."
     if figures["mean_after_mm"] <= 1.1 * figures.get("mean_bound_mm", 0.0):
@@ -151,7 +152,7 @@ def part_of(found: CentroidAccuracy, reference: str) -> Centroid:
     return Centroid(
         made=date.today().isoformat(),
         reference=reference,
-        error=round(found.mean_mm, 4),
+        error=round(found.used.mean_mm, 4),
         error_allowed=1e3 * ALLOWED_M,
         error_unit="mm",
         good=found.good,
@@ -166,22 +167,23 @@ def part_of(found: CentroidAccuracy, reference: str) -> Centroid:
 
 def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
     """Return error vectors before and after, error distribution, error over load, and that of the candidate models."""
-    shown = [("before", "alarm", found, found.before_m), ("after", "contact", found, found.after_m)]
-    if (over_time := found.over_time) is not None:
-        shown.append(("after, hysteresis and creep compensated", "vibration", over_time, over_time.after_m))
-    vectors, below, over_load = [], [], []
-    for k, (name, colour, one, at_m) in enumerate(shown):
+    shown = [("before", "alarm", found.before_m), ("after", "contact", found.after_m)]
+    if found.over_time is not None:
+        shown.append(("after, hysteresis and creep compensated", "vibration", found.over_time.after_m))
+    errors = [(name, colour, found.errors_mm(at_m)) for name, colour, at_m in shown]
+    share = np.linspace(0.0, 100.0, len(found.at_m))
+    vectors = []
+    for k, (name, colour, at_m) in enumerate(shown):
         title = name.capitalize() + (", each place left out of its own correction" if k else "")
-        vectors.append(error_vectors(title, one.at_m, (("measured", colour, at_m),), found.tile))
-        errors = one.errors_mm(at_m)
-        below.append(series(name, np.sort(errors), np.linspace(0.0, 100.0, errors.size), "line", colour))
-        over_load.append(series(name, one.force_n, errors, "dots", colour))
+        vectors.append(error_vectors(title, found.at_m, (("measured", colour, at_m),), found.tile))
+    below = tuple(series(name, np.sort(one), share, "line", colour) for name, colour, one in errors)
+    over_load = tuple(series(name, found.force_n, one, "dots", colour) for name, colour, one in errors)
     forms = ", ".join(name for name, _ in found.tried)
     candidates = series("", np.arange(1.0, len(found.tried) + 1.0), [error for _, error in found.tried], "line")
     return (
         *vectors,
-        Drawing("Cumulative distribution of the error", "error, mm", "% of presses below", tuple(below)),
-        Drawing("Error over load", "load, N", "error, mm", tuple(over_load)),
+        Drawing("Cumulative distribution of the error", "error, mm", "% of presses below", below),
+        Drawing("Error over load", "load, N", "error, mm", over_load),
         Drawing("Error of the candidates on places left out", forms, "RMS, mm", (candidates,)),
     )
 

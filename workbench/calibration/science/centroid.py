@@ -66,13 +66,18 @@ class CentroidAccuracy:
     reference_mm: float | None = None
     """How far presses may be off their places by themselves (95 %); None where that was not given."""
     over_time: "CentroidAccuracy | None" = None
-    """Same presses, with hysteresis and creep compensated in their forces; others of them may be left out."""
+    """Same presses, with hysteresis and creep compensated in their forces."""
     bound: "CentroidAccuracy | None" = None
     """Same presses, with the best possible static curves: `best_static_forces`."""
 
     def errors_mm(self, found_m: Floats) -> Floats:
         """Return the distance (n,) of centroids (n, 2) from the true positions, mm."""
         return np.asarray(1e3 * np.hypot(*(found_m - self.at_m).T))
+
+    @property
+    def used(self) -> "CentroidAccuracy":
+        """The accuracy of the forces that a session uses."""
+        return self if self.over_time is None else self.over_time
 
     @property
     def mean_mm(self) -> float:
@@ -86,13 +91,13 @@ class CentroidAccuracy:
         Of presses that were left out of the fit, 95 % were nearer; what they may be off by themselves is added as an
         independent square, as all of them may be off alike.
         """
-        used = self if self.over_time is None else self.over_time
-        return float(np.hypot(np.quantile(used.errors_mm(used.after_m), 0.95), self.reference_mm or 0.0))
+        errors_mm = self.used.errors_mm(self.used.after_m)
+        return float(np.hypot(np.quantile(errors_mm, 0.95), self.reference_mm or 0.0))
 
     @property
     def good(self) -> bool:
-        """Whether the mean error is within the allowed one."""
-        return self.mean_mm <= 1e3 * ALLOWED_M
+        """Whether the mean error, of the forces that a session uses, is within the allowed one."""
+        return self.used.mean_mm <= 1e3 * ALLOWED_M
 
 
 def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> CentroidAccuracy:
@@ -119,7 +124,7 @@ def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> Cent
 
 
 def assess_forces(presses: Presses, forces: Floats, tile: Tile) -> CentroidAccuracy:
-    """Assess presses as `assess` does, from known corner forces (n, 4)."""
+    """Assess presses as `assess` does, from corner forces (n, 4); which are left out, the forces of a session tell."""
     silent = np.flatnonzero(~np.isfinite(forces).all(axis=0))
     if silent.size:
         raise BadValue(f"sensor {silent[0] + 1} has no curve, so there is no centroid; calibrate its forces first")
@@ -133,14 +138,17 @@ def assess_forces(presses: Presses, forces: Floats, tile: Tile) -> CentroidAccur
     require(len(forces) >= 6, "presses", len(forces), "at least 6")
     different = len(np.unique(presses.at_m, axis=0))
     require(different >= 4, "places", different, "at least 4 different")
-    require_alive(forces)
-    require_order(forces, presses.at_m, np.array(tile.sensors_m))
-    kept, left_out = plausible_presses(presses, forces, np.array(tile.sensors_m))
+    used = forces
+    if presses.newtons is not None:  # a press of which static curves feel nothing has no place by them
+        used = np.where(presses.static_n.sum(axis=1, keepdims=True) > 0.0, presses.newtons[:, -4:], 0.0)
+    sensors = np.array(tile.sensors_m)
+    require_alive(used)
+    require_order(used, presses.at_m, sensors)
+    kept, left_out = plausible_presses(presses, used, sensors)
     at_m, load, forces = presses.at_m[kept], presses.force_n[kept], forces[kept]
     places = np.unique(at_m, axis=0, return_inverse=True)[1].ravel()
     require(len(at_m) >= 6, "presses", len(at_m), "at least 6")
     require(places.max() >= 3, "places", int(places.max()) + 1, "at least 4 different")
-    sensors = np.array(tile.sensors_m)
     before = centroid(forces, sensors)
     fold = np.random.default_rng(1).permutation(places.max() + 1)[places] % _FOLDS
     bends_n = tuple(share * float(load.max()) for share in BENDS)
