@@ -210,14 +210,17 @@ def test_without_a_load_cell_the_force_of_a_press_is_the_compensated_one():
 def test_presses_are_left_out_by_the_forces_that_a_session_uses():
     """A good tile was refused where static curves read too little at times; what they do not feel has no place."""
     table = presses()
-    static, compensated = table.readings.copy(), table.readings.copy()
+    static, compensated = table.readings.copy(), table.readings * [1.2, 0.85, 1.0, 0.95]
     static[::3], static[40], static[60] = 0.4 * static[::3], 0.0, static[60, [1, 0, 3, 2]]
     compensated[100] = compensated[100, [1, 0, 3, 2]]
     both = Presses("t1", table.at_m, table.force_n, table.readings, np.hstack([static, compensated]))
     part = part_of(found := assess(both, TILE), "a robot")
     assert [line.split(":")[0] for line in found.left_out] == ["press 41 left out", "press 101 left out"]
-    assert (part.figures["presses"], part.error) == (145.0, pytest.approx(0.0, abs=0.1))
-    assert part.figures["worst_over_time_mm"] < 0.1 < 50.0 < part.figures["worst_after_mm"]
+    assert (part.figures["presses"], part.error) == (145.0, pytest.approx(0.0, abs=0.2))
+    assert part.figures["worst_over_time_mm"] < 0.2 < 50.0 < part.figures["worst_after_mm"]
+    assert found.form == "none"
+    assert "none is made" not in part.verdict
+    assert min(drawings_of(found)[-1].series[0].y) < 0.2
 
 
 def test_a_corner_that_lifts_does_not_clip():

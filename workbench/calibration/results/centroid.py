@@ -137,7 +137,7 @@ def verdict_of(found: CentroidAccuracy) -> str:
             f" Because of hysteresis, static curves cannot do better than about {figures['mean_bound_mm']:.1f} mm, "
             f"{figures['worst_bound_mm']:.1f} mm at worst."
         )
-    if found.form == "none":
+    if found.used.form == "none":
         text += " No correction improves places that were left out of its fit, so none is made."
     if figures["shear_mm"] > 0.0:
         text += (
@@ -178,13 +178,13 @@ def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
         vectors.append(error_vectors(title, found.at_m, (("measured", colour, at_m),), found.tile))
     below = tuple(series(name, np.sort(one), share, "line", colour) for name, colour, one in errors)
     over_load = tuple(series(name, found.force_n, one, "dots", colour) for name, colour, one in errors)
-    forms = ", ".join(name for name, _ in found.tried)
-    candidates = series("", np.arange(1.0, len(found.tried) + 1.0), [error for _, error in found.tried], "line")
+    names, errors_mm = zip(*found.used.tried, strict=True)
+    candidates = series("", np.arange(1.0, len(names) + 1.0), errors_mm, "line")
     return (
         *vectors,
         Drawing("Cumulative distribution of the error", "error, mm", "% of presses below", below),
         Drawing("Error over load", "load, N", "error, mm", over_load),
-        Drawing("Error of the candidates on places left out", forms, "RMS, mm", (candidates,)),
+        Drawing("Error of the candidates on places left out", ", ".join(names), "RMS, mm", (candidates,)),
     )
 
 
