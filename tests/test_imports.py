@@ -47,6 +47,7 @@ LEVELS = (
         "models",
         "number_parsing",
         "options",
+        "phrases",
         "plugins",
         "quantities",
         "sqlite_files",

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 from underfoot.arguments import choice, is_text
 from underfoot.errors import BadValue, refusal, require
+from underfoot.phrases import Phrase
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
 """Pattern of an id (of a node, tile or port)."""
@@ -101,7 +102,7 @@ class Number(Parameter):
 
     @property
     def allowed(self) -> str:
-        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+        return Phrase("{low} to {high} {unit}", low=float(self.low), high=float(self.high), unit=self.unit)
 
     def check_declaration(self) -> None:
         super().check_declaration()
@@ -159,7 +160,7 @@ class Count(Parameter):
 
     @property
     def allowed(self) -> str:
-        return f"whole numbers {self.low} to {self.high} {self.unit}".rstrip()
+        return Phrase("whole numbers {low} to {high} {unit}", low=self.low, high=self.high, unit=self.unit)
 
     def check(self, value: object) -> int:
         if isinstance(value, bool) or not isinstance(value, int | float) or value != value // 1:
@@ -178,7 +179,7 @@ class Choice(Parameter):
 
     @property
     def allowed(self) -> str:
-        return ", ".join(self.options)
+        return Phrase("{options}", options=self.options)
 
     def check(self, value: object) -> str:
         if value not in self.options:

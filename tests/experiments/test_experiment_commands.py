@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import COMPILING
+from loud_language import NAME, unsaid, write_loud_language
 from made_studies import TD, made_protocol, preset_protocol, protocol_text
 from msgspec import structs
 from wired import ends
@@ -347,38 +348,37 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     file.close()
 
 
-def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(typing, tmp_path):
-    protocol = tmp_path / "a.json"
-    stage = {"id": "main", "kind": "trials", "start": "step", "practice": True, "text": "Step, and say what you felt"}
-    stage["method"] = {"kind": "staircases", "parameters": {"followed": ["TD"], "empty_every": 2}}
-    level = {"id": "level", "kind": "level", "stimulus": "TD"}
-    protocol.write_text(protocol_text(stages=[level, stage], present_s=0.1))
-    lowered = (
-        ("just feel it", "++"),
-        ("no further", "--"),
-        ("Enter keeps it", "-"),
-        ("Enter keeps it", ""),
-    )  # felt, then kept
-    typed = (*lowered, ("Enter steps", ""), ("Did you feel", "yes"), ("Enter steps", ""), ("Did you feel", "no"))
-    printed = typing(["experiment", protocol, "--pilot"], typed)
-    assert "Step, and say what you felt. Practice. Trial 1.\n" in printed
-    assert "Step, and say what you felt. Practice: Nothing comes this time. Trial 2.\n" in printed
-    file = SessionFile.open(tmp_path / "a-pilot" / "1.session")
-    level, *entries = file.entries()
-    assert level.answers == {"gain_db": -2.5}
-    assert [entry.answers for entry in entries] == [{"felt": "yes"}, {"felt": "no"}]
+def test_a_pilot_in_a_terminal_has_two_trials_a_stage_in_the_studys_language_and_lies_apart(typing, tmp_path):
+    write_loud_language(tmp_path)
+    felt = {"id": "felt", "kind": "trials", "start": "step", "practice": True, "text": "STEP, AND SAY WHAT YOU FELT"}
+    felt["method"] = {"kind": "staircases", "parameters": {"followed": ["TD"], "empty_every": 2}}
+    rated = {"id": "rated", "kind": "trials", "method": {"kind": "rating", "parameters": {}}}
+    equal = {"kind": "adjustment", "parameters": {"followed": ["TD"], "standard": "S"}}
+    moved = {"id": "moved", "kind": "trials", "start": "step", "method": equal}
+    others = ({"id": id, "kind": id, "stimulus": "TD"} for id in ("consent", "level", "read"))
+    rest = {"id": "rest", "kind": "pause", "seconds": 5}
+    study = {"stages": [*others, felt, rated, moved, rest], "stimuli": {"TD": TD, "S": TD}, "present_s": 0.1}
+    (tmp_path / "a.json").write_text(protocol_text(**study, language=NAME))
+    lowered = (("JUST FEEL IT", ""), ("MOVE IT TO", "++"), ("NO FURTHER", "--"), ("ENTER KEEPS IT", "-"))
+    stepped = (("ENTER STEPS", ""), ("DID YOU FEEL", "YES"), ("ENTER STEPS", ""), ("DID YOU FEEL", "2"))
+    first = (("TRIAL 1: PRESS ENTER", ""), ("HOW WAS IT", "MUCH"), ("THE ANSWER", "40,5"))
+    second = (("TRIAL 2", ""), ("(LEAST) TO", "60"))
+    compared = (("THE ONE TO SET.", "o"), ("THE ONE TO COMPARE WITH.", "-"), ("THE ONE TO SET.", ""))
+    adjusted = (("ENTER STEPS", ""), ("o TO FEEL THE OTHER ONE", "X"), ("IS NO STEP", "--"), *compared)
+    typed = (("(YES, NO)", "Y"), *lowered, ("ENTER KEEPS IT", ""), ("ENTER TO GO ON", ""), *stepped, *first, *second,
+             *adjusted, *adjusted, ("ENDS IT", "skip"))  # fmt: skip
+    printed = typing(["experiment", tmp_path / "a.json", "--pilot"], typed)
+    help, *said, kept = printed
+    assert (help.split()[:2], kept.split()[:2]) == (["Type", "stop"], ["The", "pilot"])  # to the experimenter
+    assert [line for line in said if "dB" in line or unsaid(re.sub(r"\b(skip|o)\b", "", line))] == []
+    assert "STEP, AND SAY WHAT YOU FELT. PRACTICE. TRIAL 1.\n" in said
+    assert "STEP, AND SAY WHAT YOU FELT. PRACTICE: NOTHING COMES THIS TIME. TRIAL 2.\n" in said
+    with closing(SessionFile.open(tmp_path / "a-pilot" / "1.session")) as file:
+        agreed, level, _, *entries, one, other, _ = file.entries()
+    assert (agreed.answers, level.answers) == ({"agreed": "yes"}, {"gain_db": -2.5})
+    assert one.answers.keys() == other.answers.keys() == {"level_db"}
+    assert [entry.answers for entry in entries] == [{"felt": "yes"}, {"felt": "no"}, {"rating": 40.5}, {"rating": 60.0}]
     assert all(entry.facts["most_force_n"] > 300.0 for entry in entries)
-    file.close()
-
-
-def test_in_a_terminal_lines_move_what_is_felt_at_each_step(typing, tmp_path):
-    stage = {"id": "main", "kind": "trials", "start": "step"}
-    stage["method"] = {"kind": "adjustment", "parameters": {"followed": ["TD"], "standard": "S", "blocks": 1}}
-    (tmp_path / "a.json").write_text(protocol_text(stages=[stage], stimuli={"TD": TD, "S": TD}))
-    felt = (("The one to set.", "o"), ("The one to compare with.", "-"), ("The one to set.", ""))
-    one = (("Enter steps", ""), ("o to feel the other one", "x"), ("is no step", "--"), *felt)
-    printed = typing(["experiment", tmp_path / "a.json", "--pilot"], one * 2)
-    assert "dB" not in "".join(printed)
 
 
 def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(typing, tmp_path):

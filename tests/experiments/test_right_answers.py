@@ -33,7 +33,7 @@ def test_words_are_chosen_and_told_right_or_wrong(words):
     study = Study(words, "P1")
     assert study.page.questions[0].allowed == "sand, snow, ice"
     told = {page.feedback for page in walked(study, always("sand"))} | {study.page.feedback}
-    assert told == {"", "Right.", "It was snow."}
+    assert told == {"", "The last one: right.", "The last one: it was snow."}
     rows = rows_of(words, "P1", study.entries)
     assert {(row["stimulus"], row["correct"], row["right"]) for row in rows} == {
         ("soft", "snow", 0),
@@ -79,7 +79,7 @@ def test_constant_stimuli_are_scored_by_yes_and_no_and_by_the_interval(standard,
     protocol = made_protocol("constant-stimuli", parameters, stimuli, feedback=True)
     study = Study(protocol, "P1")
     pages = walked(study, always("first" if standard else "yes"))
-    assert {page.feedback for page in pages} - {"", "Right."} == {"Wrong."}
+    assert {page.feedback for page in pages} - {"", "The last one: right."} == {"The last one: wrong."}
     rows = rows_of(protocol, "P1", study.entries)
     assert {row["right"] for row in rows} == scores
     if standard:

@@ -98,9 +98,9 @@ def test_feedback_names_the_right_number():
         study.answer(first_answers(study.page))
     correct = study.page.trial.correct
     study.answer({"number": correct % 8 + 1})
-    assert study.page.feedback == f"It was {correct}."
+    assert study.page.feedback == f"The last one: it was {correct}."
     study.answer({"number": study.page.trial.correct})
-    assert study.page.feedback == "Right."
+    assert study.page.feedback == "The last one: right."
 
 
 def test_entries_of_another_participant_or_protocol_are_refused():

@@ -164,7 +164,7 @@ def test_where_words_are_typed_control_and_space_play_again(bench):
     bench.until(Phase.READY)
     bench.key(Qt.Key.Key_Space)
     bench.until(Phase.ANSWERING)
-    assert bench.person.hint.text().endswith("Ctrl+Space plays it again, 1 time more.")
+    assert bench.person.hint.text().endswith("Ctrl+Space plays it again (1 left).")
     field = bench.person.form.fields["label"]
     bench.qtbot.keyClicks(field, "a hum")
     bench.qtbot.keyClick(field, Qt.Key.Key_Space, Qt.KeyboardModifier.ControlModifier)

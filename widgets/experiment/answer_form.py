@@ -1,6 +1,7 @@
 """The participant's answer form: large buttons, a wide slider, a line of text, and keys for all of them."""
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
@@ -21,12 +22,15 @@ from underfoot.experiments.questions import (
     Adjusted,
     FreeNumber,
     Scale,
+    asked,
     keys_of,
     needs_answer,
     typed_answer,
     unanswered,
+    unmoved,
 )
 from underfoot.parameters import Choice, Count, Number, Parameter, ask
+from underfoot.phrases import ENGLISH, Language, Phrase
 from underfoot.quantities import quantity
 from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.runner import Runner
@@ -91,6 +95,7 @@ class AnswerForm(QWidget):
         self._layout = QVBoxLayout(self)
         self._layout.setSpacing(2 * theme.GRID)
         self._questions: tuple[Parameter, ...] = ()
+        self._language = ENGLISH
         self.buttons: list[QPushButton] = []
         self.fields: dict[str, QLineEdit] = {}
         self.sliders: dict[str, Slider] = {}
@@ -124,12 +129,17 @@ class AnswerForm(QWidget):
 
     @property
     def hint_text(self) -> str:
-        """An instruction in one sentence."""
+        """An instruction in one sentence, in English."""
         if self.is_answered_by_button:
             first, last = int(self._keys[0]), int(self._keys[-1])
-            is_row = [int(key) for key in self._keys] == list(range(first, last + 1)) and len(self._keys) > 2
-            which = f"a number from {first} to {last}" if is_row else " or ".join(self._meanings)
-            return f"Type {which} and press Return, or click." if self.has_long_numbers else f"Press {which}, or click."
+            if [int(key) for key in self._keys] == list(range(first, last + 1)) and len(self._keys) > 2:
+                words = "Press a number from {first} to {last}, or click."
+                if self.has_long_numbers:
+                    words = "Type a number from {first} to {last} and press Return, or click."
+                return Phrase(words, first=first, last=last)
+            which = reduce(lambda one, other: Phrase("{one} or {other}", one=one, other=other), self._meanings)
+            words = "Type {which} and press Return, or click." if self.has_long_numbers else "Press {which}, or click."
+            return Phrase(words, which=which)
         if self.is_adjusted:
             return "Left and Right move it a little, Up and Down far. Press Return when it is right."
         if len(self.sliders) == 1:
@@ -154,15 +164,15 @@ class AnswerForm(QWidget):
         known: dict[str, QWidget] = {**self.fields, **of_rows}
         return [known[question.name] for question in self._questions if question.name in known]
 
-    def show_questions(self, questions: Sequence[Parameter]) -> None:
-        """Replace the current questions by these."""
+    def show_questions(self, questions: Sequence[Parameter], language: Language = ENGLISH) -> None:
+        """Replace the current questions by these, in a language."""
         while self._layout.count():
             item = self._layout.takeAt(0)
             widget = item.widget() if item is not None else None
             if widget is not None:
                 widget.hide()
                 widget.deleteLater()
-        self._questions = tuple(questions)
+        self._questions, self._language = tuple(questions), language
         self.buttons, self.fields, self.sliders, self._chosen = [], {}, {}, {}
         self._keys, self._typed, self._rows, self._refused = (), "", {}, None
         for question in self._questions:
@@ -180,7 +190,7 @@ class AnswerForm(QWidget):
             except BadValue as error:
                 self._refused = question
                 self._focus_on(question)
-                self.refused.emit(str(error))
+                self.refused.emit(self._language.say(*error.args))
                 return
         self.answered.emit(values)
 
@@ -267,23 +277,27 @@ class AnswerForm(QWidget):
         if field is None:
             if isinstance(question, Adjusted):
                 if not self._was_moved:
-                    raise BadValue(f"Move it to answer: {_asked(question)}")
+                    raise unmoved(question)
                 return question.default  # in its place the study takes what it was moved to
             if question.name not in self._chosen and question.name in self.sliders:
-                raise BadValue(f"Move the slider to answer: {_asked(question)}")
+                raise BadValue(Phrase("Move the slider to answer: {question}", question=asked(question)))
             if question.name not in self._chosen and needs_answer(question):
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)
         text = field.text().strip()
         if not text and needs_answer(question):
             raise unanswered(question)
-        return typed_answer(question, text)
+        return typed_answer(question, text, self._language)
+
+    def _asked(self, question: Parameter) -> str:
+        """Return what a participant reads, and hears from a screen reader, of a question."""
+        return self._language.say(asked(question))
 
     def _question_widget(self, question: Parameter) -> QWidget:
         box = QWidget()
         column = QVBoxLayout(box)
         column.setContentsMargins(0, 0, 0, 0)
-        words = theme.paragraph(_asked(question))
+        words = theme.paragraph(self._asked(question))
         words.setFont(theme.font(self._text_px))
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.addWidget(words)
@@ -301,21 +315,22 @@ class AnswerForm(QWidget):
             return self._make_slider(question)
         field = QLineEdit()
         field.setFont(theme.font(self._text_px))
-        field.setAccessibleName(_asked(question))
-        field.setPlaceholderText("" if question.kind == "text" else question.allowed)
+        field.setAccessibleName(self._asked(question))
+        field.setPlaceholderText("" if question.kind == "text" else self._language.say(question.allowed))
         field.textEdited.connect(self._edited)
         self.fields[question.name] = field
         return field
 
     def _make_buttons(self, question: Parameter, options: Sequence[Any]) -> QWidget:
         row_buttons: list[QPushButton] = []
-        words = tuple(str(option) for option in options)
+        words = tuple(self._language.say(str(option)) for option in options)
         keys = keys_of(words)
         self._keys = keys if len(self._questions) == 1 else ()
         is_read = all(map(str.startswith, words, keys))
         are_short = max(map(len, words)) <= _SHORT
         self._meanings = tuple(
-            f"{key} for {word}" if are_short and not is_read else key for key, word in zip(keys, words, strict=True)
+            Phrase("{key} for {word}", key=key, word=word) if are_short and not is_read else key
+            for key, word in zip(keys, words, strict=True)
         )
         if len(self._questions) > 1:
             self._rows[question.name] = (keys, row_buttons)
@@ -323,7 +338,7 @@ class AnswerForm(QWidget):
         height_px = round((BUTTON_LINES if len(self._questions) == 1 else ROW_LINES) * self._text_px)
         for key, word, option in zip(keys, words, options, strict=True):
             button = PageButton(literal(f"{key}  {word}" if is_numbered else word))
-            button.setAccessibleDescription(_asked(question))  # a number alone is no answer to hear
+            button.setAccessibleDescription(self._asked(question))  # a number alone is no answer to hear
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {height_px}px")  # over the theme's
             button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
@@ -351,8 +366,8 @@ class AnswerForm(QWidget):
         """Return buttons that move what is felt; a slider would show where it stands."""
         buttons = []
         for words, way, is_fine in _STEPS:
-            button = QPushButton(words)
-            button.setAccessibleDescription(_asked(question))
+            button = QPushButton(self._language.say(words))
+            button.setAccessibleDescription(self._asked(question))
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -367,19 +382,19 @@ class AnswerForm(QWidget):
         slider, value = Slider(), QLabel()
         below = QHBoxLayout()
         for end, side in zip(question.ends if isinstance(question, Scale) else (), _SIDES, strict=False):
-            words = theme.paragraph(end, "muted")
+            words = theme.paragraph(self._language.say(end), "muted")
             words.setFont(theme.font(self._text_px))
             words.setAlignment(side)
             below.addWidget(words, 1)
         slider.is_scale = True
-        slider.setAccessibleName(_asked(question))
+        slider.setAccessibleName(self._asked(question))
         slider.setMinimumSize(480, 4 * theme.GRID)
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)
         value.setFont(theme.font(self._text_px))
 
         def show_value(found: float) -> None:
             self._chosen[question.name] = found
-            value.setText(quantity(round(found, 2), question.unit) if question.unit else "")
+            value.setText(self._language.number(quantity(round(found, 2), question.unit)) if question.unit else "")
             slider.setAccessibleDescription(value.text())  # of the slider itself a reader has thousandths of the way
 
         def moved(place: float) -> None:
@@ -396,11 +411,6 @@ class AnswerForm(QWidget):
         value.setVisible(bool(question.unit))
         column.addWidget(value)
         return box
-
-
-def _asked(question: Parameter) -> str:
-    """Return what a participant reads, and hears from a screen reader, of a question."""
-    return question.doc or question.label
 
 
 def _are_digits(keys: Sequence[str]) -> bool:

@@ -4,6 +4,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPolygonF, QTransform
 from PySide6.QtWidgets import QWidget
 
+from underfoot.phrases import ENGLISH, Language
 from underfoot.studies.foot_answers import FootAnswers, FootField
 from underfoot.widgets import theme
 
@@ -17,13 +18,14 @@ class FootFieldsView(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setMinimumHeight(HEIGHT_PX)
-        self.setAccessibleName("Fields on the floor")
         self._answers: FootAnswers | None = None
+        self._language = ENGLISH
         self.hide()
 
-    def show_answers(self, answers: FootAnswers | None) -> None:
+    def show_answers(self, answers: FootAnswers | None, language: Language = ENGLISH) -> None:
         """Show the fields of a question; None if it has no answer by foot."""
-        self._answers = answers
+        self._answers, self._language = answers, language
+        self.setAccessibleName(language.say("Fields on the floor"))
         self.setVisible(answers is not None)
         self.update()
 
@@ -33,7 +35,7 @@ class FootFieldsView(QWidget):
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        shapes = self._shapes(answers.fields)
+        shapes, say = self._shapes(answers.fields), self._language.say
         least = min(min(shape.boundingRect().width(), shape.boundingRect().height()) for shape in shapes)
         painter.setFont(theme.font(round(min(max(0.25 * least, MIN_TEXT_PX), MAX_TEXT_PX)), bold=True))
         for field, shape in zip(answers.fields, shapes, strict=True):
@@ -52,7 +54,7 @@ class FootFieldsView(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawPolygon(shape)
             painter.setPen(QColor(theme.TEXT))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, field.text)
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, say(field.text))
 
     def _shapes(self, fields: tuple[FootField, ...]) -> list[QPolygonF]:
         """Return the fields in pixels, as large as possible, centred, with the forward direction up."""

@@ -4,11 +4,11 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.quantities import counted
-from underfoot.studies.page_words import text_of, title_of
+from underfoot.experiments.questions import asked
+from underfoot.phrases import Phrase
+from underfoot.studies.page_words import hint_of, text_of, title_of
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
-from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
 from underfoot.widgets import theme
 from underfoot.widgets.controls.announcing import announce
@@ -93,7 +93,7 @@ class ParticipantWindow(FullScreenWindow):
 
     def show_runner(self, runner: Runner) -> None:
         """Show the state of a runner."""
-        page, phase = runner.page, runner.phase
+        page, phase, say = runner.page, runner.phase, runner.language.say
         key = (f"{page.key} {runner.interval}", str(phase))
         self._show_floor(runner)
         self.form.show_adjusting(runner.adjusting)
@@ -102,27 +102,27 @@ class ParticipantWindow(FullScreenWindow):
         if key != self.shown:
             self.shown = key
             asking = phase in (Phase.PAGE, Phase.ANSWERING)
-            self.text.setText(text_of(runner) if runner.foot is None else runner.foot.question.doc)
+            self.text.setText(text_of(runner) if runner.foot is None else say(asked(runner.foot.question)))
             asks = questions_of(runner) if asking else ()
             self.text.setVisible(bool(self.text.text() or not asks) and not self._on_floor)  # questions have its room
-            self.form.show_questions(asks)
+            self.form.show_questions(asks, runner.language)
             QWidget.setTabOrder(self.previousInFocusChain() or self, self.again)  # questions, made anew, come before
             QWidget.setTabOrder(self.again, self.go)
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             (self.form.first or self).setFocus()
             self.scrolled.verticalScrollBar().setValue(0)
-            self._usual_hint = _hint(runner, self.form)
+            self._usual_hint = say(_hint(runner, self.form))
             self.hint.setText(self._usual_hint)
             text = _continue_text(runner, self.form)
-            self.go.setText(text)
+            self.go.setText(say(text))
             self.go.setVisible(bool(text))
             self._say_page()
         self._plays_again = phase is Phase.ANSWERING and runner.may_play
-        self.again.setText("Play the other one" if _has_standard(runner) else "Play it again")
+        self.again.setText(say("Play the other one" if _has_standard(runner) else "Play it again"))
         self.again.setVisible(self._plays_again)
-        self.foot.show_answers(runner.foot)
-        if runner.adjusting is None and (runner.hint or may_step(runner)):
-            self.hint.setText(f"{runner.hint} {SPACE_STEPS}".strip() if may_step(runner) else runner.hint)
+        self.foot.show_answers(runner.foot, runner.language)
+        if phase is not Phase.STOPPED and (hint := hint_of(runner, SPACE_STEPS)):
+            self.hint.setText(hint)
         counts = phase is Phase.PAUSE or (page.kind == "learn" and phase is Phase.PAGE and page.seconds > 0.0)
         left = round(runner.seconds_left)
         self.clock.setText(f"{left // 60}:{left % 60:02d}" if counts else "")
@@ -235,7 +235,7 @@ class ParticipantWindow(FullScreenWindow):
 
 
 def _continue_text(runner: Runner, form: AnswerForm) -> str:
-    """Return the text of the button that continues; "" if the page has no such button."""
+    """Return the text of the button that continues, in English; "" if the page has no such button."""
     page, phase = runner.page, runner.phase
     if phase is Phase.READY and page.start == "key":
         return "Feel it"
@@ -249,16 +249,18 @@ def _has_standard(runner: Runner) -> bool:
 
 
 def _hint(runner: Runner, form: AnswerForm) -> str:
+    """Return what the page says below its questions, in English."""
     page = runner.page
     match runner.phase:
         case Phase.READY if page.start == "key":
             return "Press Space, or click."
         case Phase.ANSWERING if runner.adjusting is not None:
-            return f"{form.hint_text} Space plays {'the other one' if _has_standard(runner) else 'it again'}."
+            again = "Space plays the other one." if _has_standard(runner) else "Space plays it again."
+            return Phrase("{hint} {again}", hint=form.hint_text, again=again)
         case Phase.ANSWERING if runner.may_play:
-            left = counted(page.plays - runner.plays, "time")
             key = with_native_keys("Ctrl+Space") if form.fields else "Space"  # in a text field, Space is a character
-            return f"{form.hint_text} {key} plays it again, {left} more."
+            left = Phrase("{key} plays it again ({count} left).", key=key, count=page.plays - runner.plays)
+            return Phrase("{hint} {again}", hint=form.hint_text, again=left)
         case Phase.ANSWERING:
             return form.hint_text
         case Phase.PAGE if page.kind == "learn" and form.has_long_numbers:

@@ -21,9 +21,10 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.errors import UnderfootError
-from underfoot.experiments.declared import fields_of
+from underfoot.experiments.declared import NamedChoice, fields_of
 from underfoot.experiments.draft import Draft, unused_path
 from underfoot.experiments.draft_edits import DraftEdit
+from underfoot.experiments.languages import names_of_languages
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.patch.node import Registry
@@ -47,7 +48,7 @@ from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
 """The page of a mistake, by the first word of its place."""
-_FIELDS = ("title", "about", "seed", "counterbalanced", "limit_m_s2", "present_s")
+_FIELDS = ("title", "about", "language", "seed", "counterbalanced", "limit_m_s2", "present_s")
 _CHECK_DELAY_MS = 150
 
 
@@ -176,9 +177,11 @@ class ProtocolEditor(QWidget):
     def _show_rows(self) -> None:
         """Show the fields of the study itself and of its sounds."""
         assert self.draft is not None
-        raw = self.draft.raw
+        raw, fields = self.draft.raw, fields_of(Protocol, _FIELDS)
+        names, declared = names_of_languages(self.draft.folder), fields["language"]
+        fields["language"] = NamedChoice(declared.default, values=names, doc=declared.doc, label=declared.label)
         self.rows = {
-            "study": FieldRows(fields_of(Protocol, _FIELDS), raw),
+            "study": FieldRows(fields, raw),
             "sounds": FieldRows(fields_of(Sounds, Sounds.__struct_fields__), raw["sounds"]),
         }
         for area, rows in ((self._study, self.rows["study"]), (self._sounds, self.rows["sounds"])):

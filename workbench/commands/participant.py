@@ -16,9 +16,10 @@ from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
-from underfoot.experiments.questions import Adjusted, typed_answer
+from underfoot.experiments.questions import Adjusted, asked, typed_answer
 from underfoot.files import make_folder, remove_file
 from underfoot.parameters import IDENTIFIER, Parameter
+from underfoot.phrases import ENGLISH, Language, Phrase
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
@@ -160,6 +161,7 @@ class _Terminal:
     def __init__(self, runner: "Runner", lines: TypedLines) -> None:
         from underfoot.studies.simulated_foot import SimulatedFoot
 
+        self._words = runner.language.say
         self._runner, self._lines, self._foot = runner, lines, SimulatedFoot()
         self._shown = _Shown()
         self._printed_messages = 0
@@ -187,14 +189,14 @@ class _Terminal:
             try:
                 self._take(line.strip())
             except BadValue as error:
-                _say(str(error))
+                _say(self._words(*error.args))
                 self._shown.key = ""
             except BadFile as error:
                 self._say_refused(error)
             if self._runner.phase is Phase.STOPPED and not self._disk_refused:
                 _say(f"{self._runner.hint} Start again to go on; what was answered is kept.")
                 return
-        _say(_sentences(text_of(self._runner), self._runner.page.title))
+        _say(_sentences(text_of(self._runner), self._words(self._runner.page.title)))
 
     def _say_refused(self, error: BadFile) -> None:
         """Say that an answer is not written, and kept, or a note, which is not: the disk is full, or the file moved."""
@@ -237,7 +239,7 @@ class _Terminal:
         elif line == "" and may_step(runner):
             self._foot.step(runner)
         elif runner.phase in (Phase.PAGE, Phase.ANSWERING):
-            runner.answer(answers_of(runner.page.questions, line))
+            runner.answer(answers_of(runner.page.questions, line, runner.language))
 
     def _adjust(self, line: str) -> None:
         """Move what is adjusted as a line says."""
@@ -250,16 +252,16 @@ class _Terminal:
         elif line == _OTHER and self._runner.may_play:
             self._runner.start()
         else:
-            raise BadValue(f"{line!r} is no step; allowed: {', '.join(_STEPS)}, {_OTHER}, or Enter to keep it")
+            words = "{given} is no step; allowed: {steps}, or Enter to keep it"
+            raise BadValue(Phrase(words, given=repr(line), steps=(*_STEPS, _OTHER)))
         if may_step(self._runner):
             self._foot.step(self._runner)
-        _say(_sentences(title_of(self._runner), "Enter keeps it."))
+        _say(_sentences(title_of(self._runner), self._words("Enter keeps it.")))
 
     def _show(self) -> None:
         from underfoot.studies.empty_floor import empty_floor_text
-        from underfoot.studies.page_words import text_of, title_of
+        from underfoot.studies.page_words import hint_of, text_of, title_of
         from underfoot.studies.phase import Phase
-        from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
         empty = empty_floor_text(runner)
@@ -273,24 +275,38 @@ class _Terminal:
         if key != self._shown.key:
             self._shown.key = key
             if runner.phase is Phase.PAGE and page.kind != "end":
-                _say("\n" + _sentences(page.title, text_of(runner)))
-                _ask(page)
+                _say("\n" + _sentences(self._words(page.title), text_of(runner)))
+                self._ask(page)
             elif runner.phase is Phase.PAUSE:
-                _say(_sentences(text_of(runner), f"Pause of {page.seconds:.0f} s; skip ends it."))
+                pause = Phrase("Pause of {seconds} s; {skip} ends it.", seconds=round(page.seconds), skip="skip")
+                _say(_sentences(text_of(runner), self._words(pause)))
             elif runner.phase is Phase.READY:
-                begins = ": press Enter to begin" if page.start == "key" else ""
-                _say(_sentences(text_of(runner), title_of(runner), f"Trial {_number(page)}{begins}."))
+                _say(_sentences(text_of(runner), title_of(runner), self._words(_trial(page))))
             elif runner.phase is Phase.ANSWERING:
-                _ask(page)
-        steps = may_step(runner) and runner.adjusting is None  # with each line else: Enter keeps what is moved
-        hint = f"{runner.hint} {_ENTER_STEPS}".strip() if steps else runner.hint
+                self._ask(page)
+        hint = hint_of(runner, _ENTER_STEPS)
         if hint != self._shown.hint:
             self._shown.hint = hint
             if hint:
                 _say(hint)
 
+    def _ask(self, page: "Page") -> None:
+        if page.kind == "learn":
+            _say(self._words("Type a number to feel it; it ends by itself."))
+            return
+        for question in page.questions:
+            words = self._words(asked(question))
+            if isinstance(question, Adjusted):
+                moves = self._words("Type + and - for small steps, ++ and -- for large ones; Enter keeps it.")
+                other = self._words(Phrase("Type {key} to feel the other one.", key=_OTHER))
+                _say(_sentences(words, moves, other if page.trial and len(page.trial.intervals) > 1 else ""))
+            else:
+                _say(f"{words} ({self._words(question.allowed)})" if question.kind != "text" else words)
+        if not page.questions:
+            _say(self._words("Press Enter to go on."))
 
-def answers_of(questions: Sequence[Parameter], line: str) -> dict[str, Any]:
+
+def answers_of(questions: Sequence[Parameter], line: str, language: Language = ENGLISH) -> dict[str, Any]:
     """Return the answers in a line, separated by semicolons, one per question; an empty one is omitted.
 
     >>> from underfoot.experiments.questions import yes_or_no
@@ -300,21 +316,7 @@ def answers_of(questions: Sequence[Parameter], line: str) -> dict[str, Any]:
     parts = [part.strip() for part in line.split(";")] if len(questions) > 1 else [line.strip()]
     if len(parts) > max(len(questions), 1):
         raise BadValue(f"{len(parts)} answers are given; allowed: {len(questions)}, separated by semicolons")
-    return {one.name: typed_answer(one, part) for one, part in zip(questions, parts, strict=False) if part}
-
-
-def _ask(page: "Page") -> None:
-    if page.kind == "learn":
-        _say("Type a number to feel it; it ends by itself.")
-        return
-    for question in page.questions:
-        if isinstance(question, Adjusted):
-            other = f", {_OTHER} to feel the other one" if page.trial and len(page.trial.intervals) > 1 else ""
-            _say(f"{question.doc} Type + and - for small steps, ++ and -- for large ones{other}; Enter keeps it.")
-        else:
-            _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
-    if not page.questions:
-        _say("Press Enter to go on.")
+    return {one.name: typed_answer(one, part, language) for one, part in zip(questions, parts, strict=False) if part}
 
 
 def _sentences(*words: str) -> str:
@@ -326,9 +328,11 @@ def _sentences(*words: str) -> str:
     return " ".join(text if text[-1] in ".!?:" else f"{text}." for text in words if text)
 
 
-def _number(page: "Page") -> str:
+def _trial(page: "Page") -> Phrase:
+    """Return which trial it is, and what begins it."""
     assert page.trial is not None
-    return f"{page.trial.number}{' again' if page.attempt > 1 else ''}"
+    trial = Phrase("Trial {number} again" if page.attempt > 1 else "Trial {number}", number=page.trial.number)
+    return Phrase("{trial}: press Enter to begin.", trial=trial) if page.start == "key" else trial
 
 
 def _say(text: str) -> None:

@@ -18,6 +18,7 @@ from underfoot.documents import placed
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.draft import Draft
+from underfoot.experiments.languages import is_own
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, settings_kept, usually_scaled
 from underfoot.experiments.trial_files import cells_of, value_of
@@ -39,7 +40,9 @@ def with_conditions(protocol: Protocol, folder: Path, path: Path, registry: Regi
     """
     presets, there = preset_files.patches(), path.parent
     draft = Draft.of(protocol, registry, there)
-    has_files = any(one.patch and one.patch not in presets for one in protocol.stimuli.values())
+    has_files = is_own(protocol.language) or any(
+        one.patch and one.patch not in presets for one in protocol.stimuli.values()
+    )
     if has_files and folder.resolve() != there.resolve():
         draft = _Above(draft.raw, registry, Path(os.path.commonpath((folder.resolve(), there.resolve()))))
         draft.take_patches(folder)
@@ -48,11 +51,13 @@ def with_conditions(protocol: Protocol, folder: Path, path: Path, registry: Regi
 
 
 class _Above(Draft):
-    """A draft in a folder above all of its patches, which stay where they are."""
+    """A draft in a folder above all of its files, which stay where they are."""
 
     def take_patch(self, path: Path) -> str:
         """Return the patch's name in this folder."""
         return path.resolve().relative_to(self.folder).as_posix()
+
+    take_language = take_patch
 
 
 def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:

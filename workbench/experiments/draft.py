@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from underfoot.errors import BadFile, UnderfootError
+from underfoot.experiments.languages import LANGUAGES, is_own, path_of_language
 from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
@@ -95,24 +96,37 @@ class Draft:
         """
         folder = (self.folder / PATCHES).absolute()
         data = text_with_files_kept(read_file(path), str(path), self.registry, path.absolute().parent, folder)
+        name = self._name_for(data, path, PATCHES)
+        there = self.folder / name
+        make_folder(there.parent)
+        wrong = copy_needed(Patch.unchecked(data, str(path)).types.values(), path.parent, there.parent)
+        if wrong:
+            raise BadFile(f"{path} cannot be copied to {there}: {wrong[0]}")
+        if not there.is_file():
+            write_file(there, data)
+        return name
+
+    def take_language(self, path: Path) -> str:
+        """Copy a language to the protocol's folder, as a patch; return its file name there."""
+        name = self._name_for(read_file(path), path, LANGUAGES)
+        make_folder((self.folder / name).parent)
+        write_file(self.folder / name, read_file(path))
+        return name
+
+    def _name_for(self, data: bytes, path: Path, kind: str) -> str:
+        """Return the name in the folder `kind` of a file that has these bytes, or is not there yet."""
         for k in range(1, 1000):
-            name = f"{PATCHES}/{path.stem}{f'-{k}' if k > 1 else ''}.json"
-            there = self.folder / name
-            if there.is_file() and read_file(there) != data:
-                continue
-            make_folder(there.parent)
-            wrong = copy_needed(Patch.unchecked(data, str(path)).types.values(), path.parent, there.parent)
-            if wrong:
-                raise BadFile(f"{path} cannot be copied to {there}: {wrong[0]}")
-            if not there.is_file():
-                write_file(there, data)
-            return name
-        raise BadFile(f"{path} cannot be copied to {self.folder / PATCHES}: a thousand of this name are there")
+            name = f"{kind}/{path.stem}{f'-{k}' if k > 1 else ''}.json"
+            if not (self.folder / name).is_file() or read_file(self.folder / name) == data:
+                return name
+        raise BadFile(f"{path} cannot be copied to {self.folder / kind}: a thousand of this name are there")
 
     def take_patches(self, folder: Path) -> None:
-        """Copy the patches of all stimuli from `folder` to the folder of this protocol. Settings name the same sound
-        files as before.
+        """Copy the patches of all stimuli, and a language of its own, from `folder` to the folder of this protocol.
+        Settings name the same sound files as before.
         """
+        if is_own(self.raw["language"]):
+            self.raw["language"] = self.take_language(path_of_language(self.raw["language"], folder))
         presets = preset_files.patches()
         for stimulus in self.raw["stimuli"].values():
             name = stimulus.get("patch", "")

@@ -18,6 +18,7 @@ from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Presentation, Trial, is_right
 from underfoot.parameters import Choice, Parameter, declared_in
+from underfoot.phrases import Phrase
 
 if TYPE_CHECKING:
     from underfoot.experiments.stimuli import Stimulus
@@ -187,8 +188,10 @@ class Method(ABC):
         if trial.correct == "":
             return ""
         if is_right(trial.correct, answers):
-            return "Right."
-        return "Wrong." if trial.correct in (FIRST, SECOND, YES, NO) else f"It was {trial.correct}."
+            return "The last one: right."
+        if trial.correct in (FIRST, SECOND, YES, NO):
+            return "The last one: wrong."
+        return Phrase("The last one: it was {answer}.", answer=trial.correct)
 
 
 class ListedMethod(Method):

@@ -12,9 +12,10 @@ import msgspec
 
 from underfoot.arguments import choice
 from underfoot.documents import parse, placed, refusals
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.errors import BadFile, BadValue, UnderfootError, require
 from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
+from underfoot.experiments.languages import EN, language_of
 from underfoot.experiments.latin_square import number_of_row, row_of
 from underfoot.experiments.method import ASKED, COUNTERBALANCED, FOOT, LEFT, RIGHT, Method
 from underfoot.experiments.methods import METHODS
@@ -133,7 +134,8 @@ class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A study. `limit_m_s2` limits the acceleration of all stimuli, in m/s^2; `present_s` is the duration of a
-    presentation started by a key, in seconds.
+    presentation started by a key, in seconds. `language` is that of the program's words on participants' pages: "en",
+    another preset's name, or a file's beside the protocol.
     """
 
     format: str = FORMAT
@@ -150,6 +152,9 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     ] = ()
     participant: tuple[Question, ...] = ()
     limit_m_s2: Annotated[Level, _described("Nothing is presented above this peak acceleration.")] = 20.0
+    language: Annotated[
+        str, _described("Of what the program says to participants; what you wrote yourself stays as it is.")
+    ] = EN
     present_s: Annotated[
         float, msgspec.Meta(ge=0.05, le=600.0), _described("How long a presentation by a key lasts.", "Presented for")
     ] = 2.0
@@ -207,8 +212,8 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return msgspec.structs.replace(self, title=title, participant=(), stages=stages)
 
     def without_words(self) -> "Protocol":
-        """Return this protocol without what changes no row of a trial: titles, texts, words of questions, and the foot
-        from which the places of its buttons are counted.
+        """Return this protocol without what changes no row of a trial: titles, texts, language, words of questions,
+        and the foot from which the places of its buttons are counted.
         """
 
         def unread(questions: tuple[Question, ...]) -> tuple[Question, ...]:
@@ -224,17 +229,22 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             )
             for stage in self.stages
         )
-        return msgspec.structs.replace(self, title="", about="", participant=unread(self.participant), stages=stages)
+        asked = unread(self.participant)
+        return msgspec.structs.replace(self, title="", about="", language=EN, participant=asked, stages=stages)
 
     # --- checks ---
 
     def check(self, registry: Registry, folder: Path | None = None) -> "Protocol":
         """Return this protocol if it can be run; else raise `BadValue` with the place, the value, and what is allowed.
 
-        Patches are presets, or files in `folder`.
+        Patches and languages are presets, or files in `folder`.
         """
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
+        try:
+            language_of(self.language, folder)
+        except UnderfootError as error:
+            raise BadValue(f"language: {error}") from None
         for name, stimulus in self.stimuli.items():
             require(bool(IDENTIFIER.fullmatch(name)), "stimuli", name, "names of letters, digits, - and _")
             stimulus.check(f"stimuli.{name}", registry, folder, self.limit_m_s2)

@@ -9,6 +9,7 @@ import msgspec
 from underfoot.errors import BadValue, require
 from underfoot.number_parsing import parse_quantity
 from underfoot.parameters import Choice, Count, Number, Parameter, Text, ask, require_identifier
+from underfoot.phrases import ENGLISH, Language, Phrase
 
 FIRST, SECOND = "first", "second"
 YES, NO = "yes", "no"
@@ -31,8 +32,8 @@ class Scale(Number):
 
     @property
     def allowed(self) -> str:
-        low, high = self.ends
-        return f"{self.low:g} ({low}) to {self.high:g} ({high})"
+        least, most = self.ends
+        return Phrase("{low} ({least}) to {high} ({most})", low=self.low, least=least, high=self.high, most=most)
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class FreeNumber(Number):
 
     @property
     def allowed(self) -> str:
-        return f"a number above 0, up to {self.high:.0f}"
+        return Phrase("a number above 0, up to {high}", high=round(self.high))
 
 
 @dataclass(frozen=True)
@@ -81,13 +82,25 @@ def needs_answer(question: Parameter) -> bool:
 
 def unanswered(question: Parameter) -> BadValue:
     """Return the error for a required question without an answer."""
-    return BadValue(f"Please answer: {question.doc or question.label} ({question.allowed})")
+    words = Phrase("Please answer: {question} ({allowed})", question=asked(question), allowed=question.allowed)
+    return BadValue(words)
 
 
-def typed_answer(question: Parameter, text: str) -> object:
+def unmoved(question: Adjusted) -> BadValue:
+    """Return the error for a number that is felt and was not moved: its default is no answer."""
+    return BadValue(Phrase("Move it to answer: {question}", question=asked(question)))
+
+
+def asked(question: Parameter) -> str:
+    """Return what a participant reads of a question."""
+    return question.doc or question.label
+
+
+def typed_answer(question: Parameter, text: str, language: Language = ENGLISH) -> object:
     """Return the value of a typed answer: a number with or without unit, or a choice by number or first letters.
 
-    Raises `BadValue` in the question's words, for the participant.
+    Choices are read in the `language` in which they are shown. Raises `BadValue` in the question's words, a `Phrase`
+    for the participant.
 
     >>> weight = ask("mass_kg", Number(70.0, 30.0, 200.0, doc="What do you weigh?", unit="kg"))
     >>> typed_answer(weight, "70,5 kg")
@@ -101,14 +114,13 @@ def typed_answer(question: Parameter, text: str) -> object:
     value: Any = text
     try:
         if isinstance(question, Choice):
-            value = _chosen(question.options, text)
+            value = _chosen(question.options, tuple(map(language.say, question.options)), text)
         elif isinstance(question, Number | Count):
             value = parse_quantity(text, question.unit)
         return question.check(value)
     except BadValue:
-        raise BadValue(
-            f"{question.doc or question.label} The answer is {text!r}; allowed: {question.allowed}"
-        ) from None
+        words = "{question} The answer is {given}; allowed: {allowed}"
+        raise BadValue(Phrase(words, question=asked(question), given=repr(text), allowed=question.allowed)) from None
 
 
 def keys_of(options: tuple[str, ...]) -> tuple[str, ...]:
@@ -123,13 +135,11 @@ def keys_of(options: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(str(place) for place in range(1, len(options) + 1))
 
 
-def _chosen(options: tuple[str, ...], text: str) -> str:
-    if text in options:
-        return text
-    keys = keys_of(options)
-    if text in keys:
-        return options[keys.index(text)]
-    begun = [option for option in options if option.startswith(text)]
+def _chosen(options: tuple[str, ...], shown: tuple[str, ...], text: str) -> str:
+    for named in (shown, keys_of(shown)):
+        if text in named:
+            return options[named.index(text)]
+    begun = [option for option, words in zip(options, shown, strict=True) if words.startswith(text)]
     return begun[0] if len(begun) == 1 else text
 
 

@@ -154,23 +154,27 @@ def copy_files_of_settings(stimuli: Mapping[str, Stimulus], registry: Registry, 
 
 def patch_path(name: str, folder: Path | None) -> Path:
     """Return the path of a preset, or of a file in `folder`; raise `BadFile` if there is none."""
-    presets = preset_files.patches()
-    path = presets.get(name) or path_beside(name, folder or Path())
+    return preset_or_beside("patch", preset_files.patches(), name, folder)
+
+
+def preset_or_beside(what: str, presets: Mapping[str, Path], name: str, folder: Path | None) -> Path:
+    """Return the path of one of these `presets`, or of a file in `folder`; raise `BadFile` if there is none."""
+    path = presets.get(name) or path_beside(name, folder or Path(), what)
     try:
         is_file = path.is_file()
     except (OSError, ValueError):
         is_file = False
     if not is_file:
         near = ", ".join(get_close_matches(name, presets, 3, 0.3) or list(presets)[:3])
-        raise BadFile(f"there is no patch {name!r}; allowed: a file beside the protocol, or a preset, such as {near}")
+        raise BadFile(f"there is no {what} {name!r}; allowed: a file beside the protocol, or a preset, such as {near}")
     return path
 
 
-def path_beside(name: str, folder: Path) -> Path:
+def path_beside(name: str, folder: Path, what: str = "patch") -> Path:
     """Return the path of a file in `folder` or below, whether it exists or not; raise `BadValue` for one outside."""
-    require("\0" not in name, "patch", name, "a preset's name, or a file's")
+    require("\0" not in name, what, name, "a preset's name, or a file's")
     inside = not Path(name).is_absolute() and ".." not in Path(name).parts
-    require(inside, "patch", name, "a preset's name, or a file beside the protocol or below")
+    require(inside, what, name, "a preset's name, or a file beside the protocol or below")
     return folder / name
 
 

@@ -24,6 +24,7 @@ import msgspec
 
 from underfoot.errors import BadFile, in_one_line
 from underfoot.experiments.excerpts import Excerpt, Packed, packed, unpacked
+from underfoot.experiments.languages import is_own, path_of_language
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import copy_files_of_settings, patch_path, path_beside
 from underfoot.experiments.study import Entry, Study, method_of, require_id
@@ -196,7 +197,7 @@ class SessionFile:
         return begun if begun.is_dir() else self.path.parent
 
     def patches(self) -> dict[str, bytes]:
-        """Return the protocol's patches as they were at the start of the session, by name."""
+        """Return the protocol's patches, and its own language, as they were at the start of the session, by name."""
         with self._readable("patch"):
             rows = self._base.execute("select name, body from patch order by name")
             return {name: bytes(memoryview(body)) for name, body in rows}
@@ -234,11 +235,13 @@ class SessionFile:
                 self._unpacked = TemporaryDirectory(prefix="underfoot-")
             root = beside.absolute()
             folder = self._unpacked.name / root.relative_to(root.anchor)  # so that ../ stays within
+            language = self.stored_protocol().language
             for name, body in self._own_patches().items():
                 path = path_beside(name, folder)
                 make_folder(path.parent)
                 there = path_beside(name, beside).absolute().parent  # its sound files are still there
-                write_file(path, text_with_files_kept(body, name, registry, there, None))
+                moved = body if name == language else text_with_files_kept(body, name, registry, there, None)
+                write_file(path, moved)
         source = f"{self.path}, protocol"
         protocol = Protocol.loads(self.about["protocol"], registry, source, folder, of_session=True)
         if folder != beside:
@@ -482,7 +485,10 @@ def _fold(path: Path) -> None:
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
     names = {stimulus.patch for stimulus in protocol.stimuli.values() if stimulus.patch}
-    return {name: patch_path(name, folder).read_bytes() for name in sorted(names)}
+    paths = {name: patch_path(name, folder) for name in sorted(names)}
+    if is_own(protocol.language):
+        paths[protocol.language] = path_of_language(protocol.language, folder)
+    return {name: path.read_bytes() for name, path in paths.items()}
 
 
 def time_of_day() -> str:

@@ -1,4 +1,4 @@
-"""Presets on disk: patches, floors, simulated tiles and protocols; and a user's own patches."""
+"""Presets on disk: patches, floors, simulated tiles, protocols and languages; and a user's own patches."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -203,6 +203,15 @@ def protocols() -> dict[str, Path]:
     True
     """
     return _files("protocols")
+
+
+def languages() -> dict[str, Path]:
+    """Return the languages of participants' pages besides English: files by name, in alphabetical order.
+
+    >>> "fr" in languages()
+    True
+    """
+    return _files("languages")
 
 
 def walks() -> dict[str, Path]:

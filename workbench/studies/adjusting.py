@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from underfoot.errors import BadValue
-from underfoot.experiments.questions import Adjusted
+from underfoot.experiments.questions import Adjusted, unmoved
 from underfoot.experiments.trials import Answers
 from underfoot.patch.patch import Patch
 
@@ -59,5 +58,5 @@ class Adjusting:
     def answers(self) -> Answers:
         """The answer to the question; raise `BadValue` before anything was moved: its default is no answer."""
         if not self.changes:
-            raise BadValue(f"Please move it first: {self.question.doc}")
+            raise unmoved(self.question)
         return {self.question.name: self.value}

@@ -11,6 +11,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor, Tile
 from underfoot.parameters import Parameter
+from underfoot.phrases import Phrase
 
 BETWEEN_M = 0.02
 """So near to the middle of a tile no half is meant."""
@@ -128,5 +129,5 @@ class FootAnswers:
     @property
     def hint(self) -> str:
         """An instruction in a sentence or two."""
-        off = "Please step off first. " if self._is_earlier_foot_on else ""
-        return off + ("Step on your answer." if self.foot.rule == "dwell" else "Step on your answer, and off again.")
+        step = "Step on your answer." if self.foot.rule == "dwell" else "Step on your answer, and off again."
+        return Phrase("Please step off first. {step}", step=step) if self._is_earlier_foot_on else step

@@ -1,37 +1,42 @@
-"""What a participant reads on a page of a study, beside its questions: in the window, and in a terminal."""
+"""What a participant reads on a page of a study, beside its questions: in the window, and in a terminal.
+
+It is in the study's language; what is passed to `say` is English.
+"""
 
 from underfoot.experiments.questions import Adjusted
+from underfoot.phrases import Phrase
 from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
-
-_PRACTICE = "Practice"
+from underfoot.studies.simulated_foot import may_step
 
 
 def title_of(runner: Runner) -> str:
     """Return the title of the page, or which of two intervals comes; "" where the question says it."""
-    page = runner.page
+    page, say = runner.page, runner.language.say
     if runner.phase is Phase.PREPARING:
-        return "One moment"
+        return say("One moment")
     if runner.phase is Phase.STOPPED:
-        return "Stopped"
+        return say("Stopped")
     if runner.adjusting is not None and (title := _title_of_adjusting(runner.adjusting)):
-        return title
+        return say(title)
     if page.trial is None:
-        return page.title
+        return say(page.title)
     if runner.phase is Phase.ANSWERING:
         return ""
     title = page.title
     if len(page.trial.intervals) > 1 and not isinstance(page.questions[0], Adjusted):
-        title = f"{'First' if runner.interval == 1 else 'Second'} one"
+        title = "First one" if runner.interval == 1 else "Second one"
     elif page.trial.facts.get("announced"):
         title = "Nothing comes this time"
-    is_said = not page.practice or _PRACTICE.casefold() in title.casefold()
-    return title if is_said else ": ".join(filter(None, (_PRACTICE, title)))
+    practice, title = say("Practice"), say(title)
+    if not page.practice or practice.casefold() in title.casefold():
+        return title
+    return say(Phrase("Practice: {title}", title=title)) if title else practice
 
 
 def _title_of_adjusting(adjusting: Adjusting) -> str:
-    """Return which one is felt, where there is a standard, and whether what is moved has come to an end."""
+    """Return in English which one is felt, where there is a standard, and whether what is moved has come to an end."""
     if adjusting.is_held:
         return "It goes no further"
     if adjusting.standard is None:
@@ -44,18 +49,25 @@ def text_of(runner: Runner) -> str:
 
     Before its second interval it has none: "the last one" would be the first interval.
     """
-    page = runner.page
-    last = f"The last one: {page.feedback[0].lower()}{page.feedback[1:]}" if page.feedback else ""
+    page, say = runner.page, runner.language.say
+    last = say(page.feedback)
     match runner.phase:
         case Phase.PREPARING | Phase.STOPPED | Phase.PRESENTING | Phase.ANSWERING:
             return ""
         case Phase.WAITING | Phase.READY:
             return (last or page.text) if runner.interval == 1 else ""
     right = _right_answers(runner) if page.kind == "learn" else ""
-    return "\n\n".join(part for part in (last, page.text, right) if part)
+    return "\n\n".join(part for part in (last, say(page.text), right) if part)
+
+
+def hint_of(runner: Runner, steps: str) -> str:
+    """Return what the participant is to do now; `steps` says what steps on a simulated floor, where that is awaited."""
+    is_awaited = may_step(runner) and runner.adjusting is None  # where something is moved, the page says what to do
+    hints = (runner.hint, steps if is_awaited else "")
+    return " ".join(runner.language.say(hint) for hint in hints if hint)
 
 
 def _right_answers(runner: Runner) -> str:
     """Return the right answers by stimulus number in learning, if the stimuli have them."""
     words = [runner.protocol.stimuli[name].correct for name in runner.study.learnable]
-    return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
+    return ",  ".join(f"{number}: {runner.language.say(word)}" for number, word in enumerate(words, 1) if word)

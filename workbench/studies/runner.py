@@ -18,6 +18,7 @@ from underfoot.engine.reports import Notice, ProcessDied, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
 from underfoot.errors import BadFile, BadValue, require
+from underfoot.experiments.languages import language_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES, Adjusted
 from underfoot.experiments.store import SessionFile, time_of_day
@@ -25,6 +26,7 @@ from underfoot.experiments.study import AGREED, CALIBRATIONS, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
 from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.patch.patch import Patch
+from underfoot.phrases import Phrase
 from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.equipment import Equipment
@@ -58,6 +60,8 @@ class Runner:
         file.hold()
         self.session, self.file, self.protocol = session, file, protocol
         self.study: Study = file.study(protocol)
+        self.language = language_of(protocol.language, folder)
+        """What the participant reads of the program's words is in it."""
         target = session.target
         self.presenter = Presenter(session, is_felt=any(one.patch for one in protocol.stimuli.values()))
         self.watch = FloorWatch(
@@ -105,7 +109,7 @@ class Runner:
 
     @property
     def hint(self) -> str:
-        """An instruction for the participant, in one sentence."""
+        """An instruction for the participant, in one sentence, in English; of a stop, why."""
         return self._hint if self._trial is None or self._why_stopped else self._trial.hint
 
     @property
@@ -306,7 +310,7 @@ class Runner:
         if not self.session.health.running or self.presenter.since_frame is None:
             return
         if self._unprepared:
-            self._hint = f"Preparing: {len(self._unprepared)} left"
+            self._hint = Phrase("Preparing: {count} left", count=len(self._unprepared))
             self.presenter.request(self._unprepared.pop())
             return
         if not self.presenter.has_settled():
