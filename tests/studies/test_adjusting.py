@@ -42,7 +42,7 @@ def test_a_level_is_felt_while_it_is_moved_and_so_is_the_standard(session, until
         assert runner.adjusting is None
         runner.go_on()  # what was felt comes again, from its start
         for _ in range(2):
-            start = begun(person)
+            start, began = begun(person), runner.presenter.end_frame
             with pytest.raises(BadValue, match="Move it to answer: Set it to where"):
                 runner.answer({})
             assert gain_db(runner) == pytest.approx(start, abs=1e-6)
@@ -53,7 +53,8 @@ def test_a_level_is_felt_while_it_is_moved_and_so_is_the_standard(session, until
             for _ in range(2):
                 runner.adjust(1, is_fine=True)
             assert title_of(runner) == "The one to set"
-            person.until(lambda: runner.session.health.peak > 0.001, "it is felt")
+            presenter = runner.presenter  # health has the peak of the trial before for a while
+            person.until(lambda p=presenter, at=began: p.onset_frame(at, p.end_frame) is not None, "it is felt")
             runner.answer({})
         person.finish_study()
     with closing(SessionFile.open(tmp_path / "a.session")) as file:
