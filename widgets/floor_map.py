@@ -412,7 +412,7 @@ def _paint_on_ground(painter: QPainter, area: QRectF, flags: Qt.AlignmentFlag, t
     """Paint text on the plot background, because red and green are unreadable on the amber of a loaded tile."""
     painter.fillRect(painter.boundingRect(area, flags, text).adjusted(-3, 0, 3, 0), QColor(theme.GROUND))
     painter.setPen(QColor(colour))
-    painter.drawText(area, flags, text)
+    painter.drawText(area, flags | Qt.TextFlag.TextDontClip, text)
 
 
 def _common(one: QRectF, other: QRectF) -> float:
