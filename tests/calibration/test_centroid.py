@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from exact_hand import Hand
+from made_curves import line
 
 from underfoot.calibration.files.measurements import Presses
 from underfoot.calibration.procedure import run
@@ -172,14 +173,7 @@ def test_twenty_millimetres_on_average_are_good_enough(static_m, compensated_m, 
 
 def test_readings_go_through_the_profile_s_curves():
     table = presses()
-    curve = Curve(
-        family="power",
-        unloaded_reading=500.0,
-        full_scale_n=500.0,
-        readings=(500, 50500),
-        forces_n=(0, 500),
-        slopes=(0.01, 0.01),
-    )
+    curve = line(rest=500.0)
     profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
     counts = Presses("t1", table.at_m, table.force_n, 500.0 + 100.0 * table.readings)
     found = assess(counts, TILE, profile)
@@ -192,15 +186,7 @@ def test_readings_go_through_the_profile_s_curves():
 def test_without_a_load_cell_the_force_of_a_press_is_the_compensated_one():
     """It was the static curves', on the page, where nobody could press as asked for, and in the result."""
     memory = Compensation(readings=(2000, 22000), forces_n=(0, 1000), slopes=(0.05, 0.05))
-    curve = Curve(
-        family="line",
-        unloaded_reading=2000,
-        full_scale_n=700,
-        readings=(2000, 22000),
-        forces_n=(0, 700),
-        slopes=(0.035, 0.035),
-        compensation=memory,
-    )
+    curve = line(slope=0.035, rest=2000.0, full=700.0, compensation=memory)
     profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve,) * 4))
     found = run(CentroidProcedure(TILE, profile), Hand(force=False), {"form": "quick", "loads_n": (150.0, 300.0)})
     assert found.warnings == ()
@@ -225,16 +211,8 @@ def test_presses_are_left_out_by_the_forces_that_a_session_uses():
 
 def test_a_corner_that_lifts_does_not_clip():
     """Who pressed a good tile at its edge was told to press less hard there: without a load a sensor reads 0."""
-    line = Curve(
-        family="line",
-        unloaded_reading=500,
-        full_scale_n=1000,
-        readings=(500, 20500),
-        forces_n=(0, 1000),
-        slopes=(0.05, 0.05),
-    )
     hand = Hand(lambda corners: np.maximum(500.0 + 20.0 * corners, 0.0), reach=1.3)
-    profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(line,) * 4))
+    profile = Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(line(slope=0.05, rest=500.0, full=1000.0),) * 4))
     found = run(CentroidProcedure(TILE, profile), hand, {"form": "quick", "loads_n": (300.0,)})
     assert len(found.raw[0][2]) == 9
 
@@ -302,9 +280,7 @@ def test_gains_are_the_same_from_any_units():
 
 def felt_by():
     """A profile of sensors that read 60 counts a newton."""
-    curve = Curve(
-        family="power", full_scale_n=1000.0, readings=(0, 60_000), forces_n=(0, 1000), slopes=(1 / 60, 1 / 60)
-    )
+    curve = line(slope=1 / 60, rest=0.0, full=1000.0)
     return Profile(tile="t1", fsr=Fsr(made="2024-05-01", sensors=(curve, curve, curve, curve)))
 
 

@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import pytest
+from made_curves import line
 from PySide6.QtWidgets import QWidget
 
 from underfoot.calibration.files.report import write_report
 from underfoot.calibration.result import Result
 from underfoot.calibration.results.drift import drift
 from underfoot.commands.tile_options import TileOptions
-from underfoot.floor.curves import Curve
 from underfoot.floor.profile import Fsr, Latency, PlateStiffness, Profile, Response
 from underfoot.quantities import pretty_text
 from underfoot.widgets.calibrate.result_view import ResultView
@@ -77,13 +77,7 @@ def test_a_plate_drifts_beyond_what_footsteps_are_off_and_a_round_trip_at_one_bl
 
 def forces(made, *gains_n):
     """A part of four straight curves, newtons a thousand counts, up to 400 N."""
-    curves = [
-        Curve(
-            family="linear", readings=(0.0, 4e5 / n), forces_n=(0.0, 400.0), slopes=(n / 1e3,) * 2, full_scale_n=400.0
-        )
-        for n in gains_n
-    ]
-    return Fsr(made=made, sensors=tuple(curves))
+    return Fsr(made=made, sensors=tuple(line(slope=n / 1e3, rest=0.0, full=400.0) for n in gains_n))
 
 
 def test_a_sensor_that_has_aged_is_named_in_the_report_by_the_command_and_in_the_window(tmp_path, qtbot, capsys):

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from bare_transport import BareTransport
+from made_curves import line
 
 from underfoot.devices import transport_reader
 from underfoot.devices.conversion import Conversion, nominal_force
@@ -423,11 +424,9 @@ def test_hundreds_of_blocks_leave_nothing_behind(until):
 
 
 def calibrated(tile, uncalibrated=""):
-    line = Curve(
-        family="linear", readings=(100.0, 1100.0), forces_n=(0.0, 500.0), slopes=(0.5, 0.5), full_scale_n=500.0
-    )
-    last = Curve(uncalibrated=uncalibrated) if uncalibrated else line
-    return Profile(tile=tile, fsr=Fsr(made="2026-01-01", sensors=(line, line, line, last)))
+    curve = line(slope=0.5, rest=100.0)
+    last = Curve(uncalibrated=uncalibrated) if uncalibrated else curve
+    return Profile(tile=tile, fsr=Fsr(made="2026-01-01", sensors=(curve, curve, curve, last)))
 
 
 def test_a_profile_turns_readings_into_newtons_and_others_are_flagged():

@@ -3,11 +3,11 @@
 import msgspec
 import numpy as np
 import pytest
+from made_curves import line
 
 from underfoot.devices.force_source import SENSOR_HZ
 from underfoot.devices.simulated_floor import SimulatedFloor, recorded
 from underfoot.errors import BadFile
-from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Fsr as FsrPart
 from underfoot.floor.profile import Profile
@@ -63,10 +63,7 @@ def test_uncalibrated_it_errs_as_parts_do_and_says_so():
 
 
 def test_a_profile_turns_counts_into_newtons():
-    curve = Curve(
-        family="monotone", readings=(0.0, FULL_COUNTS), forces_n=(0.0, 1000.0), slopes=(1000.0 / FULL_COUNTS,) * 2,
-        full_scale_n=1000.0,
-    )  # fmt: skip
+    curve = line(slope=1000.0 / FULL_COUNTS, rest=0.0, full=1000.0)
     profile = Profile(tile="t2", fsr=FsrPart(made="2024-05-01", sensors=(curve,) * 4))
     source = SimulatedFloor(FLOOR, simulation=NON_IDEAL, profiles={"t2": profile})
     assert "t2" not in source.notices[0]

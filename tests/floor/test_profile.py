@@ -8,6 +8,7 @@ from datetime import date
 import msgspec
 import numpy as np
 import pytest
+from made_curves import line
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.floor.centroid_correction import CentroidCorrection, nearest_within
@@ -26,19 +27,6 @@ from underfoot.floor.profile import (
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 TODAY = date(2024, 6, 1)
-
-
-def line(slope=0.01, rest=1000.0, full=500.0, **more):
-    ends = (rest, rest + full / slope)
-    return Curve(
-        family="power",
-        unloaded_reading=rest,
-        full_scale_n=full,
-        readings=ends,
-        forces_n=(0.0, full),
-        slopes=(slope,) * 2,
-        **more,
-    )
 
 
 def fsr(*curves, **more):

@@ -3,8 +3,7 @@
 import json
 import math
 import os
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,13 +11,12 @@ import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import OUTPUT, FileOrPreset, require_outputs_writable
-from underfoot.commands.telling import tell
+from underfoot.commands.surveying import survey_progress, survey_told
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.records.comparison import Figures, Group
-    from underfoot.records.recording import Recording
-    from underfoot.records.survey import Stance, Survey
+    from underfoot.records.survey import Stance
 
 
 @click.command()
@@ -77,34 +75,9 @@ def _stances_in(path: Path) -> "Sequence[Stance]":
     if not is_recording(path):
         forces, floor = read_force_file(path)
         found = find_steps([(forces.time_s, forces.force_n)], floor, forces.rate_hz)
-        return survey_of(found, forces.seconds, _progress(path, forces.seconds)).steps
+        return survey_of(found, forces.seconds, survey_progress(path, forces.seconds)).steps
     with Recording(path) as recording:
         return survey_told(recording).steps
-
-
-def survey_told(recording: "Recording") -> "Survey":
-    """Return the contacts and footsteps of a recording, from the cache or else found now, with a line each second."""
-    from underfoot.records.survey import cache_survey, load_cached_survey, survey
-
-    known = load_cached_survey(recording)
-    if known is None:
-        first, end = recording.span
-        known = survey(recording, _progress(recording.path, (end - first) / recording.rate_hz))
-        cache_survey(recording, known)
-    return known
-
-
-def _progress(path: Path, length_s: float) -> "Callable[[Survey], bool]":
-    told_s = time.perf_counter()
-
-    def told(so_far: "Survey") -> bool:
-        nonlocal told_s
-        if time.perf_counter() - told_s >= 1.0:
-            told_s = time.perf_counter()
-            tell(f"looking for footsteps in {path.name}: {min(100.0 * so_far.until_s / length_s, 100.0):.0f} %")
-        return True
-
-    return told
 
 
 def _lines(groups: "Sequence[Group]") -> list[str]:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compare import survey_told
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE
+from underfoot.commands.surveying import survey_told
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:

@@ -96,11 +96,8 @@ class Adjustment(BlockedMethod):
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         low, high = given["reach"]
         name, unit = (SET_TO, "") if given["parameter"] else (LEVEL_DB, "dB")
-        middle, steps = 0.5 * (low + high), given["steps"]
-        question = Adjusted(
-            middle, low, high, doc=given["question"], unit=unit, steps=steps, moves=given["parameter"]
-        )  # fmt: skip
-        return (ask(name, question),)
+        moved = {"unit": unit, "steps": given["steps"], "moves": given["parameter"]}
+        return (ask(name, Adjusted(0.5 * (low + high), low, high, doc=given["question"], **moved)),)
 
     @property
     def questions(self) -> tuple[Parameter, ...]:

@@ -1,0 +1,38 @@
+"""Footsteps of a recording as a command looks for them, with a line each second."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from underfoot.commands.telling import tell
+
+if TYPE_CHECKING:
+    from underfoot.records.recording import Recording
+    from underfoot.records.survey import Survey
+
+
+def survey_told(recording: "Recording") -> "Survey":
+    """Return the contacts and footsteps of a recording, from the cache or else found now."""
+    from underfoot.records.survey import cache_survey, load_cached_survey, survey
+
+    known = load_cached_survey(recording)
+    if known is None:
+        first, end = recording.span
+        known = survey(recording, survey_progress(recording.path, (end - first) / recording.rate_hz))
+        cache_survey(recording, known)
+    return known
+
+
+def survey_progress(path: Path, length_s: float) -> "Callable[[Survey], bool]":
+    """Return what tells once a second how far a survey of a file of this length is."""
+    told_s = time.perf_counter()
+
+    def told(so_far: "Survey") -> bool:
+        nonlocal told_s
+        if time.perf_counter() - told_s >= 1.0:
+            told_s = time.perf_counter()
+            tell(f"looking for footsteps in {path.name}: {min(100.0 * so_far.until_s / length_s, 100.0):.0f} %")
+        return True
+
+    return told
