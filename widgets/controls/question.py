@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QMessageBox, QWidget
+from PySide6.QtWidgets import QInputDialog, QLabel, QMessageBox, QWidget
 
 
 def message_box(parent: QWidget | None, title: str, text: str, more: str = "") -> QMessageBox:
@@ -35,3 +35,14 @@ def ask(parent: QWidget, title: str, text: str, yes: str, then: Callable[[], obj
     box.button(QMessageBox.StandardButton.Cancel).setText(no)
     box.accepted.connect(lambda: then())
     box.open()
+
+
+def ask_text(parent: QWidget, title: str, question: str, take: Callable[[str], object], text: str = "") -> None:
+    """Ask for a line of text, without waiting; `take` is called with it, and Escape changes nothing."""
+    dialog = QInputDialog(parent)
+    dialog.setWindowTitle(title)
+    dialog.setLabelText(question)
+    dialog.setTextValue(text)
+    dialog.textValueSelected.connect(take)
+    dialog.finished.connect(dialog.deleteLater)
+    dialog.open()

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
-from PySide6.QtWidgets import QInputDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
+from underfoot.widgets.controls.question import ask_text
 from underfoot.widgets.recordings.reader import RecordingReader
 from underfoot.widgets.recordings.timeline import Axis
 from underfoot.widgets.recordings.tracks import time_text
@@ -29,14 +30,8 @@ class MarkEditing:
 
     def ask(self) -> None:
         """Ask for a text, and mark the cursor's time with it."""
-        if self._axis.content is None:
-            return
-        dialog = QInputDialog(self._owner)
-        dialog.setWindowTitle("A mark")
-        dialog.setLabelText(f"What is at {time_text(self._axis.cursor_s)}?")
-        dialog.textValueSelected.connect(self.add)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.open()
+        if self._axis.content is not None:
+            ask_text(self._owner, "A mark", f"What is at {time_text(self._axis.cursor_s)}?", self.add)
 
     def remove(self) -> None:
         """Remove the mark nearest to the cursor, within a few pixels."""

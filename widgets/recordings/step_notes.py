@@ -3,11 +3,12 @@
 import math
 from collections.abc import Callable, Sequence
 
-from PySide6.QtWidgets import QInputDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.records.notes import body_weight_n
 from underfoot.records.standing import standing_phase
+from underfoot.widgets.controls.question import ask_text
 from underfoot.widgets.recordings.reader import RecordingReader
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.timeline import Axis
@@ -42,7 +43,7 @@ class StepNotes:
         which = f"step {chosen[0].step}" if len(chosen) == 1 else f"{len(chosen)} steps"
         before = next((step.left_out for step in chosen if step.left_out), "")
         question = f"Why do means leave {which} out?"
-        self._ask("Leave out of means", question, before, lambda why: self._leave_out(places, why))
+        ask_text(self._owner, "Leave out of means", question, lambda why: self._leave_out(places, why), before)
 
     def weigh(self) -> None:
         """Ask for the body weight of the person whose steps are shown, or of all."""
@@ -62,16 +63,7 @@ class StepNotes:
         def take(typed: str) -> None:
             self._weigh(person, typed, str(found) if typed == of_found else "typed")
 
-        self._ask("Body weight", question, text, take)
-
-    def _ask(self, title: str, question: str, text: str, take: Callable[[str], object]) -> None:
-        dialog = QInputDialog(self._owner)
-        dialog.setWindowTitle(title)
-        dialog.setLabelText(question)
-        dialog.setTextValue(text)
-        dialog.textValueSelected.connect(take)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.open()
+        ask_text(self._owner, "Body weight", question, take, text)
 
     def _leave_out(self, places: Sequence[tuple[int, str]], why: str) -> None:
         if why.strip():

@@ -1,10 +1,11 @@
 """Marks set during a session: at once by a key, or with a text that is asked for."""
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QInputDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from underfoot.engine.commands import Mark
 from underfoot.network.cues import LONGEST_TEXT
+from underfoot.widgets.controls.question import ask_text
 from underfoot.widgets.session.controller import SessionController
 
 
@@ -23,12 +24,8 @@ class Marking(QObject):
     def ask(self) -> None:
         """Mark this moment with a text; the time is now, however long typing takes."""
         at_s = self._controller.played_s
-        dialog = QInputDialog(self._window)
-        dialog.setWindowTitle("A mark")
-        dialog.setLabelText(f"What is at {at_s:.1f} s of the session?")
-        dialog.textValueSelected.connect(lambda text: self._mark(text, at_s))
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.open()
+        question = f"What is at {at_s:.1f} s of the session?"
+        ask_text(self._window, "A mark", question, lambda text: self._mark(text, at_s))
 
     def _mark(self, text: str, at_s: float) -> None:
         self._controller.send(Mark(text[:LONGEST_TEXT], max(self._controller.played_s - at_s, 0.0)))
