@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 _HEALTH_DIVISOR = 5  # one of this many reports, which come at 10 Hz
 AGAIN_S = 5.0
-"""Time after which what could not be served as the session began is tried again: a port that another program has, a
-network or a serial line that is not there yet."""
+"""Time after which what could not be served as the session began is tried again: a port that another program has, or an
+address that is not there yet."""
 LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and panic meanwhile"
 
 

@@ -28,7 +28,7 @@ OURS = "underfoot"
 MOST_STREAMS = 16
 LINE_ENDS_S = 0.05
 """Time after which text on a serial line without an end of line is a mark."""
-_LOOK_S, _SEARCH_S, _AGAIN_S = 0.01, 0.5, 1.0
+_LOOK_S, _SEARCH_S, _AGAIN_S, _RELEASE_S = 0.01, 0.5, 1.0, 1.0
 _CLOCK_S = 5.0
 """Longest wait for a sender's clock; then its marks have the time of their arrival."""
 _LATEST_S, _EARLIEST_S = 600.0, 10.0
@@ -159,50 +159,49 @@ class SerialMarks:
     """A serial line at 115,200 baud: each line of text is a mark, and so is a single byte, as triggers send them."""
 
     def __init__(self, port: str, take: Take) -> None:
-        """Raise `DeviceError` if the port cannot be opened; a port that is lost later is reopened."""
+        """Begin to read; `problem` tells of a port that cannot be opened or is lost, which is tried again each second.
+
+        The thread opens it, because an adapter that hangs holds up who does for seconds.
+        """
         self._name, self._take = port, take
         self.problem = ""
-        self._port = self._opened()
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by a serial line", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Release the port."""
+        """Release the port; one that hangs is left to the thread."""
         self._end.set()
-        self._thread.join()
-
-    def _opened(self) -> "serial.Serial":
-        import serial
-
-        with opening(f"marks cannot be read from {self._name}"):
-            return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S, exclusive=True)
+        self._thread.join(_RELEASE_S)
 
     def _run(self) -> None:
-        text, at_s, was_silent = b"", 0.0, True
+        import serial
+
+        refusal = f"marks cannot be read from {self._name}"
         while not self._end.is_set():
             try:
-                came = self._port.read(max(self._port.in_waiting, 1))
+                with opening(refusal):
+                    port = serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S, exclusive=True)
+                with port:
+                    self.problem = ""
+                    self._read(port)
+            except DeviceError as error:
+                self.problem = str(error)
             except (OSError, TypeError) as error:
-                self._port.close()
-                self.problem = f"marks cannot be read from {self._name}: {port_reason(error)}"
-                self._find_again()
-                continue
+                self.problem = f"{refusal}: {port_reason(error)}"
+            self._end.wait(_AGAIN_S)
+
+    def _read(self, port: "serial.Serial") -> None:
+        """Take marks until told to end; raise what pyserial does where the port is gone."""
+        text, at_s, was_silent = b"", 0.0, True
+        while not self._end.is_set():
+            came = port.read(max(port.in_waiting, 1))
             if came:  # a mark without an end of line is known later
                 at_s = time.perf_counter()
             is_alone, was_silent = was_silent and came in (b"\r", b"\n"), not came
             marks, text = ([], came) if is_alone else split_marks(text + came, is_over=not came)
             for mark in marks:
                 self._take(mark, at_s)
-        self._port.close()
-
-    def _find_again(self) -> None:
-        while not self._end.wait(_AGAIN_S):
-            try:
-                self._port, self.problem = self._opened(), ""
-            except DeviceError:
-                continue
-            return
 
 
 def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:

@@ -90,7 +90,7 @@ class _Shown(NamedTuple):
 
 
 class NetworkServer:
-    """Carries out a `NetworkPlan`. `DeviceError` if a port is not available; `problem` says if LSL is not."""
+    """Carries out a `NetworkPlan`. `DeviceError` if a UDP port is not available; `problem` says what else is not."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class NetworkServer:
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
         if plan.serial_marks:
-            self._inlets.append(self._serial_marks(plan.serial_marks))
+            self._inlets.append(SerialMarks(plan.serial_marks, partial(self._take_mark, _Allowance(MOST_MARKS_S))))
         self._out = _udp()
         self._out.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)  # an address may be that of a whole network
         self._wake, self._woken = socket.socketpair()
@@ -348,15 +348,6 @@ class NetworkServer:
             self._send_answer(self._hello, sender)
         else:
             self._cues.append(Received(cue, sender))
-
-    def _serial_marks(self, port: str) -> SerialMarks:
-        """Open a serial port for marks; if that fails, close the socket."""
-        try:
-            return SerialMarks(port, partial(self._take_mark, _Allowance(MOST_MARKS_S)))
-        except DeviceError:
-            if self._listening is not None:
-                self._listening.close()
-            raise
 
     def _close_inlets(self, kind: type[LslMarks | SerialMarks]) -> None:
         for inlet in self._inlets:
