@@ -44,11 +44,11 @@ def end():
 
 @pytest.fixture
 def serve():
-    """`serve(**ways)`: a server of a 2 x 2 floor."""
+    """`serve(**ways)`: a server of a 2 x 2 floor, or of another `size`."""
     made = []
 
-    def start(before=None, **ways):
-        made.append(NetworkServer(NetworkPlan.of(**ways), default_floor(), RATE, FORCE_HZ, before))
+    def start(before=None, size=(2, 2), **ways):
+        made.append(NetworkServer(NetworkPlan.of(**ways), default_floor(*size), RATE, FORCE_HZ, before))
         return made[-1]
 
     yield start
@@ -192,14 +192,15 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
 
 def test_hello_is_answered_with_all_that_a_client_needs(serve, end, until):
     port, address = listening()
-    serve(listen=address, tuio="127.0.0.1:3333")
+    serve(size=(16, 16), listen=address, tuio="127.0.0.1:3333")
     end.send_message(port, "/underfoot/hello")
     ((name, version, text),) = until(lambda: end.received("/underfoot/hello"), "an answer")
+    assert len(text) > 9216, "more than macOS sends unless it is asked to"
     about = json.loads(text)
     assert (name, version) == ("underfoot", __version__)
     assert about["ways"] == {"tuio": "127.0.0.1:3333", "listen": address}
-    assert [tile["id"] for tile in about["tiles"]] == ["t1", "t2", "t3", "t4"]
-    assert about["box_m"] == pytest.approx([0.615, 0.615])
+    assert [tile["id"] for tile in about["tiles"]] == [f"t{number}" for number in range(1, 257)]
+    assert about["box_m"] == pytest.approx([16 * 0.31 - 0.005] * 2)
     assert "gravel" in about["presets"]
 
 

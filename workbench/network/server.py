@@ -50,6 +50,7 @@ MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 2
 _BURST_S = 0.25  # length of a burst at each rate
 _HELLO_COSTS = 10.0  # its answer is long
 _LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
+_SEND_BUFFER = 1 << 18  # macOS sends no datagram that is longer than this, by itself 9216 bytes
 _LARGEST_INT = 0x7FFFFFFF
 
 Sender = tuple[str, int]
@@ -417,6 +418,7 @@ def _nothing() -> None:
 
 def _udp() -> socket.socket:
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
     made.setblocking(False)
     return made
 
