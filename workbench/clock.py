@@ -1,4 +1,7 @@
-"""Session clock: frames, and the spans at which everything but samples happens."""
+"""Session clock: frames, and the spans at which everything but samples happens; and intervals of a computer's."""
+
+import time
+from collections.abc import Callable
 
 RATE_HZ = 48_000
 """Session frames per second, unless the session's target has another rate."""
@@ -23,3 +26,23 @@ def next_span(frame: int) -> int:
     (0, 32, 32)
     """
     return -(-frame // SPAN) * SPAN
+
+
+def once_in(seconds: float) -> Callable[[], bool]:
+    """Return a function that says whether it is this long ago that it said so, or was made: for reports of progress.
+
+    >>> is_due = once_in(3600.0)
+    >>> is_due()
+    False
+    """
+    due_s = time.perf_counter() + seconds
+
+    def is_due() -> bool:
+        nonlocal due_s
+        now_s = time.perf_counter()
+        if now_s < due_s:
+            return False
+        due_s = now_s + seconds
+        return True
+
+    return is_due

@@ -1,13 +1,12 @@
 """`underfoot export`: a recording for other programs."""
 
-import time
 from pathlib import Path
 
 import click
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable
-from underfoot.commands.telling import tell
+from underfoot.commands.telling import tell_share
 
 
 class _Formats(click.Command):
@@ -39,18 +38,10 @@ def export(recording: Path, output: Path, vibration: str, from_s: float | None, 
     from underfoot.records.survey import RecordedForces
 
     require_outputs_writable(output, inputs=[recording])
-    told = [time.perf_counter()]
-
-    def progress(text: str, share: float) -> bool:
-        if time.perf_counter() - told[0] >= 1.0:
-            told[0] = time.perf_counter()
-            tell(f"{text}: {100.0 * share:.0f} %")
-        return True
-
     with Recording(recording) as opened, report_compiling(None):
         stretch_s = None
         if from_s is not None or to_s is not None:
             length_s = RecordedForces(opened).length_s
             stretch_s = (0.0 if from_s is None else from_s, length_s if to_s is None else to_s)
-        write_export(ExportSource(opened, vibration, progress, stretch_s), output)
+        write_export(ExportSource(opened, vibration, tell_share(), stretch_s), output)
     print(f"{output} is written, as {format_of(output).title.replace('NAME', output.stem)}")

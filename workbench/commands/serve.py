@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from underfoot.clock import once_in
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, require_outputs_writable
@@ -123,7 +124,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     session.send(Level(options.level))
     session.start()
     end_frame = math.inf if options.seconds is None else options.seconds * rate
-    told_s, problem = -math.inf, ""
+    is_due, problem = once_in(_HEALTH_S), ""
     while session.health.frame < end_frame and not stopped:
         reports = session.poll()
         for line in (line for report in reports for line in messages_of(report, session.health)):
@@ -142,8 +143,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
             server.send_force(last_s, ago_s, (forces - finder.baseline_n).sum(axis=2))
             for step in found.steps:
                 server.send_step(step, health.frame / rate - step.start_s)
-        if health.running and time.perf_counter() - told_s > _HEALTH_S:
-            told_s = time.perf_counter()
+        if health.running and is_due():
             server.send_health(health)
         time.sleep(_WAIT_S)
     for line in finder.warnings():

@@ -1,11 +1,10 @@
 """Footsteps of a recording as a command looks for them, with a line each second."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from underfoot.commands.telling import tell
+from underfoot.commands.telling import tell_share
 
 if TYPE_CHECKING:
     from underfoot.records.recording import Recording
@@ -26,13 +25,5 @@ def survey_told(recording: "Recording") -> "Survey":
 
 def survey_progress(path: Path, length_s: float) -> "Callable[[Survey], bool]":
     """Return what tells once a second how far a survey of a file of this length is."""
-    told_s = time.perf_counter()
-
-    def told(so_far: "Survey") -> bool:
-        nonlocal told_s
-        if time.perf_counter() - told_s >= 1.0:
-            told_s = time.perf_counter()
-            tell(f"looking for footsteps in {path.name}: {min(100.0 * so_far.until_s / length_s, 100.0):.0f} %")
-        return True
-
-    return told
+    told = tell_share()
+    return lambda so_far: told(f"looking for footsteps in {path.name}", so_far.until_s / length_s)

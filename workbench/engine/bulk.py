@@ -9,12 +9,12 @@ import hashlib
 import io
 import re
 import threading
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from underfoot.clock import once_in
 from underfoot.engine.cluster import on_cluster
 from underfoot.engine.offline import RenderJob
 from underfoot.engine.parameter_grid import Values
@@ -124,7 +124,7 @@ class Manifest:
     def __init__(self, path: Path, files: Sequence[tuple[str, Values]]) -> None:
         self._path, self._files = path, files
         self._rows: dict[int, dict[str, object]] = {}
-        self._written = time.perf_counter()
+        self._is_due = once_in(_EVERY_S)
         values = dict.fromkeys(name for _, given in files for name in given)
         self._columns = ["file", "patch", *values, "seed", "seconds", "rate_hz", "peak", "rms", "sha256", "error"]
 
@@ -142,7 +142,7 @@ class Manifest:
     def _add(self, number: int, found: Mapping[str, object]) -> None:
         patch, values = self._files[number]
         self._rows[number] = {"patch": patch, **{name: _text(value) for name, value in values.items()}, **found}
-        if time.perf_counter() - self._written > _EVERY_S:
+        if self._is_due():
             self.write()
 
     def write(self) -> None:
@@ -154,4 +154,3 @@ class Manifest:
         table.writeheader()
         table.writerows(self._rows[number] for number in sorted(self._rows))
         write_file(self._path, text.getvalue().encode())
-        self._written = time.perf_counter()

@@ -1,11 +1,11 @@
 """Export of a recording in a separate process, while the window stays responsive."""
 
-import time
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from underfoot.clock import once_in
 from underfoot.engine.child_process import leave_to_session
 from underfoot.engine.survey_process import TELL_S, Progress
 from underfoot.errors import UnderfootError
@@ -30,12 +30,10 @@ def run(connection: Connection, request: ExportRequest) -> None:
     Any message to it stops the export, and removes the incomplete file.
     """
     leave_to_session("SIGINT")
-    due = time.perf_counter() + TELL_S
+    is_due = once_in(TELL_S)
 
     def progress(text: str, share: float) -> bool:
-        nonlocal due
-        if time.perf_counter() >= due:
-            due = time.perf_counter() + TELL_S
+        if is_due():
             connection.send(Progress(text, share))
         return not connection.poll()
 

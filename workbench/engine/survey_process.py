@@ -1,11 +1,11 @@
 """Survey of a recording in a separate process, while the window stays responsive."""
 
-import time
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from underfoot.clock import once_in
 from underfoot.engine.child_process import leave_to_session
 from underfoot.errors import UnderfootError
 from underfoot.records.recording import Recording
@@ -35,18 +35,9 @@ def run(connection: Connection, path: str) -> None:
 
 
 def _survey(connection: Connection, recording: Recording) -> None:
-    due = time.perf_counter() + TELL_S
+    is_due, sent = once_in(TELL_S), [0, 0]
     first, end = recording.span
     length_s = max((end - first) / recording.rate_hz, 1e-9)
-
-    def is_due() -> bool:
-        nonlocal due
-        if time.perf_counter() < due:
-            return False
-        due = time.perf_counter() + TELL_S
-        return True
-
-    sent = [0, 0]
 
     def not_sent(made: Survey) -> Survey:
         contacts, steps = made.contacts[sent[0] :], made.steps[sent[1] :]
