@@ -91,7 +91,6 @@ class SessionController(QObject):
         self._is_leaving = self._is_changing = self._is_released = False
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
-        self._shows_recording = False
         self._written: set[Path] = set()
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
@@ -104,7 +103,6 @@ class SessionController(QObject):
         self.bridge.started.connect(self._use_output)
         self.bridge.started.connect(self._end_silent_start)
         self.bridge.output_changed.connect(self._use_output)
-        self.bridge.ticked.connect(self._notice_lost_recording)
 
     # --- lifecycle ---
 
@@ -426,30 +424,26 @@ class SessionController(QObject):
             if not self.played_s:
                 self._written.discard(path)
                 self.notified.emit("Nothing was recorded: the engine has not started.")
-        self._show_recording(session.recording)
+        self.recording_changed.emit(session.recording)
 
     def is_written(self, path: Path) -> bool:
         """Return whether this file is recorded to, or was and is not closed yet."""
         return path in self._written
 
     def _use_recording_file(self, file: RecordingFile) -> None:
-        """Say that a recording was saved once its file is whole: one that was short begins after its end."""
+        """Say that a recording was saved once its file is whole: one that was short begins after its end.
+
+        One that could not be continued is cut before it is ended.
+        """
         if file.state != "begun" and file.path in self._written:
             self._written.discard(file.path)
             if file.state == "whole":
                 saved = f"The recording was saved as {file.path}"
                 empty = "Nothing was recorded: the recording ended before its first sample."
                 self.notified.emit(saved if file.path.exists() else empty)
+        if file.state == "cut" and not self.is_recording:
+            self.recording_changed.emit(None)
         self.recording_file_changed.emit(file.path)
-
-    def _notice_lost_recording(self) -> None:
-        """Show the end of a recording that could not be continued; the session has reported why."""
-        if self._shows_recording and self.session is not None and not self.is_recording:
-            self._show_recording(None)
-
-    def _show_recording(self, path: Path | None) -> None:
-        self._shows_recording = path is not None
-        self.recording_changed.emit(path)
 
 
 def unchanged(patch: Patch) -> Patch:
