@@ -102,9 +102,11 @@ class MainWindow(QMainWindow):
         self._exchange = Exchange(self, self.open_patch, self.controller, file_chooser, self.show_message)
         self._dropped_files = DroppedFiles(self, self._handlers, self.show_message, self.show_file_error)
         self.listening = Listening(self.controller, self.open_patch, REGISTRY)
-        context = WorkspaceContext(REGISTRY, self.settings, folder, self.open_patch, self.controller, self.listening)
+        context = WorkspaceContext(
+            REGISTRY, self.settings, folder, self.open_patch, self.controller, self.listening, self.network
+        )
         self.workspaces = WorkspaceStack(context)
-        self._dialogs = WindowDialogs(self, context, self.target_selection, self.network)
+        self._dialogs = WindowDialogs(self, context, self.target_selection)
         self.actions_by_name = self._make_actions()
         self._build()
         self._connect()

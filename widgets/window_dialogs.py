@@ -10,7 +10,6 @@ from underfoot.engine.commands import Pulse
 from underfoot.file_places import FilePlace
 from underfoot.patch.effective import without_missing
 from underfoot.widgets.dialogs.shortcuts import Keys
-from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
 from underfoot.widgets.session.target_selection import TargetSelection
 from underfoot.widgets.workspace import WorkspaceContext
@@ -22,11 +21,9 @@ if TYPE_CHECKING:
 class WindowDialogs:
     """Opens the dialogs of `window` and connects them to the session, without blocking."""
 
-    def __init__(
-        self, window: QWidget, context: WorkspaceContext, target_selection: TargetSelection, network: NetworkLink
-    ) -> None:
+    def __init__(self, window: QWidget, context: WorkspaceContext, target_selection: TargetSelection) -> None:
         self._window, self._context = window, context
-        self._target_selection, self._network = target_selection, network
+        self._target_selection = target_selection
 
     def open_audio(self) -> None:
         """Choose sound card, rate, block and channels; a click on a tile plays a pulse on it."""
@@ -53,7 +50,7 @@ class WindowDialogs:
         if opened is not None:
             opened.activateWindow()
             return
-        settings, network = self._context.settings, self._network
+        settings, network = self._context.settings, self._context.network
         dialog = NetworkDialog(
             network.apply, lambda: network.counts, lambda: network.problem,
             {**DEFAULT_ADDRESSES, **settings.network_addresses}, settings.network_on, self._window,

@@ -23,6 +23,7 @@ from underfoot.patch.node import Registry
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.listening import Listening
+from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import Settings
 
@@ -36,6 +37,7 @@ class WorkspaceContext(Struct, frozen=True):
     open_patch: OpenPatch
     controller: SessionController
     listening: Listening
+    network: NetworkLink
 
 
 class Workspace(QWidget):

@@ -6,7 +6,8 @@ from contextlib import closing
 import pytest
 from free_ports import free_port
 from osc_ends import LOOPBACK, CursorDecoder, OscEnd
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
 from windows import dialog_of
 
 from underfoot.engine.commands import PressTile
@@ -136,3 +137,54 @@ def test_what_is_taken_as_the_session_begins_is_served_once_it_is_free(window, c
     client.send_message(other.port, "/underfoot/mark", "heard", 10)
     answer(client, qtbot, "/underfoot/played", 10)
     window.network.apply(before, [])
+
+
+@pytest.fixture
+def tuned(window, served):
+    """The window with its noise selected, which other programs may set; the patch is afterwards as it was."""
+    before, design = window.open_patch.patch, window.workspaces["Design"]
+    design.canvas.patch_scene.select(["noise"])
+    yield design
+    design.document.edit(before, "Back")
+
+
+def test_a_value_that_is_set_from_outside_moves_its_control_and_the_hand_takes_it_over(
+    window, served, client, tuned, qtbot
+):
+    """A fader moved nothing that is seen, and then the knob nothing that is heard: the fader's value stood for good."""
+    editor, document, steps = tuned.inspector.editors["high"], window.open_patch.patch, tuned.document.stack.count()
+
+    def played():
+        return window.controller.session.patch.node("noise").parameters.get("high", editor.parameter.default)
+
+    def fader(value, number):
+        client.send_message(served, "/underfoot/set", "noise", "high", value, number)
+        answer(client, qtbot, "/underfoot/played", number)
+
+    fader(4000.0, 21)
+    assert (editor.field.text(), editor.value()) == ("4 kHz", 4000.0)
+    assert editor.slider.position() == pytest.approx(editor.parameter.position(4000.0))
+    assert editor.label.text() == "High: by OSC"
+    assert (window.open_patch.patch, tuned.document.stack.count()) == (document, steps)
+    assert window.open_patch.is_saved
+
+    left, middle = (editor.slider.rect().center() - QPoint(dx, 0) for dx in (40, 0))
+    QTest.mousePress(editor.slider, Qt.MouseButton.LeftButton, pos=left)
+    by_hand = editor.value()
+    assert played() == tuned.patch().node("noise").parameters["high"] == by_hand != 4000.0, "who moved it last"
+    fader(5000.0, 22)
+    assert (editor.value(), played()) == (by_hand, 5000.0), "it does not leave the hand that holds it"
+    QTest.mouseRelease(editor.slider, Qt.MouseButton.LeftButton, pos=middle)
+    assert editor.value() == 5000.0
+
+    next(action for action in editor.actions() if action.text().startswith("Back to")).trigger()
+    assert editor.value() == played() == by_hand
+    assert editor.label.text() == "High"
+    fader(6000.0, 23)
+    next(action for action in editor.actions() if action.text() == "Keep what OSC has set").trigger()
+    assert tuned.patch().node("noise").parameters["high"] == played() == 6000.0
+    assert (editor.label.text(), tuned.document.stack.undoText()) == ("High", "Keep what OSC has set")
+    fader(7000.0, 24)
+    client.send_message(served, "/underfoot/stop", "all", 25)
+    answer(client, qtbot, "/underfoot/played", 25)
+    assert editor.value() == 6000.0

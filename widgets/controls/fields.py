@@ -39,6 +39,8 @@ class ParameterEditor(QWidget):
 
     value_changed = Signal(object)
     edit_began = Signal()
+    let_go = Signal()
+    """A hand that held the control let it go."""
     refused = Signal(str)
     """Why a typed value was not taken, in a control that does not keep it to be corrected."""
 
@@ -46,7 +48,7 @@ class ParameterEditor(QWidget):
         super().__init__()
         self.parameter = parameter
         self._value: Any = parameter.initial
-        self._mixed = self._remark = ""
+        self._name, self._mixed, self._remark = parameter.label, "", ""
         self.label = theme.label(parameter.label, "muted")
         self.label.setToolTip(help_text(parameter))
         self.reset_button = QToolButton(self)
@@ -79,14 +81,24 @@ class ParameterEditor(QWidget):
         self._show_reset()
         self._show()
 
+    @property
+    def is_held(self) -> bool:
+        """Whether a hand drags the control."""
+        return False
+
     def set_mixed(self, values: str, wired: str = "") -> None:
         """Show that the edited nodes have several values, or in how many a wire drives it, as texts; "" ends that."""
         remark = ", ".join(filter(None, (values, wired)))
         if (values, remark) != (self._mixed, self._remark):
             self._mixed, self._remark = values, remark
-            self.label.setText(f"{self.parameter.label}: {remark}" if remark else self.parameter.label)
+            self.set_name(self._name)
             theme.set_role(self.label, "force" if remark else "muted")
             self._show_reset()
+
+    def set_name(self, name: str) -> None:
+        """Show this name, in place of the parameter's own."""
+        self._name = name
+        self.label.setText(f"{name}: {self._remark}" if self._remark else name)
 
     def reset(self) -> None:
         """Reset to the default, as a change by the user."""
@@ -135,6 +147,8 @@ class Field(QLineEdit):
     stepped = Signal(int, bool, bool)
     """A step, 1 up or -1 down, by an arrow key or a drag in a field of the role "value"; whether fine, by Shift;
     whether the first of several."""
+    let_go = Signal()
+    """The mouse, which may have dragged the number, was let go."""
 
     _text_before = ""  # of the class: events come before a field is made
     _dragged_from: QPoint | None = None
@@ -185,6 +199,12 @@ class Field(QLineEdit):
         if self._selects_on_click and self.property("role") == "value" and not self.hasSelectedText():
             self.selectAll()  # a click takes the selection away, and what is typed would go into the old number
         self._offer_drag(self._is_dragged)
+        self.let_go.emit()
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the mouse holds the number, to drag it."""
+        return self._dragged_from is not None
 
     def _offer_drag(self, on: bool) -> None:
         """Have the next click select all and the next drag move the number, or place the cursor and select text."""

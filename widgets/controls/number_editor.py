@@ -70,7 +70,13 @@ class NumberEditor(ParameterEditor):
         self.field.focus_lost.connect(self._show)
         self.field.committed.connect(self._typed)
         self.field.stepped.connect(self._step)
+        self.slider.sliderReleased.connect(self.let_go)
+        self.field.let_go.connect(self.let_go)
         self.set_value(parameter.initial)
+
+    @property
+    def is_held(self) -> bool:
+        return self.slider.isSliderDown() or self.field.is_held
 
     def offer_driving(self) -> None:
         """Ask for the menu of what may drive the value on a right click, if a wire can."""

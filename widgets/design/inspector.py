@@ -1,39 +1,36 @@
 """The inspector: the selected nodes, with controls made from the declarations of their parameters."""
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QAction, QGuiApplication, QResizeEvent
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.engine.reports import Costs, Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
 from underfoot.network.cue_patch import SETTABLE
-from underfoot.network.cues import SetCue
-from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
+from underfoot.parameters import Count, Number, Parameter, Text
 from underfoot.patch.groups import Group, chain, innermost
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
 from underfoot.patch.wiring import node_id, port_name
 from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.controls.bars_editor import BarsEditor
-from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
 from underfoot.widgets.controls.fields import Field, ParameterEditor, value_text
 from underfoot.widgets.controls.list_editors import TilesEditor
-from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.distribution_view import DistributionView
 from underfoot.widgets.design.error_view import ErrorView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
+from underfoot.widgets.design.osc_actions import Answers, OscActions
 from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
-from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
+from underfoot.widgets.design.pictured_editor import pictured_editor_for
+from underfoot.widgets.design.rhythm_editor import RhythmEditor
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
 
@@ -53,7 +50,6 @@ ERROR_SCALE = Number(
 )
 PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale": ERROR_SCALE}
 MINIMUM_PX = 272
-COPYING = "copying"
 
 _LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
 """Line break within a paragraph, which is wrapped again."""
@@ -77,6 +73,12 @@ class Inspector(QScrollArea):
     refused = Signal(str)
     """Why a typed value was not taken, for a line of text."""
 
+    keep_requested = Signal()
+    """What other programs have set is to become the patch's."""
+
+    give_back_requested = Signal(str)
+    """A parameter ("node.parameter") is to have the patch's value again, and not what another program has set."""
+
     notified = Signal(str)
     """What was done without an edit, for a line of text."""
 
@@ -98,7 +100,9 @@ class Inspector(QScrollArea):
         self._edit_number = 0
         self._costs: Costs | None = None
         self._signal_ranges: Mapping[str, tuple[float, float]] = {}
+        self._set_values: Mapping[tuple[str, str], object] = {}
         self.editors: dict[str, ParameterEditor] = {}
+        self._osc: dict[str, OscActions] = {}
         self.picture: NodePicture | None = None
         self.distribution: DistributionView | None = None
         self._distributions: Distributions | None = None
@@ -164,6 +168,13 @@ class Inspector(QScrollArea):
         if len(self._ids) == 1 or self._group is not None:
             self._refresh()
 
+    def show_set_values(self, values: Mapping[tuple[str, str], object]) -> None:
+        """Show what other programs have set, by node and parameter, in place of the patch's values."""
+        changed = {id for (id, _), _ in values.items() ^ self._set_values.items()}
+        self._set_values = values
+        if changed.intersection(self._ids):
+            self._refresh()
+
     @property
     def wants_distributions(self) -> bool:
         """Whether the distribution of the node's intervals is visible."""
@@ -184,6 +195,7 @@ class Inspector(QScrollArea):
 
     def _build(self) -> None:
         self.editors, self.picture, self.distribution, self.errors, self._distributions = {}, None, None, None, None
+        self._osc = {}
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
@@ -236,7 +248,7 @@ class Inspector(QScrollArea):
             )
             column.addWidget(self.picture)
         for name in type.parameters:
-            editor = _editor_of(self._declared(id, name))
+            editor = pictured_editor_for(self._declared(id, name))
             if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
             self._add_editor(column, name, editor)
@@ -266,7 +278,7 @@ class Inspector(QScrollArea):
     def _add_menu(self, editor: ParameterEditor, end: str) -> None:
         """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around.
 
-        It copies the message, too, by which other programs set the parameter.
+        It has what concerns OSC, too.
         """
         groups = self._patch.groups
         first = self._group.id if self._group is not None else innermost(groups).get(node_id(end), "")
@@ -279,20 +291,10 @@ class Inspector(QScrollArea):
             action.triggered.connect(lambda on, id=group.id: self.publish_requested.emit(id, end, on))
             editor.addAction(action)
         if editor.parameter.kind in SETTABLE:
-            copying = QAction("Copy its OSC message", editor)
-            copying.setObjectName(COPYING)
-            copying.triggered.connect(lambda: self._copy_message(editor, end))
-            editor.addAction(copying)
+            do = Answers(self.keep_requested.emit, self.give_back_requested.emit, self.notified.emit)
+            self._osc[end] = OscActions(editor, end, do)
         if editor.actions() and not (isinstance(editor, NumberEditor) and editor.can_be_driven):
             editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)  # others: below what may drive them
-
-    def _copy_message(self, editor: ParameterEditor, end: str) -> None:
-        """Copy the message that sets a parameter to its present value, as senders of OSC take it."""
-        value = editor.value()
-        shown = f"{value:.6g}" if isinstance(value, float) else json.dumps(value)
-        message = f"{SetCue.address} {node_id(end)} {port_name(end)} {shown}"
-        QGuiApplication.clipboard().setText(message)
-        self.notified.emit(f"Copied: {message}. It sets the value while Network… takes cues.")
 
     def _declared(self, id: str, name: str) -> Parameter:
         """Return a parameter of node `id`, in the unit that its wires give it."""
@@ -309,7 +311,7 @@ class Inspector(QScrollArea):
             id, _, name = end.partition(".")
             editor = editor_for(self._declared(id, name))
             self._add_editor(column, end, editor)
-            editor.label.setText(f"{self._patch.node(id).name_in(self._registry)}: {editor.parameter.label.lower()}")
+            editor.set_name(f"{self._patch.node(id).name_in(self._registry)}: {editor.parameter.label.lower()}")
             editor.label.setWordWrap(True)
             self._connect_editor(editor, end)
         if not group.published:
@@ -362,6 +364,7 @@ class Inspector(QScrollArea):
         if isinstance(editor, FileEditor):
             editor.set_folder(self._folder)
         editor.edit_began.connect(self._begin)
+        editor.let_go.connect(self._refresh)
         controls: list[ParameterEditor | Field] = [editor, *editor.findChildren(Field)]
         for control in controls:
             control.refused.connect(lambda why: self.refused.emit(f"{editor.parameter.label}: {why}"))
@@ -394,12 +397,12 @@ class Inspector(QScrollArea):
                 self._show_parameter(editor, node_id(end), port_name(end), wires)
         elif len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
-            if self.picture is not None:
-                self.picture.set_values(self._registry[node.type].values(node.parameters))
             if self.errors is not None:
                 self.errors.set_state((node.parameters, self._patch.error_scale))
             for name, editor in self.editors.items():
                 self._show_parameter(editor, node.id, name, wires)
+            if self.picture is not None:
+                self.picture.set_values({name: editor.value() for name, editor in self.editors.items()})
         elif self._ids:
             for name, editor in self.editors.items():
                 driven = sum(name in wires.get(id, {}) for id in self._ids)
@@ -415,12 +418,17 @@ class Inspector(QScrollArea):
     def _show_parameter(
         self, editor: ParameterEditor, id: str, name: str, wires: Mapping[str, Mapping[str, str]]
     ) -> None:
-        """Show a parameter of one node, and what drives it."""
-        value = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
-        if value != editor.value():
+        """Show a parameter of one node, and what drives it. What a hand holds follows no other program."""
+        own = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
+        source = wires.get(id, {}).get(name, "")
+        is_set = (id, name) in self._set_values and not source
+        value = shown_value(editor.parameter, [self._set_values[id, name], own]) if is_set else own
+        if value != editor.value() and not editor.is_held:
             editor.set_value(value)
+        if (osc := self._osc.get(f"{id}.{name}")) is not None:
+            osc.show(own, is_driven=bool(source), is_set=is_set)
         if isinstance(editor, NumberEditor):
-            self._show_driver(editor, wires.get(id, {}).get(name, ""))
+            self._show_driver(editor, source)
 
     def _show_values(self, editor: ParameterEditor, values: list[object], driven: int) -> None:
         """Show the common value of several nodes, or that their values differ, and in how many it is driven."""
@@ -432,8 +440,6 @@ class Inspector(QScrollArea):
             editor.set_value(value)
 
     def _show_driver(self, editor: NumberEditor, source: str) -> None:
-        if (copying := editor.findChild(QAction, COPYING)) is not None:
-            copying.setVisible(not source)  # the number that it sets is not heard
         if not source:
             editor.set_driven("")
             return
@@ -458,17 +464,6 @@ class Inspector(QScrollArea):
         awake = max(costs.awake.get(id, 0) for id in known)
         of = f"{awake} of " if self._tiles else ""
         self._tiles_awake.setText(of + counted(len(self._tiles) or awake, "tile") if awake else "asleep")
-
-
-def _editor_of(parameter: Parameter) -> ParameterEditor:
-    """Return the control of a parameter: a picture if there is one for its values."""
-    if isinstance(parameter, Numbers):
-        return BarsEditor(parameter)
-    if isinstance(parameter, Rows):
-        for fits, editor in ((is_rhythm, RhythmEditor), (is_modes, ModesEditor), (is_curve, CurveEditor)):
-            if fits(parameter):
-                return editor(parameter)
-    return editor_for(parameter)
 
 
 def _with_counts(names: Sequence[str]) -> list[str]:

@@ -13,6 +13,7 @@ from underfoot.engine.reports import Costs, Fault, Health
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Tile, default_floor
+from underfoot.network.cue_patch import CuedChanges, with_cues
 from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -39,6 +40,7 @@ from underfoot.widgets.design.silence import SilenceHint
 from underfoot.widgets.design.slot_listening import SlotListening
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
+from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
@@ -144,7 +146,22 @@ class DesignWorkspace(Workspace):
         self.browsing.inserted.connect(self.canvas.put_in)
         self.browsing.accept_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
+        self._follow_other_programs(context.network)
         self._prepare_first_steps(context)
+
+    def _follow_other_programs(self, network: NetworkLink) -> None:
+        """Show what other programs set. What a hand sets ends that, and what is kept becomes the patch's."""
+
+        def keep() -> None:
+            after = with_cues(self.patch(), CuedChanges(values=network.values), (), self.registry)
+            self.document.edit(after, "Keep what OSC has set")
+            network.release(list(network.values))
+
+        network.values_set.connect(self.inspector.show_set_values)
+        self.inspector.show_set_values(network.values)
+        self.inspector.edited.connect(lambda ids, name, *_: network.release([(id, name) for id in ids]))
+        self.inspector.give_back_requested.connect(lambda end: network.release([(node_id(end), port_name(end))]))
+        self.inspector.keep_requested.connect(keep)
 
     def _update_nodes(self) -> None:
         self.node_palette.list.filter_by(self.node_palette.field.text())

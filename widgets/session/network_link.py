@@ -2,10 +2,10 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.reports import Health, Report
 from underfoot.errors import UnderfootError
@@ -30,6 +30,9 @@ LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and pan
 class NetworkLink(QObject):
     """Serves the window's session by the settings, which `apply` changes. Another thread handles the sockets."""
 
+    values_set = Signal(object)
+    """What other programs have set, by node and parameter, whenever that changes; once a tick, however many came."""
+
     def __init__(self, controller: SessionController, settings: Settings, panic: Callable[[], None]) -> None:
         """Create the link; `panic` silences all output of the window."""
         super().__init__(controller)
@@ -40,6 +43,8 @@ class NetworkLink(QObject):
         self._reports: list[Report] = []
         self._health_count, self._told = 0, ""
         self._failure, self._again_s = "", math.inf
+        self.values: Mapping[tuple[str, str], object] = {}
+        """What other programs have set: it is played in place of the patch's values."""
         bridge = controller.bridge
         controller.opened.connect(self._open)
         bridge.reported.connect(self._reports.extend)
@@ -69,6 +74,12 @@ class NetworkLink(QObject):
         self._serve(plan)
         self._failure, self._again_s = "", math.inf
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
+
+    def release(self, ends: Iterable[tuple[str, str]]) -> None:
+        """Play the patch's own values of these parameters again, by node and name: a hand has set them."""
+        if self._player is not None and self._player.release(ends):
+            self._controller.play_patch()
+            self._show_values()
 
     def close(self, *, wait: bool = True) -> None:
         """Stop serving; `wait` until all has ended."""
@@ -128,10 +139,18 @@ class NetworkLink(QObject):
             self._controller.transform_patch = unchanged
             self._controller.play_patch()
         self._player = None
+        self._show_values()
+
+    def _show_values(self) -> None:
+        values = self._player.cued.values if self._player is not None else {}
+        if values != self.values:
+            self.values = values
+            self.values_set.emit(values)
 
     def _tick(self) -> None:
         if self._server is not None and self._player is not None:
             self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else "")
+            self._show_values()
         self._reports.clear()
         if time.perf_counter() > self._again_s:
             self._open()

@@ -42,6 +42,11 @@ class CuedChanges:
         """Return the changes with a value of a parameter."""
         return replace(self, values={**self.values, (node, parameter): value})
 
+    def without_values(self, ends: Iterable[tuple[str, str]]) -> "CuedChanges":
+        """Return the changes without the values of these parameters, by node and name."""
+        gone = set(ends)
+        return replace(self, values={end: value for end, value in self.values.items() if end not in gone})
+
 
 def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry: Registry) -> Patch:
     """Return the patch to play on a floor of these `tiles`. Values of nodes that no longer exist are ignored."""

@@ -63,6 +63,14 @@ class CuePlayer:
         self._note(played)
         return played
 
+    def release(self, ends: Iterable[tuple[str, str]]) -> bool:
+        """End what cues set of these parameters, by node and name; return whether there was anything.
+
+        The floor's own values play from the next `set_base_patch` on.
+        """
+        before, self.cued = self.cued, self.cued.without_values(ends)
+        return len(self.cued.values) < len(before.values)
+
     def tick(self, reports: Iterable[Report], refusal: str = "") -> None:
         """Take the session's reports, and carry out the received cues; with a `refusal`, only marks and panic."""
         for report in reports:
