@@ -1,5 +1,6 @@
 """The window serves its session: contacts of the floor under the mouse go out, cues are played and edit nothing."""
 
+import math
 import os
 from contextlib import closing
 
@@ -188,3 +189,16 @@ def test_a_value_that_is_set_from_outside_moves_its_control_and_the_hand_takes_i
     client.send_message(served, "/underfoot/stop", "all", 25)
     answer(client, qtbot, "/underfoot/played", 25)
     assert editor.value() == 6000.0
+
+
+def test_the_first_of_many_refused_messages_is_said(window, served, client, qtbot, monkeypatch):
+    """It was told in a dialog that nobody has open while they play."""
+    said = []
+    window.controller.notified.connect(said.append)
+    for number, quiet_s in ((31, 0.0), (32, math.inf)):
+        monkeypatch.setattr(network_link, "QUIET_S", quiet_s)
+        client.send_message(served, "/underfoot/set", "noise", "hihg", 1.0, number)
+        answer(client, qtbot, "/underfoot/refused", number)
+        qtbot.waitUntil(lambda: bool(said))
+    (only,) = said
+    assert only.startswith("Network: a message was refused: parameter is 'hihg'; allowed: low")

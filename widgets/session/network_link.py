@@ -24,6 +24,8 @@ _HEALTH_DIVISOR = 5  # one of this many reports, which come at 10 Hz
 AGAIN_S = 5.0
 """Time after which what could not be served as the session began is tried again: a port that another program has, or an
 address that is not there yet."""
+QUIET_S = 10.0
+"""Time without a refused message after which the next one is said: a sender of wrong ones sends many."""
 LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and panic meanwhile"
 
 
@@ -43,6 +45,7 @@ class NetworkLink(QObject):
         self._reports: list[Report] = []
         self._health_count, self._told = 0, ""
         self._failure, self._again_s = "", math.inf
+        self._refused, self._refused_s = 0, -math.inf
         self.values: Mapping[tuple[str, str], object] = {}
         """What other programs have set: it is played in place of the patch's values."""
         bridge = controller.bridge
@@ -151,6 +154,7 @@ class NetworkLink(QObject):
         if self._server is not None and self._player is not None:
             self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else "")
             self._show_values()
+            self._tell_refusal(self._server.counts)
         self._reports.clear()
         if time.perf_counter() > self._again_s:
             self._open()
@@ -158,6 +162,15 @@ class NetworkLink(QObject):
             self._told = self.problem
             if self._server is not None or self._failure:
                 self._controller.notified.emit(f"Network: {self._told or 'all is sent and taken again'}.")
+
+    def _tell_refusal(self, counts: "Counts") -> None:
+        """Say why a message was refused, once: those that follow it are in the dialog."""
+        if counts.refused > self._refused:
+            now_s = time.perf_counter()
+            if now_s - self._refused_s > QUIET_S:
+                self._controller.notified.emit(f"Network: a message was refused: {counts.reason}.")
+            self._refused_s = now_s
+        self._refused = counts.refused
 
     def _send_forces(self, update: ForceUpdate) -> None:
         session = self._controller.session
