@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec.structs import asdict, replace
+from msgspec.structs import replace
 
 from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import target_forms
@@ -30,15 +30,17 @@ from underfoot.engine.target import Target, live_target, require_source, sound_d
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.files import no_file
 from underfoot.floor.contacts import SILENT_S
-from underfoot.floor.footsteps import NOTED, Step
+from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import CHUNK, Detections, StepFinder
 from underfoot.floor.tile_response import ResponseTotals
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.force_files import forms_or_walks, read_force_file
+from underfoot.records.force_files import forms_or_walks, notes_of, read_force_file
+from underfoot.records.notes import Notes
 from underfoot.records.recording import is_recording
+from underfoot.records.tables import step_columns
 
 _WAIT_S = 0.02
 _TURNED_N = 100.0
@@ -66,15 +68,16 @@ class StreamOptions:
 
 
 class FileStream:
-    """Stream of a force table, as fast as possible."""
+    """Stream of a force table, or of a recording with what is noted of its steps, as fast as possible."""
 
     is_live = False
     """Whether it cannot be had again."""
     failure = ""
     """Failure that did not end the stream, reported at the end."""
 
-    def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None) -> None:
+    def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None, notes: Notes | None = None) -> None:
         self.floor = floor
+        self.notes = notes
         end = len(forces.time_s)
         if seconds is not None:
             end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
@@ -92,7 +95,7 @@ class FileStream:
 
     def _counted(self, found: Detections) -> Detections:
         self._steps += len(found.steps)
-        return found
+        return found if self.notes is None else replace(found, steps=self.notes.on(found.steps))
 
     def stop(self) -> None:
         """Stop after the present chunk."""
@@ -124,6 +127,7 @@ class SessionStream:
 
     is_live = True
     failure = ""
+    notes = None
 
     def __init__(self, target: Target, seconds: float | None, record: Path | None, patch: Path | None) -> None:
         self.floor = target.floor
@@ -246,7 +250,7 @@ def open_stream(
         if pace or record is not None or patch is not None:
             allowed = "--floor, --steps, --contacts, --seconds and --json"
             raise BadValue(f"{source} is a recording; allowed with it: {allowed}")
-        return FileStream(*read_force_file(path, given), seconds)
+        return FileStream(*read_force_file(path, given), seconds, notes_of(path))
     forces, layout = read_force_file(path, given)
     if pace or record is not None or patch is not None:
         target = Target(layout, kind="replay", source=str(path), repeats=False)
@@ -260,7 +264,7 @@ def step_line(step: Step) -> str:
         f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
         f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
         f"{_figure(step.loading_kn_s, '6.1f')} kN/s{' (spike)' if step.spike else ''}"
-        f"  person {step.person}{_length(step)}"
+        f"  person {step.person}{_length(step)}{step.left_out and f'  left out: {step.left_out}'}"
     )
 
 
@@ -274,6 +278,7 @@ def _length(step: Step) -> str:
     return f"  {step.step_length_mm:4.0f} mm" if math.isfinite(step.step_length_mm) else ""
 
 
-def step_figures(step: Step) -> dict[str, Any]:
-    """Return a footstep as data; missing figures are None. Of a session nothing is noted."""
-    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(step).items() if k not in NOTED}
+def step_figures(step: Step, *, recorded: bool = False) -> dict[str, Any]:
+    """Return a footstep as data, by the columns of its table; missing figures are None."""
+    values = {name: column[0].item() for name, column in step_columns([step], recorded=recorded).items()}
+    return {name: None if value != value else value for name, value in values.items()}

@@ -12,6 +12,9 @@ _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "
 _KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
 """Smallest values for which these units are usual without a prefix."""
 _UNITS = {
+    "_percent_bw_per_s": "% of body weight/s",
+    "_percent_bw_s": "% of body weight s",
+    "_percent_bw": "% of body weight",
     "_per_min": "1/min",
     "_m_s2": "m/s^2",
     "_n_mm": "N/mm",

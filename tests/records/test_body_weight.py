@@ -9,6 +9,7 @@ import h5py
 import pytest
 from stood_and_walked import FIRST_STEP_S, PEAK, stood_and_walked
 
+from underfoot import read_forces
 from underfoot.errors import BadFile
 from underfoot.records.recording import Recording
 
@@ -49,17 +50,30 @@ def test_people_of_different_weight_are_compared_in_percent_of_it(underfoot, pat
     assert float(middle["bo mean_n"]) == pytest.approx(8.0 * float(middle["bo mean_percent_bw"]), rel=1e-4)
 
 
-def test_exports_have_the_weight_of_each_step_until_it_is_removed(underfoot, paths, folder):
-    underfoot("steps", paths[0], "--body-weight", "500 N")
+def test_every_table_of_a_recording_has_what_is_noted_of_its_steps(underfoot, paths, folder):
+    path = paths[0]
+    underfoot("steps", path, "--body-weight", "500 N")
+    underfoot("steps", path, "2", "--leave-out", "stumbled")
+    table = underfoot("steps", path).out
+    told = underfoot("monitor", path, "--steps", "told.csv")
     for name in ("ann.csv", "ann.h5"):
-        underfoot("export", paths[0], "-o", name)
-    with (folder / "ann.steps.csv").open(newline="") as file:
-        assert {line["body_weight_n"] for line in csv.DictReader(file)} == {"500.0"}
+        underfoot("export", path, "-o", name)
+    assert (folder / "told.csv").read_text() == (folder / "ann.steps.csv").read_text() == table
+    lines = list(csv.DictReader(table.splitlines()))
+    of_script = read_forces(path).steps()
+    assert ([*of_script], of_script["left_out"].tolist()) == ([*lines[0]], [line["left_out"] for line in lines])
+    impulse = [float(line["impulse_percent_bw_s"]) for line in lines]
+    assert impulse == pytest.approx([float(line["impulse_ns"]) / 5.0 for line in lines], abs=0.01)
+    assert of_script["impulse_percent_bw_s"] == pytest.approx(impulse, abs=0.01)
     with h5py.File(folder / "ann.h5") as file:
-        weights_n = file["steps/body_weight_n"]
-        assert (set(weights_n[:]), weights_n.attrs["unit"]) == ({500.0}, "N")
-    assert underfoot("steps", paths[0], "--body-weight", " ").out == "body weight of who walks: not noted\n"
-    assert {line["body_weight_n"] for line in listed(underfoot, paths[0])} == {""}
+        peaks = file["steps/peak1_percent_bw"]
+        assert (peaks[:], peaks.attrs["unit"]) == (pytest.approx(100.0 * PEAK, rel=0.01), "% of body weight")
+    assert told.out.splitlines()[1].endswith("  left out: stumbled")
+    assert told.error.startswith("underfoot: person 2: 6 steps, ")  # as in the window, not 7
+    figures = json.loads(underfoot("monitor", path, "--json").out.splitlines()[1])
+    assert ([*figures], figures["left_out"], figures["body_weight_n"]) == ([*lines[0]], "stumbled", 500.0)
+    assert underfoot("steps", path, "--body-weight", " ").out == "body weight of who walks: not noted\n"
+    assert {line["body_weight_n"] for line in listed(underfoot, path)} == {""}
 
 
 def test_a_weight_of_a_person_stands_before_that_of_all(underfoot, paths):

@@ -34,7 +34,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.floor.footsteps import Step
+from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES, Step
 from underfoot.quantities import fixed
 from underfoot.records.tables import step_table
 from underfoot.widgets import theme
@@ -60,10 +60,15 @@ COLUMNS = (
     Column("start_s", "Start", "s", 2, "Onset of the contact, since the session or the recording began"),
     Column("contact_ms", "Contact", "ms", 0, "From heel strike to toe off; told up to 0.7 s late by uncalibrated FSRs"),
     Column("peak1_n", "Peak 1", "N", 0, "Largest force in the first half of the contact"),
+    Column("peak1_percent_bw", "Peak 1", "%BW", 1, "Largest force in the first half, in percent of the body weight"),
     Column("valley_n", "Valley", "N", 0, "Least force between the peaks"),
+    Column("valley_percent_bw", "Valley", "%BW", 1, "Least force between the peaks, in percent of the body weight"),
     Column("peak2_n", "Peak 2", "N", 0, "Largest force in the second half of the contact"),
+    Column("peak2_percent_bw", "Peak 2", "%BW", 1, "Largest force in the second half, in percent of the body weight"),
     Column("impulse_ns", "Impulse", "N·s", 1, "Integral of the force over the contact"),
+    Column("impulse_percent_bw_s", "Impulse", "%BW·s", 1, "Integral of the force, in percent of the body weight"),
     Column("loading_kn_s", "Loading", "kN/s", 1, "Loading rate: slope of the force from 20 to 80 % of the first peak"),
+    Column("loading_percent_bw_per_s", "Loading", "%BW/s", 1, "Loading rate, in percent of the body weight"),
     Column("path_mm", "Path", "mm", 0, "Length of the path of the contact centroid"),
     Column("net_mm", "Net", "mm", 0, "Distance of the contact centroid from its first place to its last"),
     Column("person", "Person", "", 0, "Who walks, as far as one step follows from another"),
@@ -76,9 +81,9 @@ COLUMNS = (
     Column("heading_error_deg", "Heading ±", "°", 0, "Standard error of the heading"),
 )
 """The columns of the step table in files (docs/contracts.md#files), but for `spike`, a mark at the loading rate, and
-`contact`."""
+`contact`. Those of the body weight are shown while that of a step is noted."""
 
-_LEFT_OUT = (Column("left_out", "Left out", "", 0, "Why the step does not count"),)
+_LEFT_OUT = [Column("left_out", "Left out", "", 0, "Why the step does not count")]
 """In what is copied; the table shows such a row struck through."""
 
 TEXT_COLUMNS = ("tile", "side")
@@ -98,7 +103,8 @@ MAX_STEPS = 10_000
 """Number of steps that are kept."""
 
 _SPIKE = " !"
-_LOADING = [column.name for column in COLUMNS].index("loading_kn_s")
+_LOADING = [number for number, column in enumerate(COLUMNS) if column.heading == "Loading"]
+_OF_BODY_WEIGHT = [number for number, column in enumerate(COLUMNS) if column.name in BODY_WEIGHT_MEASURES]
 _MARGIN_PX = 4
 _MAX_PICTURES = 200
 _WIDEST_NUMBER = 9999.0
@@ -158,7 +164,7 @@ class StepModel(QAbstractTableModel):
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         step, column = self.steps[index.row()], COLUMNS[index.column()]
-        spike = column.name == "loading_kn_s" and step.spike
+        spike = column.heading == "Loading" and step.spike
         if role == SORT_ROLE:
             value = getattr(step, column.name)
             # NaN compares as neither less nor greater, which would disorder the whole sort.
@@ -205,6 +211,7 @@ class StepTable(QTableView):
             widest = "right" if column.name in TEXT_COLUMNS else _cell_text(_WIDEST_NUMBER, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))
+        self.show_body_weight(False)
         self._row_pictures: dict[tuple[tuple[str, ...], bool, bool, float], QPixmap] = {}
         header.sectionResized.connect(self._row_pictures.clear)
         header.sectionMoved.connect(self._row_pictures.clear)
@@ -241,6 +248,14 @@ class StepTable(QTableView):
                 selection.select(index, index)
         flags = QItemSelectionModel.SelectionFlag
         self.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
+
+    def show_body_weight(self, shown: bool) -> None:
+        """Show or hide the forces in percent of the body weight."""
+        for number in _OF_BODY_WEIGHT:
+            self.setColumnHidden(number, not shown)
+
+    def _shown_columns(self) -> list[int]:
+        return [number for number in range(len(COLUMNS)) if not self.isColumnHidden(number)]
 
     def offer(self, text: str, do: Callable[[], object]) -> None:
         """Offer something in the context menu."""
@@ -284,7 +299,8 @@ class StepTable(QTableView):
         font = self.font()
         font.setStrikeOut(is_left_out)
         painter.setFont(font)
-        for column, text in enumerate(texts):
+        for column in self._shown_columns():
+            text = texts[column]
             plain = self.palette().highlightedText().color() if is_selected else theme.TEXT
             plain = theme.MUTED if is_left_out and not is_selected else plain
             painter.setPen(theme.FORCE if text.endswith(_SPIKE) else theme.MUTED if text == UNKNOWN else plain)
@@ -305,7 +321,7 @@ class StepTable(QTableView):
             menu.addAction(text, do)
         if self._is_sortable:
             by = menu.addMenu("Sort by")
-            for number in range(len(COLUMNS)):
+            for number in self._shown_columns():
                 heading = self._sorted.headerData(number, Qt.Orientation.Horizontal)
                 by.addAction(heading, partial(self._sort_by, number))
         menu.open_once(event.globalPos())
@@ -322,7 +338,8 @@ class StepTable(QTableView):
     def _copy(self) -> None:
         """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
         steps = self.selected_steps() or self.steps_in_order()
-        columns = COLUMNS + _LEFT_OUT * any(step.left_out for step in steps)
+        columns = [COLUMNS[number] for number in self._shown_columns()]
+        columns += _LEFT_OUT * any(step.left_out for step in steps)
         lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in columns)]
         lines += ["\t".join(_plain_text(getattr(step, column.name)) for column in columns) for step in steps]
         QGuiApplication.clipboard().setText("\n".join(lines))
@@ -365,8 +382,8 @@ class WholeRows(QWidget):
 
 def _row_texts(step: Step) -> tuple[str, ...]:
     texts = [_cell_text(getattr(step, column.name), column) for column in COLUMNS]
-    if step.spike:
-        texts[_LOADING] += _SPIKE
+    for number in _LOADING * step.spike:
+        texts[number] += _SPIKE * (texts[number] != UNKNOWN)
     return tuple(texts)
 
 

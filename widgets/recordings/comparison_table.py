@@ -2,15 +2,15 @@
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QTableWidget, QTableWidgetItem
 
+from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES
 from underfoot.quantities import counted, fixed
 from underfoot.records.comparison import (
-    BODY_WEIGHT_MEASURES,
     GAIT_MEASURES,
     STEP_MEASURES,
     Figures,
@@ -21,17 +21,8 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.step_table import COLUMNS, UNKNOWN, Column
 from underfoot.widgets.controls.tables import leaves_space, make_read_only, offer_copy
 
-
-def _in_bw(of: Column) -> Iterator[Column]:
-    """Yield the row of a measure in percent of the body weight, if it has one."""
-    for name, (measure, _) in BODY_WEIGHT_MEASURES.items():
-        if measure == of.name:
-            unit = "%BW" + {"impulse_ns": "·s", "loading_kn_s": "/s"}.get(measure, "")
-            yield Column(name, of.heading, unit, 1, f"{of.doc}; in percent of the body weight")
-
-
 ROWS = (
-    *(row for column in COLUMNS for row in (column, *_in_bw(column)) if column.name in STEP_MEASURES),
+    *(column for column in COLUMNS if column.name in (*STEP_MEASURES, *BODY_WEIGHT_MEASURES)),
     *map(
         Column,
         GAIT_MEASURES,

@@ -166,6 +166,7 @@ class RecordedSteps(QWidget):
     def _filter(self) -> None:
         self._visible = self.matching(self._steps)
         self.table.steps.clear()
+        self.table.show_body_weight(any(math.isfinite(step.body_weight_n) for step in self.visible_steps()))
         self.table.steps.add(self.visible_steps())
         self._show_count()
         self.copy_button.setEnabled(bool(self._visible))

@@ -60,7 +60,7 @@ class RecordingContent:
     def show_survey(self, contacts: Sequence[ContactSpan], steps: Sequence[Stance]) -> None:
         """Set contacts and steps, with what is noted of these now."""
         self.contacts = contacts
-        self.steps = noted_stances(steps, self.opened.notes, self.opened.first, self.opened.rate)
+        self.steps = noted_stances(steps, self.opened.notes)
         self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
         """The number of a contact's step in the list."""
         self.visible_steps: Sequence[int] = range(len(steps))

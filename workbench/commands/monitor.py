@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,7 +88,7 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
     from underfoot.floor.gait_summary import GaitTotals
     from underfoot.monitoring import step_figures, step_line
 
-    gait = GaitTotals()
+    gait, figures = GaitTotals(), partial(step_figures, recorded=stream.notes is not None)
     with ExitStack() as stack:
         stack.callback(stream.close)
         stack.enter_context(ended_by_signals(stream.stop))
@@ -98,7 +99,7 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
             _put(found, tables, stream)
             gait.add(found.steps)
             for step in found.steps:
-                print(json.dumps(step_figures(step)) if options.as_json else step_line(step), flush=True)
+                print(json.dumps(figures(step)) if options.as_json else step_line(step), flush=True)
             for line in found.messages:
                 tell(line)
     if not options.as_json:
@@ -114,7 +115,8 @@ def _tables(stream: "FileStream | SessionStream", options: MonitorOptions, stack
         put_contacts = stack.enter_context(contact_table(options.contacts, stream.floor, live=stream.is_live))
         yield lambda found: put_contacts(found.rows)
     if options.steps is not None:
-        put_steps = stack.enter_context(step_table(options.steps, live=stream.is_live))
+        is_recorded = stream.notes is not None
+        put_steps = stack.enter_context(step_table(options.steps, live=stream.is_live, recorded=is_recorded))
         yield lambda found: put_steps(found.steps)
 
 

@@ -16,8 +16,14 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
 from underfoot.floor.shared_loads import LOADED_N
 
-NOTED = ("left_out", "body_weight_n")
-"""What only a recording's steps have, of what a person has noted (`records.notes`)."""
+BODY_WEIGHT_MEASURES = (
+    "peak1_percent_bw",
+    "valley_percent_bw",
+    "peak2_percent_bw",
+    "impulse_percent_bw_s",
+    "loading_percent_bw_per_s",
+)
+"""Measures of a `Step` in percent of the body weight that is noted."""
 
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 """Shortest and longest step, and least peak force: excludes the touch of a toe, and standing."""
@@ -47,7 +53,7 @@ class Step(Struct, frozen=True):
     `heading_error_deg`.
 
     Of a recording, `left_out` is why a person has left the step out of means, "" if it counts, and `body_weight_n` the
-    weight of who made it, as far as it was noted. What was measured stays.
+    weight of who made it, as far as it was noted. What was measured stays. `BODY_WEIGHT_MEASURES` are in percent of it.
     """
 
     step: int
@@ -79,6 +85,31 @@ class Step(Struct, frozen=True):
     def end_s(self) -> float:
         """When the contact ended."""
         return self.start_s + 1e-3 * self.contact_ms
+
+    @property
+    def peak1_percent_bw(self) -> float:
+        """The first peak in percent of the body weight."""
+        return 100.0 * self.peak1_n / self.body_weight_n
+
+    @property
+    def valley_percent_bw(self) -> float:
+        """The least force between the peaks in percent of the body weight."""
+        return 100.0 * self.valley_n / self.body_weight_n
+
+    @property
+    def peak2_percent_bw(self) -> float:
+        """The second peak in percent of the body weight."""
+        return 100.0 * self.peak2_n / self.body_weight_n
+
+    @property
+    def impulse_percent_bw_s(self) -> float:
+        """The impulse in percent of the body weight, times seconds."""
+        return 100.0 * self.impulse_ns / self.body_weight_n
+
+    @property
+    def loading_percent_bw_per_s(self) -> float:
+        """The loading rate in percent of the body weight a second."""
+        return 1e5 * self.loading_kn_s / self.body_weight_n
 
 
 def is_step(contact: Contact) -> bool:

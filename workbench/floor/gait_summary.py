@@ -89,19 +89,23 @@ class PersonGait:
         return f"{counted(self.steps, 'step')}, {said}"
 
 
-def counting(steps: Iterable[Step]) -> Iterator[Step]:
+def counting(steps: Iterable[Step], since: dict[int, int] | None = None) -> Iterator[Step]:
     """Yield the steps with NaN for measures that do not count: all of a step that is left out, and those that the
     person's next two steps have from it. Each keeps its place: steps beside it are not neighbours of each other.
+
+    `since` has, of steps that come piece by piece, how many a person made since one that was left out, while it counts.
 
     >>> steps = [Step(k, "t1", "left", k, 600.0, *[1.0] * 7, person=1, cadence_per_min=100.0) for k in range(3)]
     >>> [step.cadence_per_min for step in counting([structs.replace(steps[0], left_out="stumbled"), *steps[1:]])]
     [nan, nan, 100.0]
     """
-    since: dict[int, int] = {}  # steps of a person since the last that is left out
+    since = {} if since is None else since
+    last = len(_OF_NEIGHBOURS)
     for step in steps:
-        after = since.get(step.person, len(_OF_NEIGHBOURS))
-        since[step.person] = 0 if step.left_out else after + 1
-        gone = _OF_STEP if step.left_out else _OF_NEIGHBOURS[after] if after < len(_OF_NEIGHBOURS) else ()
+        after = since.pop(step.person, last)
+        if step.left_out or after + 1 < last:
+            since[step.person] = 0 if step.left_out else after + 1
+        gone = _OF_STEP if step.left_out else _OF_NEIGHBOURS[after] if after < last else ()
         yield structs.replace(step, **dict.fromkeys(gone, math.nan)) if gone else step
 
 
@@ -116,7 +120,8 @@ def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
     >>> gait.steps, gait.step_length_mm, gait.stance_asymmetry_percent, round(gait.length_asymmetry_percent, 1)
     (12, 630.0, 0.0, 9.5)
     """
-    return [sums.gait(person) for person, sums in sorted(_added({}, steps).items()) if sums.steps >= LEAST_STEPS]
+    known = sorted(_added({}, counting(steps)).items())
+    return [sums.gait(person) for person, sums in known if sums.steps >= LEAST_STEPS]
 
 
 def cadence_of(steps: Iterable[Step]) -> float:
@@ -132,12 +137,13 @@ class GaitTotals:
 
     def __init__(self) -> None:
         self._present: dict[int, _Sums] = {}
+        self._since_left_out: dict[int, int] = {}
         self._gone: list[PersonGait] = []  # the first `MOST_LINES` of them
         self._sum_gone, self._count_gone = _Sums(), 0
 
     def add(self, steps: Iterable[Step]) -> None:
         """Take further steps of the stream."""
-        _added(self._present, steps)
+        _added(self._present, counting(steps, self._since_left_out))
         now_s = max((sums.last_s for sums in self._present.values()), default=0.0)
         for person in [one for one, sums in self._present.items() if sums.last_s < now_s - _GONE_S]:
             sums = self._present.pop(person)
@@ -227,7 +233,7 @@ class _Sums:
 
 def _added(of_person: dict[int, _Sums], steps: Iterable[Step]) -> dict[int, _Sums]:
     """Take the steps of those who are known into the sums of each."""
-    for step in counting(steps):
+    for step in steps:
         if step.person:
             of_person.setdefault(step.person, _Sums()).add(step)
     return of_person

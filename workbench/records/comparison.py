@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import choice
 from underfoot.drawing import Drawing, Series
 from underfoot.files import replaced, written
+from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES
 from underfoot.floor.gait_summary import counting, gait_of
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import csv_line, require_table_name
@@ -35,14 +36,6 @@ STEP_MEASURES = (
     "double_support_ms",
 )
 """Measures of a `Step` of which a mean says something; that of a heading, a time or a number does not."""
-BODY_WEIGHT_MEASURES = {
-    "peak1_percent_bw": ("peak1_n", 100.0),
-    "valley_percent_bw": ("valley_n", 100.0),
-    "peak2_percent_bw": ("peak2_n", 100.0),
-    "impulse_percent_bw_s": ("impulse_ns", 100.0),
-    "loading_percent_bw_per_s": ("loading_kn_s", 1e5),
-}
-"""Measures in percent of the body weight that is noted: of which they are, and what gives percent a newton."""
 GAIT_MEASURES = ("stance_asymmetry_percent", "length_asymmetry_percent", "stride_variation_percent")
 """Measures of a `PersonGait` that no single step has: their means are over persons. Feet apart have none."""
 PERCENT = np.linspace(0.0, 100.0, STANCE)
@@ -286,10 +279,10 @@ def _divided(recording: str, stances: Sequence[Stance], by: str) -> Iterator[tup
 def _group(name: str, stances: Sequence[Stance], *, with_gait: bool) -> Group:
     steps = [one.step for one in stances]
     gaits = gait_of(steps) if with_gait else []  # which is of steps that follow one another
-    values = {name: np.array([getattr(step, name) for step in steps]) for name in (*STEP_MEASURES, "body_weight_n")}
-    values["loading_kn_s"][[step.spike for step in steps]] = math.nan  # an impact has it
-    weight_n = values.pop("body_weight_n")
-    values |= {name: factor * values[of] / weight_n for name, (of, factor) in BODY_WEIGHT_MEASURES.items()}
+    measures = (*STEP_MEASURES, *BODY_WEIGHT_MEASURES)
+    values = {name: np.array([getattr(step, name) for step in steps]) for name in measures}
+    for loading in ("loading_kn_s", "loading_percent_bw_per_s"):
+        values[loading][[step.spike for step in steps]] = math.nan  # an impact has it
     figures = {name: _figures(of_steps) for name, of_steps in values.items()}
     figures |= {measure: _figures([getattr(gait, measure) for gait in gaits]) for measure in GAIT_MEASURES}
     persons = [step.person for step in steps if not step.left_out]

@@ -11,6 +11,7 @@ from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces, 
 from underfoot.floor.layout import Floor
 from underfoot.patch.preset_files import walks
 from underfoot.quantities import counted
+from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording, is_recording
 
 _TWO, _THIRD = "a force CSV, a recording", "a C3D file with force plates"
@@ -63,6 +64,14 @@ def floor_of(path: str | Path) -> Floor:
 
         return floor_of_plates(path)
     return load_floor_beside(path)
+
+
+def notes_of(path: Path) -> Notes | None:
+    """Return what is noted of the steps in a file's forces; None if it is no recording."""
+    if not is_recording(path):
+        return None
+    with Recording(path) as recording:
+        return recording.notes()
 
 
 def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceSeries, Floor]:

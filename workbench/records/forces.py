@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec.structs import fields, force_setattr
+from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 
 from underfoot.arguments import TINY, array, integer, number
@@ -19,15 +19,15 @@ from underfoot.drawing.thinning import thinned
 from underfoot.errors import require
 from underfoot.files import path_of
 from underfoot.floor.contacts import ContactRows
-from underfoot.floor.footsteps import NOTED, Step
 from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries, floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_people import MOST_PEOPLE, PATHS, drawn_people
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.patch.preset_files import walks
 from underfoot.quantities import counted
-from underfoot.records.force_files import read_force_file
-from underfoot.records.tables import Table, force_table, to_dataframe
+from underfoot.records.force_files import notes_of, read_force_file
+from underfoot.records.notes import Notes
+from underfoot.records.tables import Table, force_table, step_columns, to_dataframe
 
 if TYPE_CHECKING:
     import pandas
@@ -39,11 +39,14 @@ _POINTS = 600
 class Forces(ForceSeries, frozen=True):
     """Corner forces of a `floor`: `time_s` (n,) ascending, `force_n` (n, tiles, 4) in newtons, `rate_hz`.
 
+    Those of a recording have what is noted of its steps as `notes`.
+
     >>> walk(2.0)
     <Forces: 2000 samples of 4 tiles at 1000 Hz, 2 s>
     """
 
     floor: Floor
+    notes: Notes | None = None
 
     def __post_init__(self) -> None:
         require(isinstance(self.floor, Floor), "floor", self.floor, "a Floor, such as default_floor(1, 8)")
@@ -74,15 +77,15 @@ class Forces(ForceSeries, frozen=True):
     def steps(self) -> Table:
         """Return the footsteps, one row each, with all measures of `underfoot.floor.footsteps.Step`.
 
-        Forces do not tell what is noted of their recording's steps; its exports do.
+        Of a recording, each has why it is left out, body weight, and forces in percent of it, as in its exports.
 
         >>> walk(4.0).steps()["tile"]
         array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
         """
         found = [step for part in self._found() for step in part.steps]
-        kept = [one for one in fields(Step) if one.name not in NOTED]
-        columns = {one.name: np.array([getattr(step, one.name) for step in found], one.type) for one in kept}
-        return Table("steps", columns)  # each of its field's kind, also without a step
+        if self.notes is None:
+            return Table("steps", step_columns(found))
+        return Table("steps", step_columns(self.notes.on(found), recorded=True))
 
     def contacts(self) -> Table:
         """Return the contacts, one row per contact and sample: time_s, contact, x_m, y_m, force_n and tiles.
@@ -172,7 +175,7 @@ def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Fo
         found = walks()[str(path)]
     other = floor if floor is None or isinstance(floor, Floor) else Floor.load(path_of(floor, "floor"))
     forces, own = read_force_file(found, other)
-    return Forces(forces.time_s, forces.force_n, forces.rate_hz, own)
+    return Forces(forces.time_s, forces.force_n, forces.rate_hz, own, notes_of(found))
 
 
 def walk(

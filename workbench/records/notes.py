@@ -42,18 +42,21 @@ class BodyWeight(Struct, frozen=True):
 
 
 class Notes(Struct, frozen=True):
-    """All that is noted of a recording's steps."""
+    """All that is noted of a recording's steps, whose times are seconds from session frame `first` on, of `rate_hz`
+    frames a second."""
 
+    first: int
+    rate_hz: float
     left_out: Sequence[LeftOut] = ()
     body_weights: Sequence[BodyWeight] = ()
 
-    def on(self, steps: Iterable[Step], first: int, rate_hz: float) -> list[Step]:
-        """Return the steps with what is noted of them. Their times are seconds from session frame `first`.
+    def on(self, steps: Iterable[Step]) -> list[Step]:
+        """Return the steps with what is noted of them.
 
         >>> steps = [Step(k, "t1", "left", float(k), 600.0, *[0.0] * 7, person=k) for k in (1, 2)]
         >>> said = ("anna", "2026-11-30T10:00:00")
-        >>> notes = Notes([LeftOut(96_010, "t1", "stumbled", *said)], [BodyWeight(1, 700.0, "typed", *said)])
-        >>> [(step.left_out, step.body_weight_n) for step in notes.on(steps, 0, 48_000.0)]
+        >>> left_out, weights = [LeftOut(96_010, "t1", "stumbled", *said)], [BodyWeight(1, 700.0, "typed", *said)]
+        >>> [(step.left_out, step.body_weight_n) for step in Notes(0, 48_000.0, left_out, weights).on(steps)]
         [('', 700.0), ('stumbled', nan)]
         """
         on_tile: dict[str, list[LeftOut]] = {}
@@ -62,8 +65,8 @@ class Notes(Struct, frozen=True):
         weights_n = {one.person: one.weight_n for one in self.body_weights}
 
         def noted(step: Step) -> Step:
-            at = first + step.start_s * rate_hz
-            near = (one.why for one in on_tile.get(step.tile, ()) if abs(one.frame - at) <= NEAR_S * rate_hz)
+            at = self.first + step.start_s * self.rate_hz
+            near = (one.why for one in on_tile.get(step.tile, ()) if abs(one.frame - at) <= NEAR_S * self.rate_hz)
             weight_n = weights_n.get(step.person, weights_n.get(0, math.nan))
             return replace(step, left_out=next(near, ""), body_weight_n=weight_n)
 

@@ -324,7 +324,7 @@ class Recording:
 
     def notes(self) -> Notes:
         """Return all that is noted of the steps."""
-        return Notes(self.left_out(), self.body_weights())
+        return Notes(self.span[0], self.rate_hz, self.left_out(), self.body_weights())
 
     def envelope_base(self) -> sqlite3.Connection | None:
         """Return the connection for its envelopes; None for an earlier version, which has none."""

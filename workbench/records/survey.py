@@ -79,9 +79,9 @@ class Survey(msgspec.Struct):
     warnings: list[str] = []
 
 
-def noted_stances(stances: Sequence[Stance], notes: Notes, first: int, rate_hz: float) -> list[Stance]:
+def noted_stances(stances: Sequence[Stance], notes: Notes) -> list[Stance]:
     """Return footsteps with what is noted of them, as `Notes.on` does."""
-    steps = notes.on([one.step for one in stances], first, rate_hz)
+    steps = notes.on(one.step for one in stances)
     return [Stance(step, one.force_n) for step, one in zip(steps, stances, strict=True)]
 
 
@@ -116,7 +116,7 @@ class RecordedForces:
         """Yield contacts and footsteps, piece by piece, with what is noted of the steps."""
         notes = self._recording.notes()
         for found in find_steps(self.pieces(), self.floor, self.rate_hz):
-            yield replace(found, steps=notes.on(found.steps, self.first, self.rate))
+            yield replace(found, steps=notes.on(found.steps))
 
 
 def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
@@ -175,7 +175,7 @@ def load_cached_survey(recording: Recording) -> Survey | None:
         for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
             one["step"] = {name: math.nan if value is None else value for name, value in one["step"].items()}
         found = msgspec.convert(raw, Survey)  # with what was noted when it was made
-        found.steps = noted_stances(found.steps, notes, recording.span[0], recording.rate_hz)
+        found.steps = noted_stances(found.steps, notes)
         return found
     return None
 

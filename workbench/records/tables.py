@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec.structs import fields
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError, refusal, require, shown
 from underfoot.files import path_of, replaced, written
 from underfoot.floor.contacts import ContactRows
-from underfoot.floor.footsteps import Step
+from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES, Step
 from underfoot.floor.layout import Floor
 
 if TYPE_CHECKING:
@@ -50,8 +51,10 @@ _STEP_COLUMNS = {
     "spike": "d",
     "contact": "d",
 }
-_RECORDED = {**_STEP_COLUMNS, "left_out": "s", "body_weight_n": ".1f"}
+_RECORDED = {**_STEP_COLUMNS, "left_out": "s", "body_weight_n": ".1f", **dict.fromkeys(BODY_WEIGHT_MEASURES, ".2f")}
 """Columns of the steps of a recording, with what is noted of them."""
+_KINDS = {one.name: one.type for one in fields(Step)}
+"""Kinds of values of columns, of which others are float."""
 
 
 class Table(Mapping[str, NDArray[Any]]):
@@ -165,6 +168,17 @@ def step_table(
     columns = _RECORDED if recorded else _STEP_COLUMNS
     with (_live_table if live else _table)(path, ",".join(columns)) as lines:
         yield lambda steps: lines(_step_line(step, columns) for step in steps)
+
+
+def step_columns(steps: Iterable[Step], *, recorded: bool = False) -> dict[str, NDArray[Any]]:
+    """Return the columns of a step table by name, each an array of its kind, also without a step.
+
+    >>> {name: str(step_columns([])[name].dtype) for name in ("step", "side", "spike", "peak1_n")}
+    {'step': 'int64', 'side': '<U1', 'spike': 'bool', 'peak1_n': 'float64'}
+    """
+    every = list(steps)
+    names = _RECORDED if recorded else _STEP_COLUMNS
+    return {name: np.array([getattr(step, name) for step in every], _KINDS.get(name, float)) for name in names}
 
 
 def recorded_step_lines(steps: Iterable[Step]) -> list[str]:

@@ -27,6 +27,7 @@ from underfoot.records.recording import Recording
 from underfoot.records.summary import Summary
 from underfoot.records.survey import ContactSpan
 from underfoot.widgets import theme
+from underfoot.widgets.controls.step_table import COLUMNS
 from underfoot.widgets.dialogs.export_dialog import ExportDialog as PatchDialog
 from underfoot.widgets.recordings.exporting import ExportDialog
 from underfoot.widgets.recordings.readout import contacts_at
@@ -279,7 +280,7 @@ def test_steps_are_sorted_by_keys(opened, qtbot):
 
 def test_steps_are_sorted_filtered_and_copied(opened):
     table, panel = opened.steps.table, opened.steps
-    column = 9  # the loading rate
+    column = [one.name for one in COLUMNS].index("loading_kn_s")
     table.sortByColumn(column, Qt.SortOrder.DescendingOrder)
     rates = [step.loading_kn_s for step in table.steps_in_order()]
     assert rates == sorted(rates, reverse=True)

@@ -4,16 +4,16 @@ A new file is a new format; `underfoot export` and the window offer what is here
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
-from underfoot.floor.footsteps import Step
 from underfoot.floor.profile_parts import PARTS
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.plugins import values_in
@@ -105,7 +105,7 @@ class ExportSource:
         floor, rate_hz = self.forces.floor, self.forces.rate_hz
         if self.stretch_s is None:
             for found in find_steps(self._pieces(-math.inf, math.inf, text, self.length_s), floor, rate_hz):
-                yield Detections(found.rows, self._noted(found.steps))
+                yield Detections(found.rows, self._notes.on(found.steps))
             return
         length_s = self.length_s
         until = self.end + DECIDED_S * self.forces.rate
@@ -113,7 +113,7 @@ class ExportSource:
             time_s = found.rows.time_s
             rows = found.rows.select((time_s >= 0.0) & (time_s < length_s))
             steps = [s for s in found.steps if s.start_s >= 0.0 and s.end_s <= length_s]
-            yield Detections(rows, self._noted(steps))
+            yield Detections(rows, self._notes.on(steps))
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps."""
@@ -151,12 +151,9 @@ class ExportSource:
             self.report_progress(text, (float(time_s[-1]) + before_s) / max(until_s + before_s, 1e-9))
             yield time_s, rows[:, 2:].reshape(len(rows), -1, 4)
 
-    def _noted(self, steps: Iterable[Step]) -> list[Step]:
-        return self._notes.on(steps, self.first, self.forces.rate)
-
     @cached_property  # for each piece of the steps
     def _notes(self) -> Notes:
-        return self.recording.notes()
+        return replace(self.recording.notes(), first=self.first)
 
     def _frame_at(self, second: float | None, otherwise: int) -> int:
         return otherwise if second is None else self.forces.first + round(second * self.forces.rate)

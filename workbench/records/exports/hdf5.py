@@ -2,13 +2,11 @@
 
 import io
 import os
-from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec.structs import fields
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
@@ -16,6 +14,7 @@ from underfoot.files import replaced, written
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import split_unit
 from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
+from underfoot.records.tables import step_columns
 
 if TYPE_CHECKING:
     import h5py
@@ -53,7 +52,7 @@ def _write(export: ExportSource, path: Path) -> None:
         for found in export.found("Writing steps and contacts"):
             steps += found.steps
             contacts.append(**{name: getattr(found.rows, name) for name in contacts.names})
-        for name, values in step_columns(steps).items():
+        for name, values in step_columns(steps, recorded=True).items():
             _put(file.require_group("steps"), name, values)
         marks = export.marks()
         _put(file.require_group("marks"), "time_s", np.array([time_s for time_s, _ in marks]))
@@ -65,20 +64,6 @@ def _write(export: ExportSource, path: Path) -> None:
         _put(file, "gaps_s", np.array(export.gaps()).reshape(-1, 2))
         file.flush()
         disk.require_room()
-
-
-def step_columns(steps: Iterable[Step]) -> dict[str, NDArray[np.generic] | list[str]]:
-    """Return the columns of the steps by name: numbers as arrays of their field's kind, text as lists.
-
-    >>> step_columns([])["spike"].dtype, step_columns([])["side"]
-    (dtype('bool'), [])
-    """
-    every = list(steps)
-    found: dict[str, NDArray[np.generic] | list[str]] = {}
-    for field in fields(Step):
-        values = [getattr(step, field.name) for step in every]
-        found[field.name] = values if field.type in (str, "str") else np.array(values, field.type)
-    return found
 
 
 class _Disk(io.FileIO):
@@ -179,7 +164,7 @@ class _Growing:
 def _put(group: "h5py.Group", name: str, values: NDArray[np.generic] | list[str]) -> None:
     import h5py
 
-    if isinstance(values, list):
+    if isinstance(values, list) or values.dtype.kind == "U":
         group.create_dataset(name, data=np.array(values, object), dtype=h5py.string_dtype())
     else:
         group.create_dataset(name, data=values).attrs["unit"] = split_unit(name)[1]

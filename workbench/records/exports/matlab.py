@@ -14,7 +14,7 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.footsteps import Step
 from underfoot.records.exports import ExportFormat, ExportSource
-from underfoot.records.exports.hdf5 import step_columns
+from underfoot.records.tables import step_columns
 
 MOST_BYTES = (1 << 31) - 1
 """Of one variable."""
@@ -43,7 +43,7 @@ def _write(export: ExportSource, path: Path) -> None:
         steps += found.steps
         rows.append(found.rows)
     names = ("time_s", "contact", "x_m", "y_m", "force_n", "on_tile")
-    marks = export.marks()
+    marks, columns = export.marks(), step_columns(steps, recorded=True)
     content: dict[str, Any] = {
         "tiles": np.array(forces.floor.ids, object),
         "rate_hz": forces.rate,
@@ -55,7 +55,7 @@ def _write(export: ExportSource, path: Path) -> None:
         "patch_json": export.recording.about["patch"],
         "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)]),
         "contacts": {name: np.concatenate([getattr(row, name) for row in rows]) for name in names},
-        "steps": {name: np.array(v, object) if isinstance(v, list) else v for name, v in step_columns(steps).items()},
+        "steps": {name: v.astype(object) if v.dtype.kind == "U" else v for name, v in columns.items()},
         "marks": {"time_s": np.array([at for at, _ in marks]), "text": np.array([text for _, text in marks], object)},
     }
     with replaced(path) as part, written(path):
