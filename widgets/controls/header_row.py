@@ -7,15 +7,18 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QToolButton, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
 
 _ICON_PX = 4 * theme.GRID
 """About how wide a button is without its words."""
+_FEW_WORDS_PX = 16 * theme.GRID
+"""Width of an elided text that still tells something."""
 _WITH_TEXT, _ICON_ONLY = Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolButtonStyle.ToolButtonIconOnly
 
 
 class HeaderRow(QWidget):
     """Widgets in a row; None is a stretch. If space is short, the groups of `shrinking` shrink in order: a button with
-    an icon loses its text, other widgets are hidden.
+    an icon loses its text, a label that elides ends in dots as long as some words are seen, other widgets are hidden.
     """
 
     def __init__(
@@ -69,8 +72,10 @@ class HeaderRow(QWidget):
                     )
                     widget.setToolButtonStyle(_ICON_ONLY if shrinks else _WITH_TEXT)
                 else:
-                    room += self._full_width_px(widget) + gap if shrinks else 0
-                    widget.setHidden(shrinks)
+                    elides = isinstance(widget, ElidedLabel) and self._full_width_px(widget) + room >= _FEW_WORDS_PX
+                    widget.setHidden(shrinks and not elides)
+                    if shrinks:
+                        room = 0 if elides else room + self._full_width_px(widget) + gap
 
     def _full_width_px(self, widget: QWidget) -> int:
         """Return a widget's width with its full text, in pixels; 0 for one that elides its text."""

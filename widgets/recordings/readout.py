@@ -90,17 +90,17 @@ class CursorReadout(QObject):
 
 
 def facts_of(opened: OpenedRecording) -> tuple[str, str]:
-    """Return a recording's length, tiles, target, calibrations when it was begun and notes of its steps, and details
-    of calibrations and body weights."""
+    """Return a recording's length, notes of its steps, tiles, target and calibrations when it was begun, and details of
+    calibrations and body weights. Its end is cut off where there is no room."""
     used = dict.fromkeys(PARTS.get(kind, kind) for parts in opened.calibrations.values() for kind in parts)
     weights, left_out = opened.notes.body_weights, len(opened.notes.left_out)
     facts = (
         time_text(opened.length_s, 0.1),
+        *(f"{f'person {one.person} ' if one.person else ''}weighs {fixed(one.weight_n)} N" for one in weights),
+        f"{counted(left_out, 'step')} left out" if left_out else "",
         counted(len(opened.floor.tiles), "tile"),
         opened.about.get("target", ""),
         f"{', '.join(used)} calibrated" if used else "",
-        *(f"{f'person {one.person} ' if one.person else ''}weighs {fixed(one.weight_n)} N" for one in weights),
-        f"{counted(left_out, 'step')} left out" if left_out else "",
     )
     details = [f"Body weight {one.weight_n:.1f} N: {one.source}" for one in weights]
     return "  ·  ".join(filter(None, facts)), "\n".join([*details, *lines_of(opened.calibrations)])

@@ -45,6 +45,22 @@ def test_a_button_that_is_not_there_takes_no_room(qtbot, parts):
     assert all(figure.isVisible() for figure in figures)
 
 
+def test_a_label_of_many_words_ends_in_dots_before_it_goes(qtbot, parts):
+    title, button, figures = parts
+    words = ElidedLabel()
+    words.set_full_text("weighs 712 N  ·  3 steps left out  ·  36 tiles  ·  simulator")
+    line = HeaderRow([title, words, None, figures[0], button], [[words], figures[:1]])
+    qtbot.addWidget(line)
+    whole = words.sizeHint().width()
+    for less, is_seen, is_whole in ((-40, True, True), (60, True, False), (whole - 40, False, False)):
+        line.setFixedWidth(title.sizeHint().width() + figures[0].sizeHint().width() + 130 + whole - less)
+        show(qtbot, line)
+        QCoreApplication.processEvents()
+        assert (words.isVisible(), words.text() == words.full_text) == (is_seen, is_whole)
+        assert figures[0].isVisible()
+        assert button.geometry().right() < line.width()
+
+
 def test_text_without_room_ends_in_dots_and_is_in_the_tooltip(qtbot):
     label = ElidedLabel("title")
     qtbot.addWidget(label)

@@ -62,7 +62,7 @@ def test_the_step_on_the_axis_is_left_out_by_a_key_and_taken_in_again(opened, qt
     QTest.keyClick(axis, Qt.Key.Key_X)
     answer(opened, "stumbled", qtbot)
     qtbot.waitUntil(lambda: reasons(opened) == ["stumbled", *[""] * (every - 1)])
-    assert opened.facts.full_text.endswith("  ·  1 step left out")
+    assert "s  ·  1 step left out  ·  2 tiles" in opened.facts.full_text
     names = [one.name for one in panel.plot.drawing.series]
     assert (f"mean of {every - 1}" in names, names[-1]) == (True, "step 1, left out")
     mean = next(one for one in panel.plot.drawing.series if one.name.startswith("mean"))
