@@ -207,3 +207,10 @@ def test_what_the_shaker_of_an_empty_tile_made_hides_no_swapped_sensors():
 def test_it_does_not_depend_on_how_the_stream_is_cut():
     forces = changed(swapped(3, (0, 2)), 1, 0, np.zeros_like)
     assert found(FLOOR, forces, chunk=37) == found(FLOOR, forces, chunk=100_000) != []
+
+
+def test_a_fault_is_told_where_samples_come_one_by_one():
+    """As of a board alone: what was found with the last sample that had come was never told."""
+    forces = np.concatenate([np.zeros((20, 1, 4)), np.full((120, 1, 4), 150.0) * [1.0, 0.0, 1.0, 1.0]])
+    (line,) = found(default_floor(1, 1), forces, rate_hz=100.0, chunk=1)
+    assert line == "tile t1: sensor 2 is dead (reads 1000 while its neighbours carry 450 N)"

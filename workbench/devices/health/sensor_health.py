@@ -149,12 +149,10 @@ class SensorHealth:
         """
         load_n = np.empty((len(tiles), 4))
         samples = _Samples(np.ascontiguousarray(tiles), time_s, np.ascontiguousarray(readings), force_n, load_n)
-        at = 0
-        while True:
-            at = _watch(samples, at, self._state)
-            if at == len(tiles):
-                break
+        at, changed = _watch(samples, 0, self._state)
+        while changed:
             self._name(int(tiles[at - 1]), load_n[at - 1])
+            at, changed = _watch(samples, at, self._state)
         self._order.feed(samples.tiles, time_s, arrived_s, load_n)
         for row, line in self._order.take_found():
             is_reversed = self._state.sensors["reversed_s"][row].any()
@@ -203,8 +201,10 @@ def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
 
 
 @kernel
-def _watch(samples: _Samples, first: int, state: _State) -> int:
-    """Process samples from number `first` on, up to one with a new finding; return how many were processed."""
+def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
+    """Process samples from number `first` on, up to one that changes what was found, and return how many were
+    processed, and whether there is such a one.
+    """
     at = first
     while at < len(samples.tiles):
         k = samples.tiles[at]
@@ -232,8 +232,8 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
         at += 1
         if (found[0], found[1], found[2], found[3]) != known:
-            break
-    return at
+            return at, True
+    return at, False
 
 
 @kernel
