@@ -1,11 +1,11 @@
 """The floor from above: the load of each tile, and contacts with their trails."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QKeyEvent,
@@ -48,6 +48,9 @@ _MIN_SHOWN_PEAK = 1e-4
 
 _MIN_SHOWN_LOST = 0.05
 """Share of a tile's samples that do not arrive from which it is marked, as it is reported."""
+
+_FAULT_PX = 13.0
+"""Length along both edges of the corner that is marked; what is written in a corner begins behind it."""
 
 _MIN_SHOWN_N = 2.0
 """Loads below this are shown as 0."""
@@ -99,6 +102,8 @@ class FloorMap(PressedFloor):
         self._peak = np.zeros(count)
         self._deviating = np.zeros(count, bool)
         self._lost_percent = np.zeros(count)
+        self._faults: dict[tuple[str, int], str] = {}
+        self._tile_under_mouse = ""
         self._contacts: Sequence[OngoingContact] = ()
         self._trails = Trails()
         self._now_s = 0.0
@@ -132,7 +137,10 @@ class FloorMap(PressedFloor):
 
     def set_loads(self, load_n: ArrayLike, untared: ArrayLike) -> None:
         """Set the load of each tile in newtons, and which tiles are untared."""
-        self._load_n, self._untared = np.asarray(load_n), np.asarray(untared)
+        was_untared, self._untared = self._untared, np.asarray(untared)
+        self._load_n = np.asarray(load_n)
+        if not np.array_equal(was_untared, self._untared):
+            self._describe()
 
     def show_step(self, tile: str) -> None:
         """Mark for a second the tile on which the preview's step plays without a person; "" ends the mark."""
@@ -152,6 +160,13 @@ class FloorMap(PressedFloor):
     def set_lost(self, share: NDArray[np.float64]) -> None:
         """Mark tiles of whose samples this share (tiles,) does not arrive."""
         self._lost_percent = np.where(share > _MIN_SHOWN_LOST, np.round(100.0 * share), 0.0)
+
+    def set_faults(self, faults: Mapping[tuple[str, int], str]) -> None:
+        """Mark sensors, by tile and number (1 to 4), with what is said of them beneath the mouse."""
+        if faults != self._faults:
+            self._faults = dict(faults)
+            self._describe()
+            self.update()
 
     def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
         """Set the contacts at `now_s`, and show their trails up to then."""
@@ -207,6 +222,9 @@ class FloorMap(PressedFloor):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         tile = self.tile_at(event.position())
         self.setCursor(Qt.CursorShape.PointingHandCursor if tile else Qt.CursorShape.ArrowCursor)
+        if tile != self._tile_under_mouse:
+            self._tile_under_mouse = tile
+            self._describe()
         if self._pressed_tile:
             self._press(event.position())
 
@@ -233,15 +251,22 @@ class FloorMap(PressedFloor):
             self.choose_tile(best)
 
     def _describe(self) -> None:
-        """Say what is selected, in the tooltip and to screen readers."""
+        """Say what is selected, in the tooltip and to screen readers, after the faults of the tile that is meant."""
         if self._floor is None:
             self.setToolTip("")
             self.setAccessibleDescription(NO_FLOOR)
             return
         press = f" Hold the mouse button to press a tile with {quantity(self._press_n, 'N')}." if self.can_press else ""
         text = f"Tile {self._chosen_tile} is selected. Click a tile to select it.{press}"
-        self.setToolTip(text)
-        self.setAccessibleDescription(text)
+        self.setToolTip(self._said_of(self._tile_under_mouse) + text)
+        self.setAccessibleDescription(self._said_of(self._chosen_tile) + text)
+
+    def _said_of(self, tile: str) -> str:
+        """Return what is wrong with a tile, "" for no tile."""
+        lines = dict.fromkeys(what for (of, _), what in self._faults.items() if of == tile)
+        if self._floor is not None and tile and self._untared[self._floor.index(tile)]:
+            lines["untared, as it was loaded from its first sample on; if nobody is on it, press Tare"] = None
+        return "".join(f"{tile}: {line}.\n" for line in lines)
 
     # --- paint ---
 
@@ -261,6 +286,8 @@ class FloorMap(PressedFloor):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         circles = [self._circle(contact) for contact in self._contacts]
         self._paint_loads(painter, circles)
+        for tile, number in self._faults:
+            self._paint_fault(painter, self._floor.index(tile), number - 1)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.TEXT if self.hasFocus() else theme.MUTED), 2.0))
         painter.drawPolygon(self._polygons[self._floor.index(self._chosen_tile)])
@@ -314,6 +341,22 @@ class FloorMap(PressedFloor):
                 share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
                 painter.fillRect(bar, QColor(theme.VIBRATION))
+
+    def _paint_fault(self, painter: QPainter, row: int, sensor: int) -> None:
+        """Paint the corner of a tile where a sensor is that has a fault, beside what is written there."""
+        assert self._floor is not None
+        tile, polygon = self._floor.tiles[row], self._polygons[row]
+        to_corners_m = tile.corners_m() - tile.to_floor(tile.sensors_m[sensor])
+        at = int(np.argmin(np.hypot(*to_corners_m.T)))
+        corner = polygon.at(at)
+        ends = [corner]
+        for beside in (polygon.at((at + 3) % 4), polygon.at((at + 1) % 4)):
+            along = QLineF(corner, beside)
+            along.setLength(min(_FAULT_PX, 0.5 * along.length()))
+            ends.append(along.p2())
+        painter.setPen(QPen(QColor(theme.GROUND), 1.0))
+        painter.setBrush(QColor(theme.ALARM))
+        painter.drawPolygon(QPolygonF(ends))
 
     def _paint_background(self) -> QPixmap:
         """Paint what does not move: tiles, their names, and a scale."""

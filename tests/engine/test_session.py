@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,15 +13,19 @@ import numpy as np
 import pytest
 from live import live
 from made_patches import hum, patch_of, rough_step, stepped_bank
+from wired import ends
 
 from underfoot.clock import FADE
+from underfoot.devices.emulation.emulator import Emulator
+from underfoot.devices.replay import Replay
 from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
-from underfoot.engine.reports import Notice, Outlines, OutputChanged, PatchRefused, Preview, ProcessDied
+from underfoot.engine.reports import Notice, Outlines, OutputChanged, PatchRefused, Preview, ProcessDied, SensorFaults
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session import Session
 from underfoot.engine.session_replay import ReplayJob
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, DeviceError
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.records.recording import Recording
@@ -412,6 +417,22 @@ def opened(tmp_path, processes, **code):
         window.kill()
         pytest.fail(window.communicate()[1])
     return window, children, blocks
+
+
+def test_a_session_on_hardware_tells_its_faulty_sensors_for_as_long_as_they_are(until):
+    """For whoever looks at the floor later than the line was said, as where Monitor is opened then."""
+    times_s = np.arange(3000) / 1000.0
+    force_n = np.where((times_s > 0.2)[:, None], [150.0, 150.0, 0.0, 150.0], 0.0)[:, None, :]
+    floor = default_floor(1, 1)
+    sender, transport = ends("udp")
+    target = {"floor": floor, "kind": "udp", "source": transport.name.partition(":")[2]}
+    emulator = Emulator(sender, Replay(ForceSeries(times_s, force_n, 1000.0), floor, 48_000.0))
+    with live(hum(), until, **target) as playing, closing(emulator):
+        playing.started()
+        emulator.start()
+        playing.until(lambda: sum(bool(told.faults) for told in playing.of(SensorFaults)) >= 2, "it is told again")
+        (fault,) = playing.of(SensorFaults)[-1].faults.items()
+        assert fault == (("t1", 3), "sensor 3 is dead (reads 1000 while its neighbours carry 450 N)")
 
 
 def is_alive(pid):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from underfoot.engine import session
-from underfoot.engine.reports import CommandApplied, Costs, Started
+from underfoot.engine.reports import CommandApplied, Costs, SensorFaults, Started
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -39,7 +39,7 @@ class Live:
         try:
             return self._until(look, what, seconds)
         except AssertionError as error:
-            said = [report for report in self.reports if not isinstance(report, Costs)]
+            said = [report for report in self.reports if not isinstance(report, Costs | SensorFaults)]
             raise AssertionError(f"{error}; reports: {said[-12:]}") from None
 
     def of(self, kind):

@@ -139,6 +139,29 @@ def test_a_foot_does_not_cover_the_newtons_of_its_tile_among_36(qtbot, side_px, 
     assert changed(701.0, [OngoingContact(1, x_m, y_m, 700.0, (14,))]) >= 0.7 * changed(701.0, []) > 5
 
 
+def test_a_faulty_sensor_is_marked_in_its_corner_and_named_under_the_mouse(floor_map, qtbot, turned):
+    """It was told once, in a line that is gone after some seconds: a technician looks at the floor."""
+    before = floor_map.grab().toImage()
+    floor_map.set_faults({("b", 2): "sensor 2 is dead (reads 0)"})
+    after = floor_map.grab().toImage()
+    changed = [QPointF(x, y) for x in range(400) for y in range(400) if before.pixel(x, y) != after.pixel(x, y)]
+    corner = turned.tiles[1].to_floor((-0.15, 0.15))  # sensor 2 is at -0.1, 0.1, of a tile that is turned
+    place = floor_map.to_screen().map(QPointF(*corner))
+    assert 50 < len(changed) < 150
+    assert all((spot - place).manhattanLength() < 20 for spot in changed)
+    for tile, said in ((1, True), (2, False)):
+        qtbot.mouseMove(floor_map, place_on(floor_map, turned.tiles[tile]))
+        assert floor_map.toolTip().startswith("b: sensor 2 is dead (reads 0).") == said
+    assert "dead" not in floor_map.accessibleDescription()  # of the chosen tile
+    floor_map.choose_tile("b")
+    floor_map.set_loads([0.0] * 3, [False, True, False])
+    assert "sensor 2 is dead (reads 0).\nb: untared, as" in floor_map.accessibleDescription()
+    floor_map.set_faults({})
+    floor_map.set_loads([0.0] * 3, [False] * 3)
+    floor_map.choose_tile("a")
+    assert floor_map.grab().toImage() == before
+
+
 def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):
     floor_map.can_press = True
     floor_map.set_press(200.0)

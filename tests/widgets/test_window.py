@@ -28,6 +28,7 @@ from windows import (
 
 from underfoot.calibration.result import Result
 from underfoot.engine.commands import TileEqualiser
+from underfoot.engine.reports import SensorFaults
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
@@ -167,6 +168,12 @@ def test_the_level_goes_to_the_engine_and_is_remembered(window, qtbot):
 def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
     window.workspaces.choose("Monitor")
     qtbot.waitUntil(lambda: monitor(window).steps.table.steps.rowCount() >= 2, timeout=LONG_MS)
+
+
+def test_faulty_sensors_of_the_session_are_on_the_map_of_monitor(window):
+    for faults, said in (({("t1", 3): "sensor 3 is loose"}, True), ({}, False)):
+        window.bridge.reported.emit([SensorFaults(faults)])
+        assert ("t1: sensor 3 is loose." in window.workspaces["Monitor"].map.accessibleDescription()) == said
 
 
 def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeypatch):

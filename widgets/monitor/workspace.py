@@ -10,7 +10,7 @@ from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 from underfoot.engine.commands import Mark, Start
-from underfoot.engine.reports import CommandApplied
+from underfoot.engine.reports import CommandApplied, SensorFaults
 from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -91,7 +91,7 @@ class MonitorWorkspace(Workspace):
         bridge.response_read.connect(self.add_response)
         bridge.steps_found.connect(self.add_steps)
         bridge.marked.connect(self.force.add_mark)
-        bridge.reported.connect(self._show_starts)
+        bridge.reported.connect(self._take_reports)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
 
@@ -156,11 +156,13 @@ class MonitorWorkspace(Workspace):
         self.steps.add(steps)
         self.force.add_steps(steps)
 
-    def _show_starts(self, reports: list[object]) -> None:
-        """Show the tile on which a preview's step began: the floor's forces do not have it."""
+    def _take_reports(self, reports: list[object]) -> None:
+        """Show faulty sensors, and the tile on which a preview's step began: the floor's forces do not have it."""
         for report in reports:
             if isinstance(report, CommandApplied) and isinstance(report.command, Start):
                 self.map.show_step(report.command.tile)
+            elif isinstance(report, SensorFaults):
+                self.map.set_faults(report.faults)
 
     # --- drawing ---
 

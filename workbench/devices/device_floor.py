@@ -113,6 +113,11 @@ class DeviceFloor:
         """Seconds from a sample's jitter-free arrival to the first frame that it changes, averaged over a second."""
         return float(self._progress["latency"]) / self._rate
 
+    @property
+    def sensor_faults(self) -> dict[tuple[str, int], str]:
+        """What is wrong with sensors now, by tile and number (1 to 4)."""
+        return self._health.faults
+
     def take_notices(self) -> list[str]:
         """Return the notices since the last call, one line each. Not for the callback."""
         now_s, heard = time.perf_counter(), self.reader.parser.heard(len(self.floor.tiles))

@@ -14,7 +14,7 @@ from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.commands import Action, Command, Play, ProgramSwap, Quit
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import Costs, Fault, Notice, PatchRefused
+from underfoot.engine.reports import Costs, Fault, Notice, PatchRefused, SensorFaults
 from underfoot.engine.requests import CardsThere
 from underfoot.engine.status import Field
 from underfoot.errors import UnderfootError
@@ -141,6 +141,7 @@ class CommandListener:
             self._status.put(Field.HOLD_S, max(latency_s - block_s, 0.0))
             for line in source.take_notices():
                 self._outbox.put(Notice(line))
+            self._outbox.put(SensorFaults(source.sensor_faults))
         program, load = self._loop.program, self._runner.load
         awake = program.awake()
         self._status.put(Field.AWAKE, float(max(awake.values(), default=0)))

@@ -57,6 +57,12 @@ class Costs(Struct, frozen=True):
     left_out: tuple[str, ...] = ()
 
 
+class SensorFaults(Struct, frozen=True):
+    """What is wrong with sensors of hardware, by tile and number (1 to 4), twice a second."""
+
+    faults: dict[tuple[str, int], str]
+
+
 class ProcessDied(Struct, frozen=True):
     """A process ended that should not have; unless that happens too often, it is started again."""
 
@@ -166,6 +172,7 @@ Report = (
     | CommandApplied
     | Fault
     | Costs
+    | SensorFaults
     | ProcessDied
     | Notice
     | RecordingFile

@@ -27,6 +27,10 @@ def walked(rows=3, columns=3, seconds=30, seed=1):
 
 def found(floor, force_n, rate_hz=1000.0, readings=None, chunk=700, clocks_s=0.0):
     """What is said of sensors that read these newtons; `clocks_s` is when the clock of each tile began, ago."""
+    return fed(floor, force_n, rate_hz, readings, chunk, clocks_s).take_notices()
+
+
+def fed(floor, force_n, rate_hz=1000.0, readings=None, chunk=700, clocks_s=0.0):
     health = SensorHealth(floor, rate_hz)
     counts = nominal_readings(force_n) if readings is None else readings(force_n)
     newtons = nominal_force(counts)
@@ -38,7 +42,7 @@ def found(floor, force_n, rate_hz=1000.0, readings=None, chunk=700, clocks_s=0.0
         n = part.stop - a
         rows, when = np.tile(np.arange(tiles), n), np.repeat(time_s[part], tiles)
         health.feed(rows, when + ago_s[rows], when, counts[part].reshape(-1, 4), newtons[part].reshape(-1, 4))
-    return health.take_notices()
+    return health
 
 
 def changed(forces, tile, sensor, change):
@@ -141,6 +145,25 @@ def test_a_fault_is_named_again_where_its_sensor_was_well_for_a_while(well_s, ti
     forces[is_dead, 0, 2] = 0.0
     said = found(default_floor(1, 1), forces, rate_hz=100.0)
     assert [line.partition(" (")[0] for line in said] == ["tile t1: sensor 3 is dead"] * times
+
+
+def test_faults_are_there_for_as_long_as_they_last():
+    """The map of the floor marks them: noise that has stopped, and a sensor that is well again, are not there."""
+    hum = 8.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(3000) / 1000.0)[:, None, None] * np.array([0.0, 1.0, 0.0, 0.0])
+    stands = np.full((3000, 1, 4), 150.0)
+    well = np.concatenate([np.zeros((3000, 1, 4)), np.full((61_000, 1, 4), 150.0)])
+    dead = changed(stands, 0, 2, np.zeros_like)
+    floor = default_floor(1, 1)
+    parts = [hum, np.zeros((3000, 1, 4)), dead, well]
+    known = [fed(floor, np.concatenate(parts[:n])).faults for n in (1, 2, 3, 4)]
+    assert [list(faults) for faults in known] == [[("t1", 2)], [], [("t1", 3)], []]
+    assert known[0]["t1", 2].startswith("sensor 2 is noisy (swings by 8 N 50 times")
+
+
+def test_all_sensors_of_which_some_are_swapped_are_faulty():
+    faults = fed(default_floor(), swapped(2, (0, 1), walked(2, 2))).faults
+    assert list(faults) == [("t3", 1), ("t3", 2), ("t3", 3), ("t3", 4)]
+    assert set(faults.values()) == {"sensors 1 and 2 or 3 and 4 are swapped"}
 
 
 @pytest.mark.parametrize("hum_n", [8.0, 40.0])

@@ -42,7 +42,7 @@ WELL_S = 60.0
 NOISY_N, SWINGS, NOISY_S, MEAN_S = CONTACT_N / 4.0, 10, 1.0, 0.1
 """A noisy sensor swings by `NOISY_N` or more about its mean of `MEAN_S`, `SWINGS` times within `NOISY_S`."""
 
-_DEAD, _SATURATED, _LOOSE, _REVERSED, _NOISY = 1, 2, 4, 8, 16
+_DEAD, _SATURATED, _LOOSE, _REVERSED, _NOISY, _MISPLACED = 1, 2, 4, 8, 16, 32
 _REST_SHARE = 0.002
 
 _SENSOR = np.dtype(
@@ -132,6 +132,9 @@ class SensorHealth:
         )
         self._state.sensors["fell_s"] = self._state.sensors["first_fall_s"] = -np.inf
         self._named = np.zeros((count, 4), np.int64)
+        self._words: list[dict[tuple[int, int], str]] = [{} for _ in floor.tiles]
+        self.faults: dict[tuple[str, int], str] = {}
+        """What is wrong with sensors now, by tile and number (1 to 4); replaced, so that other threads may read it."""
         self._order = SensorOrder(floor)
         self._notices: deque[str] = deque(maxlen=100)
         self.feed(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 4), np.int64), np.zeros((0, 4)))
@@ -154,10 +157,12 @@ class SensorHealth:
             self._name(int(tiles[at - 1]), load_n[at - 1])
             at, changed = _watch(samples, at, self._state)
         self._order.feed(samples.tiles, time_s, arrived_s, load_n)
-        for row, line in self._order.take_found():
+        for row, which, line in self._order.take_found():
             is_reversed = self._state.sensors["reversed_s"][row].any()
             if not (is_reversed or self._state.found[row].any()):  # one dead or reversed sensor resembles other faults
                 self._notices.append(f"tile {self.floor.tiles[row].id}: {line}")
+                self._words[row].update({(sensor, _MISPLACED): line for sensor in which})
+                self._list_faults()
 
     def take_notices(self) -> list[str]:
         """Return the faults found since the last call, one line per sensor; of noise, one per tile."""
@@ -167,30 +172,42 @@ class SensorHealth:
         return notices
 
     def _name(self, row: int, load_n: NDArray[np.float64]) -> None:
-        """Report what was found with the newest sample of a tile."""
-        found, tile = self._state.found[row], self.floor.tiles[row].id
-        noisy = np.flatnonzero(found & ~self._named[row] & _NOISY)
-        if len(noisy):
-            swings = self._state.sensors[row, noisy]
-            which = f"sensor {noisy[0] + 1} is" if len(noisy) == 1 else f"sensors {', '.join(map(str, noisy + 1))} are"
-            self._notices.append(
-                f"tile {tile}: {which} noisy (swings by {swings['swing_n'].max():.0f} N {swings['swings'].max():.0f} "
-                "times a second with nobody on the tile; hum of the mains, or its shaker?)"
-            )
+        """Report what was found with the newest sample of a tile, and forget what has passed."""
+        found, sensors, words = self._state.found[row], self._state.sensors[row], self._words[row]
+        noisy = sensors[found & _NOISY > 0]
+        swing_n, swings = noisy["swing_n"].max(initial=0.0), noisy["swings"].max(initial=0.0)
+        new: dict[str, list[int]] = {}
         for sensor in range(4):
-            known = self._state.sensors[row, sensor]
-            new = found[sensor] & ~self._named[row, sensor]
-            others_n, reading = load_n.sum() - load_n[sensor], int(known["reading"])
-            stays = f"stays at {reading} while the load on its tile changes{unshifted(reading)}"
+            others_n, reading = load_n.sum() - load_n[sensor], int(sensors[sensor]["reading"])
             for fault, what in (
+                (_NOISY, f"noisy (swings by {swing_n:.0f} N {swings:.0f} times a second with nobody on the tile; "
+                         "hum of the mains, or its shaker?)"),
                 (_DEAD, f"dead (reads {reading} while its neighbours carry {others_n:.0f} N)"),
                 (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
-                (_SATURATED, f"saturated ({stays})"),
-                (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
-            ):
-                if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
-                    self._notices.append(f"tile {tile}: sensor {sensor + 1} is {what}")
+                (_SATURATED, f"saturated (stays at {reading} while the load on its tile changes{unshifted(reading)})"),
+                (_LOOSE, f"loose (fell to nothing {counted(sensors[sensor]['falls'], 'time')} while its tile was "
+                         "loaded)"),
+            ):  # fmt: skip
+                if not found[sensor] & fault:
+                    words.pop((sensor, fault), None)
+                elif (sensor, fault) not in words and not (fault == _DEAD and self._order.is_swapped(row)):
+                    words[sensor, fault] = f"sensor {sensor + 1} is {what}"
+                    if not self._named[row, sensor] & fault:
+                        new.setdefault(what, []).append(sensor + 1)
             self._named[row, sensor] = found[sensor] | (self._named[row, sensor] & _NOISY)  # shakers come and go
+        for what, which in new.items():
+            are = f"sensor {which[0]} is" if len(which) == 1 else f"sensors {', '.join(map(str, which))} are"
+            self._notices.append(f"tile {self.floor.tiles[row].id}: {are} {what}")
+        self._list_faults()
+
+    def _list_faults(self) -> None:
+        """Make `faults` anew."""
+        faults: dict[tuple[str, int], str] = {}
+        for tile, words in zip(self.floor.tiles, self._words, strict=True):
+            for (sensor, _), what in sorted(words.items()):
+                key = tile.id, sensor + 1
+                faults[key] = f"{faults[key]}; {what}" if key in faults else what
+        self.faults = faults
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:

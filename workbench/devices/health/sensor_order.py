@@ -116,8 +116,8 @@ class SensorOrder:
             if at == len(tiles):
                 break
 
-    def take_found(self) -> Iterator[tuple[int, str]]:
-        """Yield tiles with swapped sensors, and which ones, and turned tiles; each tile once."""
+    def take_found(self) -> Iterator[tuple[int, set[int], str]]:
+        """Yield tiles with swapped sensors, or turned: its row, the sensors (0 to 3), and a line; each tile once."""
         for row in np.flatnonzero(~self._found & (self._state.sums["contacts"] >= CONTACTS)):
             pairs, turns = self._swapped(int(row))
             swapped = " or ".join(f"{a + 1} and {b + 1}" for a, b in pairs)
@@ -125,7 +125,7 @@ class SensorOrder:
             found += [f"it is turned by {turn}" for turn in turns]
             if found:
                 self._found[row] = True
-                yield int(row), ", or ".join(found)
+                yield int(row), {*range(4)} if turns else {*sum(pairs, ())}, ", or ".join(found)
 
     def is_swapped(self, row: int) -> bool:
         """Return whether sensors of the tile at this row were found to be swapped, or the tile turned."""
