@@ -57,6 +57,25 @@ def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
     assert len(walked(study)) == 3
 
 
+@pytest.mark.parametrize(
+    ("kind", "beside", "alone", "of_two"),
+    [
+        ("constant-stimuli", {"standard": "X"}, "Did you feel it?", "Which was stronger?"),
+        ("staircases", {"followed": ["TD"], "standard": "WC"}, "Did you feel it?", "Which was stronger?"),
+        ("bayesian", {"followed": "TD", "intervals": "two"}, "Did you feel it?", "Which was stronger?"),
+        ("adjustment", {"followed": ["TD"], "standard": "WC"}, "Set it to where you only just", "like the other one"),
+        ("magnitude-estimation", {"standard": "TD"}, "How strong was it?", "The first one is 10. How strong was the"),
+    ],
+)
+def test_who_writes_no_question_has_the_usual_one_also_beside_a_standard(kind, beside, alone, of_two):
+    """It is asked to compare there: "did you feel it?" has no answer of two intervals, of which both are felt."""
+    first = {name: value for name, value in beside.items() if name == "followed"}
+    stimuli = {"TD": TD, "WC": {**TD, "patch": "stimulus-wc"}, "X": {}}
+    for given, words in ((first, alone), (beside, of_two), ({**beside, "question": "Own?"}, "Own?")):
+        (question,) = Study(made_protocol(kind, given, stimuli), "P1").page.questions
+        assert words in question.doc
+
+
 def test_adjustments_begin_once_a_block_on_each_side_in_an_order_of_ones_own():
     stimuli = {name: {**TD, "level_m_s2": level} for name, level in (("A", 0.4), ("B", 0.8), ("S", 0.2))}
     parameters = {"followed": ["A", "B"], "standard": "S", "blocks": 6, "below": [-30.0, -14.0]}

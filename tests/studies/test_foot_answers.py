@@ -6,7 +6,7 @@ from people import taking_part
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.foot import FootAnswer
-from underfoot.experiments.questions import first_or_second
+from underfoot.experiments.questions import felt_or_stronger
 from underfoot.experiments.study import method_of
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
@@ -16,7 +16,7 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.target import FloorTarget
 
 FLOOR = default_floor(2, 2)
-QUESTION = first_or_second("Which one?")
+QUESTION = felt_or_stronger("Which one?", are_two=True)
 
 
 def foot_on(tile, x_m=0.0, force_n=300.0, start_s=10.5):

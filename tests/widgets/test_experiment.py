@@ -131,7 +131,7 @@ def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
     shown = bench.runner.watch.now_s
     bench.wait(lambda: bench.runner.watch.now_s > shown + 0.1)  # it was gone at the next tick
-    assert desk.news.text() == "Move the slider to answer: How was it?"
+    assert desk.news.text() == "Move the slider to answer: How strong was it?"
     bench.qtbot.mouseClick(slider, LEFT, pos=slider.rect().center())
     bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
     bench.until(Phase.END)

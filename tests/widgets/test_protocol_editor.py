@@ -158,6 +158,11 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     stages.list.setCurrentRow(1)
     made.choose(stages.form.method.controls["method"], "Up-down staircases")
     made.type(stages.form.parameters.controls["followed"], "A")
+    question = stages.form.parameters.controls["question"]
+    assert question.placeholderText() == "Did you feel it?"
+    made.choose(stages.form.parameters.controls["standard"], "A")
+    assert question.placeholderText() == "Which was stronger?"
+    made.choose(stages.form.parameters.controls["standard"], "(none)")
     made.type(stages.form.parameters.controls["steps_db"], "8, 2")
     made.type(stages.form.parameters.controls["highest_db"], "12 dB")
     made.type(stages.form.parameters.controls["above_db"], "6, 10")

@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.declared import NamedChoice, fields_of
@@ -16,6 +16,7 @@ from underfoot.experiments.foot import FootAnswer, fields_in_words
 from underfoot.experiments.method import StimulusName
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import END, FIELDS_OF_KIND, Stage
+from underfoot.experiments.questions import asked
 from underfoot.parameters import Choice, Parameter, ask
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.field_rows import FieldRows
@@ -185,6 +186,8 @@ class StageForm(QWidget):
             about = theme.paragraph(METHODS[kind].about, "small")
             self._column.addWidget(about)
             self.parameters = self._rows(METHODS[kind].parameters, use["parameters"])
+            self.parameters.changed.connect(lambda _: self._show_question())
+            self._show_question()
 
     def _choose_method(self, kind: str) -> None:
         """Change the method; parameters with the same name are kept."""
@@ -210,13 +213,23 @@ class StageForm(QWidget):
             self.changed.connect(self._show_fields)
             self._show_fields()
 
+    def _questions(self) -> tuple[Parameter, ...]:
+        """Return what is asked after each trial; raise an error if the method has a mistake, which appears below."""
+        method, given = METHODS[self._stage["method"]["kind"]], self._stage["method"]["parameters"]
+        return method.questions_for(method.checked(given, self._stimuli))
+
+    def _show_question(self) -> None:
+        """Show what is asked where no words are typed for it."""
+        line = self.parameters.controls.get("question") if self.parameters is not None else None
+        with suppress(UnderfootError):
+            if isinstance(line, QLineEdit):
+                line.setPlaceholderText(asked(self._questions()[0]))
+
     def _show_fields(self) -> None:
-        """Show the answer of each field on the floor; nothing if the stage has a mistake, which appears below."""
-        use = self._stage["method"]
+        """Show the answer of each field on the floor; nothing if the stage has a mistake."""
         text = ""
         with suppress(UnderfootError, KeyError, msgspec.ValidationError):
-            method, foot = METHODS[use["kind"]], msgspec.convert(self._stage["foot"], FootAnswer)
-            text = fields_in_words(foot, method.questions_for(method.checked(use["parameters"], self._stimuli)))
+            text = fields_in_words(msgspec.convert(self._stage["foot"], FootAnswer), self._questions())
         self.fields.setText(text)
 
     def _switch_foot(self, on: bool) -> None:

@@ -36,8 +36,8 @@ _NEW: Mapping[str, Any] = {
         {
             "id": "main",
             "kind": "trials",
-            "title": "How strong was it?",
-            "method": {"kind": "rating", "parameters": {"blocks": 1, "question": "How strong was it?"}},
+            "title": "Feel it, then answer",
+            "method": {"kind": "rating", "parameters": {"blocks": 1}},
         }
     ],
 }

@@ -148,9 +148,15 @@ def yes_or_no(name: str, doc: str) -> Parameter:
     return ask(name, Choice(NO, options=(YES, NO), doc=doc))
 
 
-def first_or_second(doc: str) -> Parameter:
-    """Return a question for one of two intervals, named "interval"."""
-    return ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=doc))
+def felt_or_stronger(doc: str, *, are_two: bool) -> Parameter:
+    """Return a yes-no question of one interval, "felt", or for one of two, "interval"; without words, the usual ones.
+
+    >>> [asked(felt_or_stronger("", are_two=are_two)) for are_two in (False, True)]
+    ['Did you feel it?', 'Which was stronger?']
+    """
+    if not are_two:
+        return yes_or_no("felt", doc or "Did you feel it?")
+    return ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=doc or "Which was stronger?"))
 
 
 class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

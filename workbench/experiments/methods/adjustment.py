@@ -50,7 +50,7 @@ class Adjustment(BlockedMethod):
     below = Numbers((-15.0, -8.0), -1e6, 1e6, doc="And the other.", least=2, most=2)
     reach = Numbers((-40.0, 20.0), -1e6, 1e6, doc="The lowest and the highest that can be set.", least=2, most=2)
     steps = Numbers((2.0, 0.5), 1e-6, 1e6, doc="A large step, and a small one.", least=2, most=2)
-    question = Text("Set it to where you only just feel it.", doc="What is asked in each trial.")
+    question = Text("", doc="What is asked in each trial; empty: what is usual, with a standard or without.")
 
     @classmethod
     def check_together(cls, given: Mapping[str, Any]) -> None:
@@ -97,7 +97,8 @@ class Adjustment(BlockedMethod):
         low, high = given["reach"]
         name, unit = (SET_TO, "") if given["parameter"] else (LEVEL_DB, "dB")
         moved = {"unit": unit, "steps": given["steps"], "moves": given["parameter"]}
-        return (ask(name, Adjusted(0.5 * (low + high), low, high, doc=given["question"], **moved)),)
+        usual = "Set it to feel like the other one." if given["standard"] else "Set it to where you only just feel it."
+        return (ask(name, Adjusted(0.5 * (low + high), low, high, doc=given["question"] or usual, **moved)),)
 
     @property
     def questions(self) -> tuple[Parameter, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadValue, require
 from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName
-from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
+from underfoot.experiments.questions import FIRST, SECOND, YES, felt_or_stronger
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
@@ -45,7 +45,7 @@ class Bayesian(Method):
     trials = Count(40, 5, 1000, doc="How many there are.")
     guesses = Number(0.02, 0.0, 0.5, doc="Share of yes to nothing; with two intervals it is a half.")
     catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing; one interval only.")
-    question = Text("Did you feel it?", doc="What is asked after each trial.")
+    question = Text("", doc="What is asked after each trial; empty: what is usual, of one interval or two.")
 
     def __init__(
         self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
@@ -78,9 +78,7 @@ class Bayesian(Method):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        if given["intervals"] == "two":
-            return (first_or_second(given["question"]),)
-        return (yes_or_no("felt", given["question"]),)
+        return (felt_or_stronger(given["question"], are_two=given["intervals"] == "two"),)
 
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:

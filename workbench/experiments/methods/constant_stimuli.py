@@ -6,7 +6,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from underfoot.experiments.method import BlockedMethod, StimulusName, StimulusNames
-from underfoot.experiments.questions import FIRST, NO, SECOND, YES, first_or_second, yes_or_no
+from underfoot.experiments.questions import FIRST, NO, SECOND, YES, felt_or_stronger
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Choice, Count, Parameter, Text
 
@@ -28,7 +28,7 @@ class ConstantStimuli(BlockedMethod):
     comparisons = StimulusNames((), doc="What is judged.")
     standard = StimulusName("", doc="What each comparison is compared with; none: one interval, yes or no.")
     blocks = Count(20, 1, 1000, doc="Every comparison comes once in each.")
-    question = Text("Which was more?", doc="What is asked after each trial.")
+    question = Text("", doc="What is asked after each trial; empty: what is usual, with a standard or without.")
     judged_more = Choice(
         "chosen",
         options=("chosen", "not chosen"),
@@ -67,7 +67,4 @@ class ConstantStimuli(BlockedMethod):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        question = given["question"]
-        if given["standard"]:
-            return (first_or_second(question),)
-        return (yes_or_no("felt", question),)
+        return (felt_or_stronger(given["question"], are_two=bool(given["standard"])),)

@@ -27,7 +27,7 @@ class MagnitudeEstimation(BlockedMethod):
         "", doc="What comes before each, with a number that the question gives it; none: no modulus."
     )
     blocks = Count(4, 1, 1000, doc="Every stimulus comes once in each.")
-    question = Text("How strong was it? Twice as strong: twice the number.", doc="What is asked after each trial.")
+    question = Text("", doc="What is asked after each trial; empty: what is usual, with a standard or without.")
 
     def listed(self) -> Sequence[Trial]:
         trials, standard = self.in_blocks(self.given["estimated"], self.given["blocks"]), self.given["standard"]
@@ -44,4 +44,7 @@ class MagnitudeEstimation(BlockedMethod):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        return (ask("magnitude", FreeNumber(1.0, 1e-6, 1e6, doc=given["question"])),)
+        usual = "How strong was it? Twice as strong: twice the number."
+        if given["standard"]:
+            usual = "The first one is 10. How strong was the second?"
+        return (ask("magnitude", FreeNumber(1.0, 1e-6, 1e6, doc=given["question"] or usual)),)

@@ -16,7 +16,7 @@ class Rating(BlockedMethod):
     about = "Each condition is judged on a slider once a block; means, and effects of the factors, come of it."
     rated = StimulusNames((), doc="What is rated.")
     blocks = Count(12, 1, 1000, doc="Every condition comes once in each.")
-    question = Text("How was it?", doc="What is asked after each trial.")
+    question = Text("How strong was it?", doc="What is asked after each trial.")
     low = Text("least", doc="What the slider says at 0.")
     high = Text("most", doc="What the slider says at 100.")
 

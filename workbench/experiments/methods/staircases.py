@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from underfoot.errors import require
 from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName, StimulusNames
-from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
+from underfoot.experiments.questions import FIRST, SECOND, YES, felt_or_stronger
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
@@ -76,7 +76,7 @@ class Staircases(Method):
     lowest_db = Number(-60.0, -120.0, 0.0, doc="No lower than this.", unit="dB")
     highest_db = Number(30.0, 0.0, 60.0, doc="No higher than this.", unit="dB")
     most_trials = Count(120, 10, 10000, doc="A staircase that has not ended after so many is given up.")
-    question = Text("Did you feel it?", doc="What is asked after each trial.")
+    question = Text("", doc="What is asked after each trial; empty: what is usual, with a standard or without.")
 
     def __init__(
         self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom, turn: Turn = ANYONE
@@ -117,9 +117,7 @@ class Staircases(Method):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        if given["standard"]:
-            return (first_or_second(given["question"]),)
-        return (yes_or_no("felt", given["question"]),)
+        return (felt_or_stronger(given["question"], are_two=bool(given["standard"])),)
 
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
