@@ -2,6 +2,7 @@
 
 import pytest
 from made_studies import preset_protocol, trials, walked
+from msgspec import structs
 
 from underfoot.experiments.duration import usual_s, usual_trials
 from underfoot.experiments.simulation import simulated_rows
@@ -21,13 +22,16 @@ def test_staircases_take_about_as_many_trials_as_simulated_people(name):
 
 @pytest.mark.parametrize("name", LISTED)
 def test_trials_and_pauses_are_those_that_come(name):
+    """So are rests of 20 s within blocks, and across those that no pause divides."""
     protocol = preset_protocol(name)
+    rested = [structs.replace(stage, rest_s=20.0, rest_every=5) for stage in protocol.stages]
+    protocol = structs.replace(protocol, stages=tuple(rested))
     main = protocol.stage("main")
     pages = [page for page in walked(Study(protocol, "P1")) if page.stage == "main"]
     count, blocks = usual_trials(protocol, main)
     assert (count, blocks) == (len(trials(pages)), pages[-1].trial.block)
-    without = {"block_pause_s": 0.0, "long_pause_s": 0.0}
-    bare = type(main)(**{name: getattr(main, name) for name in main.__struct_fields__} | without)
+    without = {"block_pause_s": 0.0, "long_pause_s": 0.0, "rest_s": 0.0}
+    bare = structs.replace(main, **without)
     assert usual_s(protocol, main) - usual_s(protocol, bare) == pytest.approx(sum(page.seconds for page in pages))
 
 

@@ -37,6 +37,16 @@ def test_a_pilot_has_two_trials_of_each_stage(name):
     assert Study(study.protocol, "1", study.entries).page == study.page
 
 
+def test_a_rest_comes_after_so_many_trials_without_a_pause_also_within_a_block():
+    """Seven stimuli a block: a rest behind four; the pause behind the block begins the count anew."""
+    stimuli = {f"S{k}": {"patch": "stimulus-td"} for k in range(7)}
+    study = Study(made_protocol("rating", {"blocks": 2}, stimuli, block_pause_s=60.0, rest_s=20.0, rest_every=4), "P1")
+    pages = walked(study)
+    paused = {k: page.seconds for k, page in enumerate(pages) if page.kind == "pause"}
+    assert paused == {4: 20.0, 8: 60.0, 13: 20.0}
+    assert walked(Study(study.protocol, "P1", study.entries[:5])) == pages[5:]
+
+
 def test_who_does_not_agree_does_not_take_part():
     study = Study(preset_protocol("detection-threshold"), "P1")
     with pytest.raises(BadValue, match="who does not agree does not take part"):

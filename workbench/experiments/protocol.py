@@ -73,7 +73,8 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     In trials, `start` is what starts a presentation: a key, a step onto the tile, or two crossings of it (there and
     back). `most_trials` limits the number of trials. The pauses are `trial_pause_s` between trials, `interval_pause_s`
     between the intervals of a trial and `block_pause_s` between blocks, or `long_pause_s` after every
-    `long_pause_every` blocks. `practice` excludes the stage from the analysis. `foot` allows answers by stepping on the
+    `long_pause_every` blocks. After `rest_every` trials without any of these last two, also within a block, there is
+    one of `rest_s`. `practice` excludes the stage from the analysis. `foot` allows answers by stepping on the
     floor. `next` is the id of the next stage: "end" for none, "" for the next in the list.
     """
 
@@ -103,6 +104,8 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     block_pause_s: Annotated[Seconds, _described("Between blocks.")] = 0.0
     long_pause_s: Annotated[Seconds, _described("In its place, after every so many blocks.")] = 0.0
     long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000), _described("Blocks until a long pause; 0: none.")] = 0
+    rest_s: Annotated[Seconds, _described("After so many trials without a pause, also within a block.")] = 0.0
+    rest_every: Annotated[int, msgspec.Meta(ge=0, le=100_000), _described("Trials until such a rest; 0: none.")] = 0
     next: Annotated[str, _described("Where the study goes on behind this stage.", "Followed by")] = ""
 
 
@@ -114,7 +117,7 @@ FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {
     "learn": (*_WORDS, "seconds"),
     "level": (*_WORDS, "stimulus"),
     "trials": (*_WORDS, "method", "most_trials", "start", "plays", "feedback", "practice", "foot", "trial_pause_s",
-               "interval_pause_s", "block_pause_s", "long_pause_s", "long_pause_every"),
+               "interval_pause_s", "block_pause_s", "long_pause_s", "long_pause_every", "rest_s", "rest_every"),
     "pause": (*_WORDS, "seconds"),
 }  # fmt: skip
 """The fields of a stage that say something, by its kind; `id` and `next` every stage has."""

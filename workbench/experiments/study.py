@@ -195,7 +195,7 @@ class Study:
     # --- transitions ---
 
     def _begin(self) -> None:
-        self._at, self._attempt, self._answered, self._gain_db = 0, 1, 0, 0.0
+        self._at, self._attempt, self._answered, self._unrested, self._gain_db = 0, 1, 0, 0, 0.0
         self._feedback, self._pause = "", 0.0
         self._method: Method | None = None
         self._page: Page
@@ -222,7 +222,10 @@ class Study:
             self._attempt, self._answered = 1, self._answered + 1
             if stage.feedback:
                 self._feedback = self._method.feedback(page.trial, entry.answers)
-            self._pause = _pause_s(stage, page.trial, self._method.trial)
+            self._unrested += 1
+            self._pause = _pause_s(stage, page.trial, self._method.trial, self._unrested)
+            if self._pause:
+                self._unrested = 0
         if self._method is not None and (self._method.trial is None or self._answered == stage.most_trials > 0):
             self._pause = 0.0
             self._at += 1
@@ -232,7 +235,7 @@ class Study:
 
     def _open_stage(self) -> None:
         """Begin the next stage: create its method and its first page."""
-        self._attempt, self._method, self._answered = 1, None, 0
+        self._attempt, self._method, self._answered, self._unrested = 1, None, 0, 0
         if self._at < len(self._stages):
             stage = self._stages[self._at]
             if stage.method is not None:
@@ -390,10 +393,10 @@ def all_stages(protocol: Protocol, participant: str) -> Sequence[Stage]:
     return stages
 
 
-def _pause_s(stage: Stage, trial: Trial, following: Trial | None) -> float:
-    """Return the pause after a trial in seconds; 0 unless it is the last of its block."""
+def _pause_s(stage: Stage, trial: Trial, following: Trial | None, unrested: int) -> float:
+    """Return the pause after a trial in seconds, behind its block or after so many trials without one; 0 for none."""
+    rest_s = stage.rest_s if 0 < stage.rest_every <= unrested else 0.0
     if following is None or following.block == trial.block:
-        return 0.0
-    if stage.long_pause_every and trial.block % stage.long_pause_every == 0:
-        return stage.long_pause_s
-    return stage.block_pause_s
+        return rest_s
+    is_long = stage.long_pause_every and trial.block % stage.long_pause_every == 0
+    return (stage.long_pause_s if is_long else stage.block_pause_s) or rest_s
