@@ -44,7 +44,7 @@ def test_thresholds_over_people_are_in_m_s2_too_and_answers_of_yes_to_nothing_ar
     assert [row[:2] for row in over.rows] == [("dB", "threshold TD"), ("m/s^2", "threshold TD")]
     levels = [TD["level_m_s2"] * 10.0 ** (value / 20.0) for value in values]
     assert [row[2] for row in over.rows] == pytest.approx([np.mean(values), np.mean(levels)], rel=1e-4)
-    assert [row[-1] for row in over.rows] == pytest.approx([np.std(of, ddof=1) for of in (values, levels)], rel=1e-4)
+    assert [row[-2] for row in over.rows] == pytest.approx([np.std(of, ddof=1) for of in (values, levels)], rel=1e-4)
     with pytest.raises(BadValue, match=r"level_db is .*; allowed: -24 to 24 by 1; `underfoot analyse --protocol` "):
         analysed(rows, None, Settings())
 

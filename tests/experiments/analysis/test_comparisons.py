@@ -104,6 +104,9 @@ def test_bonferroni_multiplies_by_the_number_of_tests_and_stops_at_one():
     apart = np.subtract(values["b"], values["X"])
     assert found[1].size == pytest.approx(apart.mean() / apart.std(ddof=1))
     assert found[0].p <= 1.0
+    between = plain.confidence_interval()
+    difference = found[1].difference
+    assert (difference.value, difference.low, difference.high) == pytest.approx((apart.mean(), *between))
 
 
 def test_logistic_regression_finds_the_slopes_that_made_the_data():

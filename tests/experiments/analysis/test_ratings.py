@@ -56,6 +56,10 @@ def test_conditions_without_factors_are_compared_with_each_other_in_the_order_of
     assert effects.rows[0][:4] == ("stimulus", "F", pytest.approx(f), "3, 12")
     p = stats.ttest_rel(scores[:, 0], scores[:, 2]).pvalue
     assert (len(pairs.rows), *pairs.rows[1][:5:4]) == (6, "wool - cork", pytest.approx(6.0 * p))
+    first = scores[:, 0]
+    assert means.rows[0][2:] == (pytest.approx(first.mean()), *means.rows[0][3:6], pytest.approx(first.std(ddof=1)), 5)
+    apart = stats.ttest_rel(first, scores[:, 2]).confidence_interval()
+    assert pairs.rows[1][-3:] == pytest.approx(((first - scores[:, 2]).mean(), *apart))
     (drawing,) = found.drawings
     assert (drawing.title, drawing.x) == ("Rating by stimulus", "1 wool, 2 felt, 3 cork, 4 ash")
 

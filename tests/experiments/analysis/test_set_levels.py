@@ -35,7 +35,7 @@ def test_a_threshold_in_m_s2_is_of_what_was_presented():
         return {"felt": "yes" if peak > 0.2 else "no"}
 
     tables = tables_of("staircases", {"followed": ["TD"], "pairs": 3, "highest_db": 20.0}, feels_above_0_2)
-    (_, _, mean, *_, unit, _) = tables["Thresholds over people"].rows[1]
+    (_, _, mean, _, _, unit, *_) = tables["Thresholds over people"].rows[1]
     assert (mean, unit) == (pytest.approx(0.2, rel=0.15), "m/s^2")
     thresholds_db = {row[0]: row[2] for row in tables["Thresholds of each person"].rows}
     peaks = [TD["level_m_s2"] * 10.0 ** ((SET_DB[person] + db) / 20.0) for person, db in thresholds_db.items()]

@@ -17,12 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import require_alike
 from underfoot.errors import BadMeasurement, in_one_line
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.libraries import statsmodels
 
 
 @dataclass(frozen=True)
 class Test:
-    """A test: its subject, statistic by name, degrees of freedom, p, and effect size by name."""
+    """A test: its subject, statistic by name, degrees of freedom, p, effect size by name, and of paired conditions the
+    mean difference over people with its interval.
+    """
 
     __test__ = False  # not a pytest class
 
@@ -33,6 +36,7 @@ class Test:
     p: float
     effect: str = ""
     size: float = math.nan
+    difference: Estimate | None = None
 
 
 def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
@@ -184,7 +188,8 @@ def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Tes
         statistic, p = stats.ttest_rel(values[one], values[other]) if vary else (math.nan, math.nan)
         size = float(difference.mean() / difference.std(ddof=1)) if vary else math.nan
         df = (float(len(difference) - 1),)
-        found.append(Test(f"{one} - {other}", "t", float(statistic), df, float(p), "Cohen's d", size))
+        mean = mean_interval("difference", difference.tolist())
+        found.append(Test(f"{one} - {other}", "t", float(statistic), df, float(p), "Cohen's d", size, mean))
     corrected = statsmodels("stats.multitest").multipletests([one.p for one in found], method="bonferroni")[1]
     return [replace(one, p=float(p)) for one, p in zip(found, corrected, strict=True)]
 

@@ -4,10 +4,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis.comparisons import Test
-from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 
 Cell = str | float | int
 LINE_COLOURS = ("force", "vibration", "contact", "events", "muted")
@@ -53,13 +55,36 @@ def estimates_table(title: str, first: str, rows: Sequence[tuple[str, Estimate]]
     )
 
 
+def means_table(title: str, first: str, rows: Sequence[tuple[str, str, Sequence[float], str]], note: str = "") -> Table:
+    """Return a table of means of people's values, with Student's intervals, standard deviations and how many people.
+
+    A row is the text of the `first` column, what the mean is of, the values, NaN for who has none, and their unit.
+
+    >>> means_table("Means", "in", [("dB", "pse TD", [1.0, 3.0, math.nan], "dB")]).rows[0][-3:]
+    ('dB', 1.4142135623730951, 2)
+    """
+    several = [[float(value) for value in values if math.isfinite(value)] for _, _, values, _ in rows]
+    means = [(text, mean_interval(name, values, unit)) for text, name, values, unit in rows]
+    table = estimates_table(title, first, means, note)
+    further = [(float(np.std(of, ddof=1)) if len(of) > 1 else math.nan, len(of)) for of in several]
+    lines = tuple((*row, *more) for row, more in zip(table.rows, further, strict=True))
+    return Table(title, (*table.columns, "SD of people", "people"), lines, note)
+
+
 def table_of_tests(title: str, tests: Sequence[Test], note: str) -> Table:
     """Return a table of tests."""
-    rows = []
+    columns: tuple[str, ...] = ("test", "statistic", "value", "df", "p", "effect", "size")
+    rows = list[tuple[Cell, ...]]()
+    has_differences = any(test.difference is not None for test in tests)
+    if has_differences:
+        columns = (*columns, "difference", "95 % from", "to")
+        note = f"{note} Differences are means over people, with Student's interval of each by itself.".lstrip()
     for test in tests:
         df = ", ".join(f"{value:g}" for value in test.df)
-        rows.append((test.name, test.statistic, test.value, df, test.p, test.effect, test.size))
-    return Table(title, ("test", "statistic", "value", "df", "p", "effect", "size"), tuple(rows), note)
+        of = test.difference or Estimate("difference", math.nan)
+        more = (of.value, of.low, of.high) if has_differences else ()
+        rows.append((test.name, test.statistic, test.value, df, test.p, test.effect, test.size, *more))
+    return Table(title, columns, tuple(rows), note)
 
 
 def cell_text(cell: Cell) -> str:

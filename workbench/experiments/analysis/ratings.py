@@ -10,7 +10,7 @@ from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import paired_t, repeated_measures_anova
 from underfoot.experiments.analysis.constant import axis_label
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
-from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.findings import Findings, means_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import LEVEL, Row, factors_of, grouped
 
@@ -36,8 +36,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         for (person, stimulus), part in grouped(rows, "participant", "stimulus").items()
     }
     conditions = list(dict.fromkeys(str(row["stimulus"]) for row in rows))
-    lines = [(c, mean_interval("rating", [v for (_, s), v in means.items() if s == c])) for c in conditions]
-    found.tables.append(estimates_table("Means over people", "condition", lines))
+    lines = [(c, "rating", [v for (_, s), v in means.items() if s == c], "") for c in conditions]
+    found.tables.append(means_table("Means over people", "condition", lines))
     people = sorted({person for person, _ in means})
     whole_people = [person for person in people if all((person, c) in means for c in conditions)]
     if 1 < len(whole_people) < len(people):

@@ -11,7 +11,7 @@ import numpy as np
 from underfoot.drawing import Drawing, ReferenceLine, Series, series
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
-from underfoot.experiments.analysis.findings import Findings, Table, estimates_table
+from underfoot.experiments.analysis.findings import Findings, Table, estimates_table, means_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import (
     PSE,
@@ -115,19 +115,15 @@ def over_people(
     """Return the mean of each threshold, or PSE, over people, in its unit and, where levels are known, in m/s^2, with
     the standard deviation of people.
     """
-    references, over, spreads = _references(rows), list[tuple[str, Estimate]](), list[float]()
+    references, over = _references(rows), list[tuple[str, str, Sequence[float], str]]()
     for name in dict.fromkeys(one.name for _, one in lines):
         values = {person: one.value for person, one in lines if one.name == name}
         at_0_db = {person: references.get((person, name.partition(" ")[2])) for person in values}
         levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
         for of_unit, of in ((unit, list(values.values())), ("m/s^2", levels)):
             if of:
-                over.append((of_unit, mean_interval(name, of, of_unit)))
-                there = [value for value in of if math.isfinite(value)]
-                spreads.append(float(np.std(there, ddof=1)) if len(there) > 1 else math.nan)
-    table = estimates_table(f"{title} over people", "in", over, note)
-    with_spreads = tuple((*row, spread) for row, spread in zip(table.rows, spreads, strict=True))
-    return Table(table.title, (*table.columns, "SD of people"), with_spreads, note)
+                over.append((of_unit, name, of, of_unit))
+    return means_table(f"{title} over people", "in", over, note)
 
 
 def false_alarms(rows: Sequence[Row]) -> list[Table]:
