@@ -112,6 +112,9 @@ def test_tab_completes_what_has_a_name_and_leaves_files_to_the_shell(underfoot, 
         ("scene fro", ["plain,frozen-pond"]),
         ("--scene fro", ["plain,frozen-pond"]),
         ("nodes low", ["plain,low-pass"]),
+        ("monitor sim", ["file,sim", "plain,simulator"]),
+        ("--target udp", ["file,udp", "plain,udp:0.0.0.0:9000"]),
+        ("scene footprints --target tcp", ["plain,tcp:127.0.0.1:9001"]),
     ):
         monkeypatch.setenv("COMP_WORDS", f"underfoot {words}")
         monkeypatch.setenv("COMP_CWORD", str(len(words.split())))

@@ -20,7 +20,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.files import FILE, FileOrPreset, complete_names, require_folders_writable, scene_names
+from underfoot.commands.files import (
+    FILE,
+    FileOrPreset,
+    complete_files_and,
+    complete_names,
+    live_targets,
+    require_folders_writable,
+    scene_names,
+)
 from underfoot.commands.telling import no_window
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -36,6 +44,7 @@ if TYPE_CHECKING:
     "--target",
     default="simulator",
     show_default=True,
+    shell_complete=complete_files_and(live_targets),
     help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or "
     "a force CSV, a recording, or a C3D file.",
 )

@@ -131,25 +131,43 @@ def scene_names() -> Iterable[str]:
     return discover()
 
 
-def complete_presets(kind: str) -> Completes:
-    """Return what Tab completes to files and to presets; `kind` as for `FileOrPreset`.
+def live_targets() -> Iterable[str]:
+    """Return the simulator, and the targets that the transports suggest, such as the serial ports that are there."""
+    from underfoot.devices.transports import TRANSPORTS
 
-    bash drops what comes before the files, and has no files if anything comes after: it is offered the presets where no
+    return ["simulator", *(f"{scheme}:{one}" for scheme, kind in TRANSPORTS.items() for one in kind.suggestions())]
+
+
+def complete_presets(kind: str) -> Completes:
+    """Return what Tab completes to files and to presets; `kind` as for `FileOrPreset`."""
+    return complete_files_and(lambda: _presets(kind))
+
+
+def complete_sources() -> Completes:
+    """Return what Tab completes to files, preset walks and live targets."""
+    return complete_files_and(lambda: [*_presets("walks"), *live_targets()])
+
+
+def complete_files_and(names: Callable[[], Iterable[str]]) -> Completes:
+    """Return what Tab completes to files and to these names.
+
+    bash drops what comes before the files, and has no files if anything comes after: it is offered the names where no
     file begins so.
     """
 
-    def names() -> Iterable[str]:
-        from underfoot.patch import preset_files
-
-        presets: Iterable[str] = getattr(preset_files, kind)()
-        return presets
-
     def found(ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
-        presets = complete_names(names)(ctx, param, incomplete)
+        named = complete_names(names)(ctx, param, incomplete)
         files = click.Path().shell_complete(ctx, param, incomplete)
-        return [*presets, *files] if glob(f"{escape(incomplete)}*") else [*files, *presets]
+        return [*named, *files] if glob(f"{escape(incomplete)}*") else [*files, *named]
 
     return found
+
+
+def _presets(kind: str) -> Iterable[str]:
+    from underfoot.patch import preset_files
+
+    presets: Iterable[str] = getattr(preset_files, kind)()
+    return presets
 
 
 FORCES_FLOOR: Path | None = option("Floor JSON; found automatically beside a force CSV.", presets="floors")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, complete_sources, require_outputs_writable
 from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class MonitorOptions:
     """Options of the command; None if not given."""
 
-    source: str = argument("walks")
+    source: str = argument("walks", shell_complete=complete_sources())
     floor: Path | None = shared(FORCES_FLOOR)
     steps: Path | None = option("CSV file to write: one line per footstep.", is_written=True)
     contacts: Path | None = option("CSV file to write: one line per contact and sample.", is_written=True)

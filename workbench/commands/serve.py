@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from underfoot.clock import once_in
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals
-from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, complete_sources, require_outputs_writable
 from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import LEVEL, PROFILES, RECORD, SENSOR_RATE, SOUND
 from underfoot.commands.telling import tell
@@ -35,7 +35,7 @@ _WAIT_S, _HEALTH_S = 0.005, 0.5
 class ServeOptions:
     """Options of the command; None if not given."""
 
-    target: str = argument("walks")
+    target: str = argument("walks", shell_complete=complete_sources())
     floor: Path | None = shared(FORCES_FLOOR)
     patch: Path | None = option(
         "The floor's own patch: a file, or a preset's name; by default none.", presets="patches"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 from msgspec.structs import replace
 
+from underfoot.commands.files import complete_names, live_targets
 from underfoot.errors import BadValue
 from underfoot.options import option
 from underfoot.records.recording_format import SUFFIXES, name_now
@@ -14,7 +15,12 @@ if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
 
-TARGET: str = option("simulator, or hardware, as for `monitor`.", "simulator", show_default=True)
+TARGET: str = option(
+    "simulator, or hardware, as for `monitor`.",
+    "simulator",
+    show_default=True,
+    shell_complete=complete_names(live_targets),
+)
 """The option of every command that opens a session with its own forces."""
 
 TARGET_FLOOR: Path | None = option("Floor JSON of the target; by default the default floor.", presets="floors")
