@@ -20,7 +20,7 @@ from wired import EVERY_TRANSPORT, ends
 from underfoot.devices.conversion import nominal_readings
 from underfoot.devices.emulation.emulator import Emulator, TileClock
 from underfoot.devices.framing.parser import Parser
-from underfoot.devices.framing.wire_format import REST
+from underfoot.devices.framing.wire_format import FRAME_BYTES, REST
 from underfoot.devices.replay import Replay
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import default_floor
@@ -108,7 +108,7 @@ def test_one_tile_of_a_walker_as_lines_of_text_at_another_rate_with_faults(under
         said = underfoot("emulate", "--udp", f"127.0.0.1:{port}", *options)
         got = frames()
     assert said.status == 0
-    assert parser.form == "csv"
+    assert parser.bytes != FRAME_BYTES * parser.counts.valid, "as frames have"
     assert np.unique(got["tile"]).tolist() == [2]
     assert parser.period_us(2) == 4000
     assert f"{parser.counts.doubled} doubled" in said.error

@@ -35,8 +35,8 @@ class DeviceFloor:
     """The force of `floor` as received over `transport`, from session frame `frame` on; a `ForceSource`.
 
     It reads from `start` to `close`. `rate` is session frames per second, `rate_hz` samples per second of each tile;
-    `profiles`, by tile id, convert readings to newtons; `form` is that of `Parser`. Numbers `beside` those of the tiles
-    are left out in silence: a load cell's, say.
+    `profiles`, by tile id, convert readings to newtons. Numbers `beside` those of the tiles are left out in silence: a
+    load cell's, say.
     """
 
     def __init__(
@@ -47,7 +47,6 @@ class DeviceFloor:
         profiles: Mapping[str, Profile] | None = None,
         rate_hz: float = SENSOR_HZ,
         frame: int = 0,
-        form: str = "auto",
         beside: Sequence[int] = (),
     ) -> None:
         require(LEAST_HZ <= rate_hz <= MOST_HZ, "rate_hz", rate_hz, f"{LEAST_HZ:g} to {MOST_HZ:g} Hz")
@@ -69,7 +68,7 @@ class DeviceFloor:
         self._announced: set[str] = set()
         self._overflowed = 0
         self._silence = SilentTiles(floor.ids, self._since_s)
-        self.reader = TransportReader(transport, self.receive, form)
+        self.reader = TransportReader(transport, self.receive)
         self._faults = FrameFaults(self.reader.parser, floor, rate_hz, transport.name, transport.doubt)
         self.reader.notices.extend(self._conversion.notices)
         self.receive(np.zeros(0, SAMPLE), self._since_s)  # loads the kernels in advance; there is no sample yet

@@ -56,13 +56,11 @@ class TransportReader:
     frames come; `parser` tells of the frames so far.
     """
 
-    def __init__(
-        self, transport: Transport, on_samples: Callable[[NDArray[np.void], float], None], form: str = "auto"
-    ) -> None:
+    def __init__(self, transport: Transport, on_samples: Callable[[NDArray[np.void], float], None]) -> None:
         self.transport = transport
         self.notices: deque[str] = deque(maxlen=100)
         self.trouble = ""
-        self.parser = Parser(form)
+        self.parser = Parser()
         self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
         self._silence, self._rubbish, self._losses = Recurrence(), Recurrence(), Recurrence()

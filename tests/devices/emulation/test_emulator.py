@@ -55,7 +55,7 @@ def test_after_damage_the_next_frame_is_taken():
     injector = FaultInjector(Faults(corrupted=0.5), seed=5, keep=True)
     data = injector.send(samples(2000, tiles=1))
     sent = np.concatenate(injector.sent)
-    got = Parser("binary").feed(data)
+    got = Parser().feed(data)
     np.testing.assert_array_equal(got["sequence"], sent[sent[:, 2] == 1, 1])
 
 

@@ -12,11 +12,10 @@ from made_frames import frames_of, packed, rows, stuffed
 
 from underfoot.devices.framing.parser import WINDOW, FrameCounts, Parser
 from underfoot.devices.framing.wire_format import FRAME_BYTES, csv_lines, encode, rows_of
-from underfoot.errors import BadValue
 
 
-def parsed(*pieces, form="auto"):
-    parser = Parser(form)
+def parsed(*pieces):
+    parser = Parser()
     got = [parser.feed(piece).copy() for piece in pieces]
     return parser, np.concatenate(got)
 
@@ -34,7 +33,6 @@ def test_any_pieces_give_the_same_frames(write, lengths):
     parser, got = parsed(*pieces)
     np.testing.assert_array_equal(rows_of(got), sent)
     assert parser.counts == FrameCounts(accepted=len(sent))
-    assert parser.form == ("binary" if write is encode else "csv")
     assert parser.bytes == len(data)
 
 
@@ -76,29 +74,20 @@ def test_a_boot_message_and_new_firmware_do_not_confuse_it():
     sent = rows(600)
     first, second, third = sent[:200], sent[200:400], sent[400:]
     noise = b"Tile 4 booting, firmware 1.2\r\nADC ok\r\n"
-    parser, got = parsed(noise + encode(first), b"?" * 5000 + b"\n" + csv_lines(second), b"\n" * 5000 + encode(third))
+    _, got = parsed(noise + encode(first), b"?" * 5000 + b"\n" + csv_lines(second), b"\n" * 5000 + encode(third))
     np.testing.assert_array_equal(rows_of(got), sent)
-    assert parser.form == "binary"
-
-
-def test_a_form_that_was_chosen_stays():
-    sent = rows(3)
-    assert len(parsed(encode(sent), form="csv")[1]) == 0
-    assert len(parsed(csv_lines(sent), form="binary")[1]) == 0
-    with pytest.raises(BadValue, match="form is 'xml'; allowed: auto, binary, csv"):
-        Parser("xml")
 
 
 # --- damage ---
 
 
-@pytest.mark.parametrize("form", ["auto", "binary", "csv"])
-def test_a_million_random_bytes_are_no_frame(form):
+@pytest.mark.parametrize("write", [encode, csv_lines])
+def test_a_million_random_bytes_are_no_frame(write):
     data = np.random.default_rng(3).integers(0, 256, 1_000_000).astype(np.uint8)
-    parser, got = parsed(*np.array_split(data, 77), form=form)
-    assert len(got) == 0
-    assert parser.counts.accepted == parser.counts.lost == 0
-    assert len(parser.feed(b"\0\n" + (csv_lines if form == "csv" else encode)(rows(1)))) == 1
+    parser, got = parsed(write(rows(1)), *np.array_split(data, 77))
+    assert len(got) == parser.counts.accepted == 1
+    assert parser.counts.lost == 0
+    assert len(parser.feed(b"\0\n" + write(rows(2)[1:]))) == 1
 
 
 @pytest.mark.parametrize("change", [0x01, 0x80, 0xFF, None])
@@ -137,8 +126,8 @@ def test_another_version_another_length_and_a_wrong_checksum_are_refused():
 
     bad = [sealed(b"\3" + body[1:]), sealed(body + b"\0"), sealed(body[:-1]), stuffed(body + b"abcd") + b"\0"]
     for each in (*bad, b"\0\0\0", b"\x16" + good.replace(b"\0", b"\1") + b"\0"):
-        assert len(parsed(each, form="binary")[1]) == 0
-    assert len(parsed(sealed(body), form="binary")[1]) == 1
+        assert len(parsed(each)[1]) == 0
+    assert len(parsed(sealed(body))[1]) == 1
 
 
 @pytest.mark.parametrize(

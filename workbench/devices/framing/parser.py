@@ -15,17 +15,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.arguments import choice
 from underfoot.devices.framing.wire_format import FORCES, MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
 from underfoot.kernels import kernel
 
-FORMS = ("auto", "binary", "csv")
 WINDOW = 64
 """Frames at least this many behind the newest are stale: they cannot be told from old ones."""
 HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
 
-_BINARY, _CSV = FORMS.index("binary"), FORMS.index("csv")
+_OPEN, _BINARY, _CSV = range(3)  # forms of the stream
 _PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
 _JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
 _HALF_TURN = 1 << 31
@@ -118,9 +116,8 @@ _TILES = 0x10000
 
 
 class _State(NamedTuple):
-    """State kept between two pieces; arrays of one record, except `tiles`."""
+    """State kept between two pieces; arrays of one record, except `stuffed` and `tiles`."""
 
-    open_form: int
     scanner: NDArray[np.void]
     sample: NDArray[np.void]
     stuffed: NDArray[np.uint8]
@@ -129,7 +126,7 @@ class _State(NamedTuple):
 
 
 class Parser:
-    """Extracts samples from a stream of bytes; `form` is "binary", "csv", or "auto" to detect it.
+    """Extracts samples from a stream of bytes.
 
     >>> from underfoot.devices.framing.wire_format import encode
     >>> parser = Parser()
@@ -140,10 +137,8 @@ class Parser:
     (2, 1)
     """
 
-    def __init__(self, form: str = "auto") -> None:
-        choice("form", form, FORMS)
+    def __init__(self) -> None:
         self._state = _State(
-            open_form=FORMS.index(form),
             scanner=np.zeros(1, _SCANNER),
             sample=np.zeros(1, SAMPLE),
             stuffed=np.zeros(STUFFED_BYTES, np.uint8),
@@ -152,7 +147,7 @@ class Parser:
         )
         self._parts = tuple(self._state)
         self._scanner = self._state.scanner[0]
-        self._scanner["form"], self._scanner["in_step"] = self._state.open_form, True
+        self._scanner["in_step"] = True
         self._out = np.zeros(4096, SAMPLE)
         self.bytes = 0
         """Number of bytes read."""
@@ -179,11 +174,6 @@ class Parser:
         For a connection that was interrupted, or joined in the middle. The state of tiles is kept.
         """
         self._scanner["in_step"] = False
-
-    @property
-    def form(self) -> str:
-        """Form of the stream: "binary" or "csv"; "auto" until it is known."""
-        return FORMS[self._scanner["form"]]
 
     @property
     def counts(self) -> FrameCounts:
@@ -256,7 +246,7 @@ def _scan(
             of += 1
         scanner.since_valid += 1
         if scanner.since_valid > _PATIENCE_BYTES:
-            scanner.form = state.open_form
+            scanner.form = _OPEN
             scanner.since_valid = 0
         is_valid = False
         if scanner.form != _CSV:
