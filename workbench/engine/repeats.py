@@ -1,6 +1,6 @@
 """Repeated starts of a session's patch, each at a frame fixed in advance."""
 
-from typing import Protocol
+from collections.abc import Callable
 
 from underfoot.clock import SPAN
 from underfoot.engine.commands import CancelStart, Command, Start
@@ -12,26 +12,15 @@ SHORTEST_S = 0.1
 """Shortest time in seconds between starts."""
 
 
-class Starts(Protocol):
-    """The part of a session that starts need."""
-
-    def restart(self, tile: str, from_frame: int = 0) -> bool:
-        """Play the patch from its start; return whether that is possible now."""
-        ...
-
-    def send(self, command: Command) -> None:
-        """Send a command to the engine."""
-        ...
-
-
 class Repeats:
     """Starts at whole periods of the engine's frame clock, independent of the window's timing.
 
-    After a start that is late because its patch had to be compiled, the next one is on time again.
+    After a start that is late because its patch had to be compiled, the next one is on time again. `start` is given
+    tile and frame, 0 for now, and returns whether the patch can be started; `send` sends the engine a command.
     """
 
-    def __init__(self, session: Starts, rate_hz: float) -> None:
-        self._session, self._rate_hz = session, rate_hz
+    def __init__(self, start: Callable[[str, int], bool], send: Callable[[Command], None], rate_hz: float) -> None:
+        self._start, self._send, self._rate_hz = start, send, rate_hz
         self._tile = ""
         self._period = 0
         self._origin: int | None = None  # frame of the start from which periods are counted
@@ -47,7 +36,7 @@ class Repeats:
         """Start on a tile now, and every period from then on; any other start restarts the period."""
         self._tile, self._origin = tile, None
         self.set_period(period_s)
-        self._has_begun = self._session.restart(tile)
+        self._has_begun = self._start(tile, 0)
 
     def set_period(self, period_s: float) -> None:
         """Set the seconds between starts, rounded to spans; takes effect with the next start."""
@@ -57,7 +46,7 @@ class Repeats:
         """Stop repeating; a start already sent is cancelled."""
         if self.are_on:
             self._tile = ""
-            self._session.send(CancelStart())
+            self._send(CancelStart())
 
     def resend(self) -> None:
         """Send the next start again, because the patch of the one that was sent has been replaced."""
@@ -74,9 +63,9 @@ class Repeats:
         """Send the next start if it is due soon; the engine is at frame `now`."""
         origin = self._origin
         if not self._has_begun and self.are_on:
-            self._has_begun = self._session.restart(self._tile)
+            self._has_begun = self._start(self._tile, 0)
         if origin is None or not self.are_on:
             return
         due = origin + self._period * max((now - origin) // self._period + 1, 1)
-        if due != self._sent_for and due - now <= LEAD_S * self._rate_hz and self._session.restart(self._tile, due):
+        if due != self._sent_for and due - now <= LEAD_S * self._rate_hz and self._start(self._tile, due):
             self._sent_for = due

@@ -115,7 +115,7 @@ class Session:
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
         self._closed = False
-        self.repeats = Repeats(self, target.rate)
+        self.repeats = Repeats(self.restart, self.send, target.rate)
         atexit.register(self.close)  # otherwise the interpreter would wait for the recorder forever
 
     # --- life ---

@@ -29,7 +29,7 @@ class Standing(Struct, frozen=True):
 def standing_phase(contacts: Sequence[ContactSpan]) -> Standing | None:
     """Return the stillest `STILL_S` in which anybody stands, with all that is on the floor then; None if nobody does.
 
-    >>> span = ContactSpan(1, 0.5, 6.5, (0,), 702.0, ((0.0, 0.0, 698.0), (0.0, 0.0, 702.0)) * 120)
+    >>> span = ContactSpan(1, 0.5, 6.5, (0,), ((0.0, 0.0, 698.0), (0.0, 0.0, 702.0)) * 120)
     >>> str(standing_phase([span]))
     'standing at 0.5 to 2.5 s, ± 2.0 N'
     """

@@ -37,7 +37,7 @@ KEPT = 200
 
 
 class ContactSpan(msgspec.Struct, frozen=True):
-    """A contact from one second to another of the recording, on rows `tiles` of the floor, `peak_n` at most.
+    """A contact from one second to another of the recording, on rows `tiles` of the floor.
 
     `places` are x and y, m, and force, N, each `PLACES_S` from `start_s` on.
     """
@@ -46,13 +46,12 @@ class ContactSpan(msgspec.Struct, frozen=True):
     start_s: float
     end_s: float
     tiles: tuple[int, ...]
-    peak_n: float
     places: tuple[tuple[float, float, float], ...] = ()
 
     def at(self, time_s: float) -> tuple[float, float, float]:
         """Return x and y in metres and the force in newtons at a second of the recording.
 
-        >>> ContactSpan(1, 0.0, 0.05, (0,), 700.0, ((0.1, 0.2, 0.0), (0.2, 0.2, 500.0), (0.4, 0.2, 0.0))).at(0.025)
+        >>> ContactSpan(1, 0.0, 0.05, (0,), ((0.1, 0.2, 0.0), (0.2, 0.2, 500.0), (0.4, 0.2, 0.0))).at(0.025)
         (0.2, 0.2, 500.0)
         """
         at = (time_s - self.start_s) / PLACES_S
@@ -156,12 +155,11 @@ def stance_of(contact: Contact) -> tuple[float, ...]:
 
 
 def _span(contact: Contact) -> ContactSpan:
-    peak_n = round(float(contact.force_n.max(initial=0.0)), 1)
     at_s = np.arange(contact.start_s, contact.time_s[-1] + PLACES_S, PLACES_S)
     curves = ((contact.x_m, 3), (contact.y_m, 3), (contact.force_n, 0))
     columns = [np.interp(at_s, contact.time_s, values).round(digits).tolist() for values, digits in curves]
     places = tuple(zip(*columns, strict=True))
-    return ContactSpan(contact.id, contact.start_s, contact.end_s, tuple(map(int, contact.tiles)), peak_n, places)
+    return ContactSpan(contact.id, contact.start_s, contact.end_s, tuple(map(int, contact.tiles)), places)
 
 
 # --- the cache ---
