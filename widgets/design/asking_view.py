@@ -5,10 +5,13 @@ from typing import TypeVar
 
 from PySide6.QtCore import QPoint, QPointF
 
+from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.connection_search import Answers, ConnectionSearch
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_search import NodeSearch
+from underfoot.widgets.design.patch_editing import wire_at
+from underfoot.widgets.design.rewiring import free_in_sum, sum_for
 from underfoot.widgets.design.search_popup import SearchPopup
 
 _Search = TypeVar("_Search", bound=SearchPopup)
@@ -39,8 +42,21 @@ class AskingView(NodeDropView):
     @cached_property
     def connection_search(self) -> ConnectionSearch:
         """The list of inputs to connect to, and of wires to take away."""
-        answers = Answers(self.connect_ports, self._ask_for_fed, self.cut_wire)
+        answers = Answers(self.connect_ports, self.add_up, self._ask_for_fed, self.cut_wire)
         return self._made(ConnectionSearch(self.patch_scene, self, answers))
+
+    def add_up(self, source: str, target: str, old: Wire | None = None) -> None:
+        """Wire an output to an input that has a wire, in place of the wire `old`, by a node that adds both: a new one,
+        or the one that is there already and has an input left.
+        """
+        patch = self.document.patch.disconnect([old]) if old else self.document.patch
+        wire = wire_at(patch, target)
+        assert wire is not None
+        if free := free_in_sum(patch, self.registry, wire):
+            self.document.edit(patch.connect(source, free, self.registry), "Connect")
+        else:
+            middle = self.patch_scene.wires[wire].path_middle()
+            self.add(sum_for(patch, self.registry, wire), middle, (source, "out"), old, wire)
 
     def _made(self, search: _Search) -> _Search:
         search.closed.connect(self.setFocus)

@@ -11,6 +11,8 @@ from shiboken6 import isValid
 from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import Wire
 from underfoot.widgets.controls.menu import Shortcut, add_action
 from underfoot.widgets.design.asking_view import AskingView
 from underfoot.widgets.design.connecting import WireDrag
@@ -24,6 +26,7 @@ from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.note_width import NoteWidth
 from underfoot.widgets.design.patch_editing import unit_hint, with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
+from underfoot.widgets.design.rewiring import sum_for
 from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
 from underfoot.widgets.design.undo import Document
@@ -311,12 +314,21 @@ class Canvas(AskingView):
                 scene.select(())
             scene.choose(clicked, extends=extends)
         elif result is not None and (wire := drag.wire()) is not None:
-            displaced = drag.displaced(self.document.patch)
-            self.document.edit(*result)
-            self.show_message(unit_hint(self.document.patch, self.registry, *wire), alarm=False)
-            if displaced:
-                source = with_names(self.document.patch, self.registry, displaced)
-                self.show_message(f"The wire from {source} gave way: an input takes one. Mix and Join add several.")
+            self._connect_by(drag, result, wire, adds=bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
+
+    def _connect_by(self, drag: WireDrag, result: tuple[Patch, str], wire: Wire, *, adds: bool) -> None:
+        """Edit the patch to the result of a drag. If the input has a wire, that gives way, unless the drag `adds`."""
+        patch, displaced = self.document.patch, drag.displaced(self.document.patch)
+        adding = sum_for(patch, self.registry, displaced) if displaced else ""
+        if adding and adds:
+            self.add_up(*wire, drag.old)
+            return
+        self.document.edit(*result)
+        self.show_message(unit_hint(self.document.patch, self.registry, *wire), alarm=False)
+        if displaced:
+            source = with_names(self.document.patch, self.registry, displaced[0])
+            way = f" Let it go with Shift, and {self.registry[adding].label} adds both." if adding else ""
+            self.show_message(f"The wire from {source} gave way: an input takes one.{way}")
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene

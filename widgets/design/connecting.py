@@ -69,12 +69,11 @@ class WireDrag:
         base = patch.disconnect([self.old]) if self.old else patch
         return base.connect(*wire, self._scene.registry), "Connect"
 
-    def displaced(self, patch: Patch) -> str:
-        """Return the output, "node.port", whose wire this one would replace; "" if the input is free."""
+    def displaced(self, patch: Patch) -> Wire | None:
+        """Return the wire that this one would replace; None if the input is free."""
         offered = self.wire()
-        if offered is None:
-            return ""
-        return next((wire[0] for wire in patch.wires if wire[1] == offered[1] and wire not in (self.old, offered)), "")
+        there = wire_at(patch, offered[1]) if offered else None
+        return there if there not in (self.old, offered) else None
 
     @property
     def end_name(self) -> str:

@@ -12,7 +12,8 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.named_list import NamedList
 from underfoot.widgets.design.node_geometry import accent, display_name
-from underfoot.widgets.design.patch_editing import open_targets
+from underfoot.widgets.design.patch_editing import open_targets, wire_at
+from underfoot.widgets.design.rewiring import sum_for
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.search_popup import SearchPopup
 
@@ -25,6 +26,8 @@ class Answers(NamedTuple):
 
     connect: Callable[[str, str], object]
     """Takes the output and the input, "node.port"."""
+    add_up: Callable[[str, str], object]
+    """Takes the same, for an input that has a wire, which stays."""
     add: Callable[[str], object]
     """Takes the output, for which a new node is asked."""
     disconnect: Callable[[Wire], object]
@@ -104,6 +107,9 @@ class _ConnectionList(NamedList):
             for target in open_targets(patch, registry, source):
                 colour = accent(registry[patch.node(node_id(target)).type])
                 yield _Row(name(target), colour, own, partial(do.connect, source, target))
+                if (wire := wire_at(patch, target)) and (adding := sum_for(patch, registry, wire)):
+                    by = f"{name(target)}, by {registry[adding].label}"
+                    yield _Row(by, colour, own, partial(do.add_up, source, target))
         for wire in [shown.wire for shown in item.wires]:
             is_out = node_id(wire[0]) in self._scene.members([item.node.id])
             other, own = wire[is_out], display_name(port_name(wire[not is_out]))

@@ -103,10 +103,10 @@ class EditableView(PatchView):
         after = patch.add(type, self.registry, (box[0] + dx, box[1] + dy), **self.registry[type].initial)
         id = after.nodes[-1].id
         after = put_into(after, [id], around) if around else after
-        if from_port is not None:
-            after = connected(after, self.registry, id, *from_port)
         if into is not None:
             after = inserted(self._with_room(after, id, into), self.registry, id, into)
+        if from_port is not None:
+            after = connected(after, self.registry, id, *from_port)
         word = "Insert" if into and into not in after.wires else "Add"
         self.document.edit(after, f"{word} {self.registry[type].label}")
         self.patch_scene.select([id])

@@ -311,6 +311,10 @@ class WireItem(QGraphicsItem):
         """Return the scene position of its end."""
         return self._path.currentPosition()
 
+    def path_middle(self) -> QPointF:
+        """Return the scene position of its middle."""
+        return self._path.pointAtPercent(0.5)
+
     def set_ends(self, start: QPointF, end: QPointF) -> None:
         """Set the start and end positions."""
         if self.about_to_move is not None:

@@ -1,6 +1,6 @@
 """Edits that preserve wires: insertion of a node into a wire, removal, and change of type. Without Qt."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from msgspec.structs import replace
@@ -10,19 +10,19 @@ from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
-from underfoot.patch.wiring import Wire, node_id, renamed_end, sources
+from underfoot.patch.wiring import Wire, node_id, port_name, renamed_end, sources
 from underfoot.widgets.design.patch_editing import port_of, refusal
 
 
-def fitting_port(type: NodeType, end: Port, side: str) -> str:
+def fitting_port(type: NodeType, end: Port, side: str, taken: Collection[str] = ()) -> str:
     """Return the port of node type `type` for a wire held at `end`, on `side` of its own node; "" if none fits.
 
-    Parameters count only if they have the wire's unit. For a dimensionless signal, such as an envelope, only the
-    loudness parameter counts.
+    Inputs that are `taken` do not count. Parameters count only if they have the wire's unit. For a dimensionless
+    signal, such as an envelope, only the loudness parameter counts.
     """
     if side == "in":
         return next((port.name for port in type.outputs if can_connect(port, end)), "")
-    plain = next((port.name for port in type.inputs if can_connect(end, port)), "")
+    plain = next((port.name for port in type.inputs if port.name not in taken and can_connect(end, port)), "")
     if plain or not end.unit:
         return plain or loudness_port(type, end)
     fitting = (port.name for port in type.drivable_ports if port.kind == end.kind and port.unit == end.unit)
@@ -64,7 +64,8 @@ def types_of_unit(registry: Registry, types: Iterable[str], end: Port, side: str
 
 def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
     """Return the patch with a wire between the port `end`, on `side` of its node, and the fitting port of node `id`."""
-    name = fitting_port(registry[patch.node(id).type], port_of(patch, registry, end, side), side)
+    taken = [port_name(target) for _, target in patch.wires if node_id(target) == id]
+    name = fitting_port(registry[patch.node(id).type], port_of(patch, registry, end, side), side, taken)
     if not name:
         return patch
     wire = (end, f"{id}.{name}") if side == "out" else (f"{id}.{name}", end)
@@ -85,6 +86,27 @@ def insertion_ports(patch: Patch, registry: Registry, type: str, wire: Wire) -> 
     outputs = (port.name for port in registry[type].outputs if can_connect(port, target))
     input, output = next(inputs, ""), next(outputs, "")
     return InsertionPorts(input, output) if input and output else None
+
+
+def sum_for(patch: Patch, registry: Registry, wire: Wire) -> str:
+    """Return the node type that adds another wire to this one: Mix, or Join for events; "" if there is none.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
+    >>> wire = ("noise.out", "tile-output.acceleration")
+    >>> sum_for(patch.connect(*wire, REGISTRY), REGISTRY, wire)
+    'mix'
+    """
+    return next((name for name in types_for_wire(patch, registry, wire) if registry[name].is_sum), "")
+
+
+def free_in_sum(patch: Patch, registry: Registry, wire: Wire) -> str:
+    """Return a free input of the node that feeds a wire, if that adds its inputs up for this wire alone; "" if not."""
+    id, taken = node_id(wire[0]), {target for _, target in patch.wires}
+    type = registry[patch.node(id).type]
+    feeds_others = any(node_id(source) == id for source, target in patch.wires if (source, target) != wire)
+    ends = (f"{id}.{port.name}" for port in type.inputs) if type.is_sum and not feeds_others else ()
+    return next((end for end in ends if end not in taken), "")
 
 
 def types_for_wire(patch: Patch, registry: Registry, wire: Wire) -> list[str]:

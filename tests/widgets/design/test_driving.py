@@ -284,6 +284,34 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
     assert "gave way" in workspace.canvas.message
 
 
+def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspace):
+    """It took seven gestures: as Max adds what comes to an inlet, everybody draws the second wire first."""
+    outputs, canvas = ("noise", "tone", "texture"), workspace.canvas
+    patch = Patch().add("tile-output", REGISTRY, (480, 0))
+    for place, type in enumerate(outputs):
+        patch = patch.add(type, REGISTRY, (0, 160 * place))
+    before = patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
+    workspace.set_patch(before)
+    canvas.zoom_to(1.0)
+    for id in outputs[1:]:
+        ends = port(workspace, id, "out", "out"), port(workspace, "tile-output", "in", "acceleration")
+        drag(workspace, *ends, modifiers=Qt.KeyboardModifier.ShiftModifier)
+    added = {("noise.out", "mix.a"), ("tone.out", "mix.b"), ("mix.out", "tile-output.acceleration")}
+    assert {*workspace.patch().wires} == added | {("texture.out", "mix.c")}, "the third goes to the same"
+    for _ in outputs[1:]:
+        workspace.undo_action.trigger()
+    assert workspace.patch() == before, "each is one step"
+    canvas.patch_scene.select(["tone"])
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    QTest.keyClicks(canvas.connection_search.field, "by mix")
+    QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
+    assert {*workspace.patch().wires} == added
+    events = Patch().add("footfall", REGISTRY).add("poisson", REGISTRY, (0, 160)).add("impact", REGISTRY, (320, 0))
+    workspace.set_patch(events.connect("footfall.onset", "impact.strike", REGISTRY))
+    canvas.add_up("poisson.out", "impact.strike")
+    assert ("poisson.out", "join.b") in workspace.patch().wires
+
+
 def test_a_wire_ends_at_the_port_that_it_was_brought_to(workspace):
     """As the node opened under the wire, the port moved down, and another one was in its place."""
     patch = with_driver(workspace.patch(), REGISTRY, "low-pass", "q", "lfo").add("value", REGISTRY, (0, 320))
