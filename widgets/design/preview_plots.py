@@ -175,7 +175,7 @@ class PreviewPlots(QWidget):
     def _draw_events(self, now: PreviewSignal, rows: Floats) -> None:
         times_ms = rows[:, 0] * (1e3 / now.rate_hz)
         self.waveform.show_drawing(preview_drawings.events(times_ms, rows[:, 1], now, self._why_silent))
-        self._show_no_levels("events have no spectrum", now.view_ms)
+        self._show_no_levels("no spectrum", now.view_ms)
 
     def _draw_signal(self, now: PreviewSignal, other: PreviewSignal | None) -> None:
         self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent, self._other_slot))
