@@ -5,6 +5,8 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QInputDialog, QLabel, QMessageBox, QWidget
 
+from underfoot.errors import UnderfootError
+
 
 def message_box(parent: QWidget | None, title: str, text: str, more: str = "") -> QMessageBox:
     """Return a box, not yet open, that shows a text, and `more` in smaller letters, as they are: names may have signs
@@ -38,11 +40,27 @@ def ask(parent: QWidget, title: str, text: str, yes: str, then: Callable[[], obj
 
 
 def ask_text(parent: QWidget, title: str, question: str, take: Callable[[str], object], text: str = "") -> None:
-    """Ask for a line of text, without waiting; `take` is called with it, and Escape changes nothing."""
-    dialog = QInputDialog(parent)
+    """Ask for a line of text, without waiting; `take` is called with it, and Escape changes nothing.
+
+    Where `take` raises an `UnderfootError`, that is said below the question, and what was typed can be mended.
+    """
+    dialog = _TextDialog(parent, question, take)
     dialog.setWindowTitle(title)
-    dialog.setLabelText(question)
     dialog.setTextValue(text)
-    dialog.textValueSelected.connect(take)
     dialog.finished.connect(dialog.deleteLater)
     dialog.open()
+
+
+class _TextDialog(QInputDialog):
+    def __init__(self, parent: QWidget, question: str, take: Callable[[str], object]) -> None:
+        super().__init__(parent)
+        self._question, self._take = question, take
+        self.setLabelText(question)
+
+    def accept(self) -> None:
+        try:
+            self._take(self.textValue())
+        except UnderfootError as error:
+            self.setLabelText(f"{self._question}\n\n{error}.")
+        else:
+            super().accept()

@@ -3,18 +3,21 @@
 import math
 from collections.abc import Callable, Sequence
 
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadValue
 from underfoot.records.notes import body_weight_n
-from underfoot.records.standing import standing_phase
+from underfoot.records.standing import Standing, standing_phase
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.question import ask_text
 from underfoot.widgets.recordings.reader import RecordingReader
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.timeline import Axis
+from underfoot.widgets.recordings.tracks import RecordingContent
 
 
-class StepNotes:
+class StepNotes(QObject):
     """Asks for notes on the chosen ones of `steps`, or their people, and writes them into the file of `reader`; dialogs
     are those of `owner`, and `notify` shows a line.
     """
@@ -27,7 +30,10 @@ class StepNotes:
         owner: QWidget,
         notify: Callable[[str], object],
     ) -> None:
+        super().__init__(owner)
         self._axis, self._steps, self._reader, self._owner, self._notify = axis, steps, reader, owner, notify
+        self._search = BackgroundWorker(self)
+        self._search.found.connect(lambda found: self._ask_weight(*found))
 
     def leave_out(self) -> None:
         """Ask why the chosen steps are left out; if all are, take them in again."""
@@ -46,14 +52,23 @@ class StepNotes:
         ask_text(self._owner, "Leave out of means", question, lambda why: self._leave_out(places, why), before)
 
     def weigh(self) -> None:
-        """Ask for the body weight of the person whose steps are shown, or of all."""
+        """Ask for the body weight of the person whose steps are shown, or of all, once it is known where one stands."""
         content = self._axis.content
         if content is None or not content.steps:
             self._notify("No step is found yet; a body weight is that of who made them.")
             return
+        contacts = content.contacts
+        self._search.compute(lambda _: [content, standing_phase(contacts)])
+
+    def close_down(self) -> None:
+        """Wait for what is being looked for."""
+        self._search.join()
+
+    def _ask_weight(self, content: RecordingContent, found: Standing | None) -> None:
+        if content is not self._axis.content:
+            return  # another recording was opened meanwhile
         person = self._steps.shown_person
         known = next((one for one in content.opened.notes.body_weights if one.person == person), None)
-        found = standing_phase(content.contacts)
         of_found = f"{found.weight_n:.1f} N" if found else ""
         hint = f"Somebody stands still: {of_found}, {found}." if found else "Nobody stands still for 2 s here."
         whose = f"person {person}" if person else "who walks"
@@ -66,18 +81,13 @@ class StepNotes:
         ask_text(self._owner, "Body weight", question, take, text)
 
     def _leave_out(self, places: Sequence[tuple[int, str]], why: str) -> None:
-        if why.strip():
-            self._write(places, why)
-        else:
-            self._notify("Nothing is left out: it needs a reason, such as: stumbled.")
+        if not why.strip():
+            raise BadValue("nothing is left out without a reason; allowed: one, such as stumbled")
+        self._write(places, why)
 
     def _weigh(self, person: int, text: str, source: str) -> None:
-        try:
-            weight_n = body_weight_n(text) if text.strip() else math.nan
-        except UnderfootError as error:
-            self._notify(f"{error}.")
-        else:
-            self._reader.change(lambda recording: recording.note_body_weight(person, weight_n, source))
+        weight_n = body_weight_n(text) if text.strip() else math.nan
+        self._reader.change(lambda recording: recording.note_body_weight(person, weight_n, source))
 
     def _write(self, places: Sequence[tuple[int, str]], why: str) -> None:
         self._reader.change(lambda recording: recording.leave_out(places, why))

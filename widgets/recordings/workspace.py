@@ -106,6 +106,7 @@ class RecordingsWorkspace(Workspace):
 
     def close_down(self) -> None:
         self.exporting.close_down()
+        self.notes.close_down()
         self.surveyor.close()
         self.comparison.close_down()
         self.recordings.close_down()
