@@ -123,9 +123,9 @@ class RecordingReader(QObject):
     cursor_values_read = Signal(object)
     """`CursorValues`."""
     marked = Signal(list)
-    """Carries all marks of the recording after a change."""
+    """Carries all marks of the recording after a change, also by another program."""
     notes_read = Signal(object)
-    """Carries the `Notes` of its steps after a change."""
+    """Carries the `Notes` of its steps after a change, also by another program."""
     renamed = Signal(object, object)
     """The old and the new `Path` of a recording."""
     not_renamed = Signal(object, str)
@@ -144,6 +144,7 @@ class RecordingReader(QObject):
         self._base: sqlite3.Connection | None = None
         self._finest: dict[str, Envelope] = {}
         self._span = (0, 0)
+        self._told: tuple[list[Mark], Notes] | None = None
 
     # --- requests, from the window's thread ---
 
@@ -230,7 +231,7 @@ class RecordingReader(QObject):
         self._close_recording()
         recording = self._open_files.enter_context(Recording(path))
         floor = recording.floor
-        self._recording, self._floor, self._span = recording, floor, recording.span
+        self._recording, self._floor, self._span, self._told = recording, floor, recording.span, None
         tiles = len(floor.tiles)
         self._finest = {source: envelopes.empty(tiles + (source == "force")) for source in envelopes.SOURCES}
         self._find_base()
@@ -255,6 +256,7 @@ class RecordingReader(QObject):
             return
         before, self._span = self._span, recording.span
         if self._span == before:
+            self._tell_notes()
             self.unchanged.emit()
         else:
             self.extended.emit(_opened(recording, self._floor))
@@ -322,8 +324,17 @@ class RecordingReader(QObject):
     def _change(self, change: Callable[[Recording], object]) -> None:
         if self._recording is not None:
             change(self._recording)
-            self.marked.emit(self._recording.marks())
-            self.notes_read.emit(self._recording.notes())
+            self._tell_notes()
+
+    def _tell_notes(self) -> None:
+        """Tell marks and notes of steps, if they are others than before."""
+        if self._recording is None:
+            return
+        found = self._recording.marks(), self._recording.notes()
+        if found != self._told:
+            self._told = found
+            self.marked.emit(found[0])
+            self.notes_read.emit(found[1])
 
 
 def _opened(recording: Recording, floor: Floor) -> OpenedRecording:

@@ -97,3 +97,13 @@ def test_several_steps_are_left_out_by_the_menu_of_the_table_and_copied_with_the
     opened.steps.copy()
     lines = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))
     assert [(line["step"], line["left_out"]) for line in lines] == [("2", "a turn, sharp"), ("3", "a turn, sharp")]
+
+
+def test_what_another_program_notes_is_seen_without_a_note_of_the_windows_own(opened, qtbot):
+    path, step = opened.axis.content.opened.path, opened.steps.visible_steps()[1]
+    with Recording(path) as other:
+        other.leave_out([(opened.axis.content.opened.first + round(step.start_s * 48_000.0), step.tile)], "turned")
+        other.add_mark(48_000, "door")
+    opened.reader.read_new()  # as the window does once a second
+    qtbot.waitUntil(lambda: reasons(opened)[:3] == ["", "turned", ""])
+    assert [mark.text for mark in opened.axis.content.opened.marks] == ["door"]
