@@ -306,6 +306,20 @@ def test_what_speaks_against_a_profile_is_said():
     assert rehearsed.flags("t1", TODAY, simulated=True) == ()
 
 
+def test_places_measured_with_forces_that_were_replaced_are_told():
+    """Their verdict stood there as before, of forces that a session does not have any more."""
+    profile = whole()
+    assert profile.fsr is not None
+    by_these = f"presses at known places; forces calibrated {profile.fsr.identity}"
+    profile = profile.with_part(msgspec.structs.replace(profile.centroid, reference=by_these), TODAY)
+    again = profile.with_part(fsr(line(0.02), line(), line(), line()), TODAY)
+    place = next(k for k, one in enumerate(again.earlier) if one.kind == "fsr")
+    assert profile.flags("t1", TODAY) == again.restored(place, TODAY).flags("t1", TODAY) == ()
+    assert again.flags("t1", TODAY) == (
+        "Places of t1: measured with the forces of 2024-05-01, which others have replaced since; measure again",
+    )
+
+
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [

@@ -7,6 +7,7 @@ replaced goes to `earlier` and can be restored.
 """
 
 import os
+import re
 from collections.abc import Mapping
 from datetime import date
 from pathlib import Path
@@ -348,6 +349,12 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
                 if part.error <= part.error_allowed:  # as where one sensor of four errs more
                     errs += ", but not all of it is good: read its verdict"
                 found.append(f"{PARTS[kind]} of {self.tile}: {errs if part.error_unit else 'its error is not known'}")
+            used = re.search(r"calibrated (\d{4}-\d\d-\d\d [0-9a-f]{12})", part.reference)
+            if used is not None and self.fsr is not None and used[1] != self.fsr.identity:
+                found.append(
+                    f"{PARTS[kind]} of {self.tile}: measured with the forces of {used[1][:10]}, which others have "
+                    "replaced since; measure again"
+                )
         if self.fsr is not None:
             found += [
                 f"sensor {j + 1} of {self.tile} is not calibrated: {curve.uncalibrated}"
