@@ -10,7 +10,7 @@ from functools import partial
 
 import pytest
 
-from underfoot.commands.ending import Interrupted, raised_at_signals
+from underfoot.commands.ending import Interrupted, ended_by_signals, raised_at_signals
 from underfoot.engine.worker_pool import cores
 from underfoot.errors import BadFile
 from underfoot.patch import preset_files
@@ -68,6 +68,19 @@ def test_a_signal_that_a_library_drops_in_its_callback_ends_the_command_without_
     assert ended.value.status == 143
     assert str(ended.value.__cause__) == "no compiled object yet"
     assert capfd.readouterr().err == ""
+
+
+def test_a_signal_that_is_dropped_while_a_session_opens_ends_it_as_it_begins():
+    """`scene` played on after a Ctrl-C in its first second, which Python had dropped."""
+
+    @raised_at_signals()
+    def play():
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGTERM))()
+        ended = []
+        with ended_by_signals(lambda: ended.append("in order")):
+            return ended
+
+    assert play() == ["in order"]
 
 
 def test_what_fails_as_a_signal_ends_a_command_is_told():

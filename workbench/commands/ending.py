@@ -17,9 +17,12 @@ _STUCK_S = 3.0
 def ended_by_signals(end: Callable[[], object]) -> Iterator[None]:
     """Call `end` in this block at Ctrl-C, at a request to end, and when the terminal is closed, as with a connection.
 
-    What is printed from then on to a terminal that is closed is dropped. `nohup` is respected.
+    What is printed from then on to a terminal that is closed is dropped. `nohup` is respected. A signal that was
+    dropped earlier, in `raised_at_signals`, ends it at once.
     """
     with _told_of_signals(lambda number: end()):
+        if _dropped:
+            end()
         yield
 
 
@@ -29,9 +32,8 @@ def raised_at_signals() -> Iterator[None]:
 
     LLVM, which compiles kernels, drops what is raised while it calls Python, and Numba then fails for want of the code
     that was to be kept there: what was dropped is raised from that. Where nothing was dropped, errors are the block's
-    own, also after a signal.
+    own, also after a signal. Python drops it, too, in a callback at the end of each import, and the block goes on.
     """
-    dropped: list[Interrupted] = []
     report = sys.unraisablehook
 
     def interrupt(number: int) -> None:
@@ -39,7 +41,7 @@ def raised_at_signals() -> Iterator[None]:
 
     def keep(unraisable: "sys.UnraisableHookArgs") -> None:
         if isinstance(unraisable.exc_value, Interrupted):
-            dropped.append(unraisable.exc_value)
+            _dropped.append(unraisable.exc_value)
         else:
             report(unraisable)
 
@@ -48,11 +50,12 @@ def raised_at_signals() -> Iterator[None]:
         with _told_of_signals(interrupt):
             yield
     except Exception as error:
-        if dropped:
-            raise dropped[0] from error
+        if _dropped:
+            raise _dropped[0] from error
         raise
     finally:
         sys.unraisablehook = report
+        _dropped.clear()
 
 
 @contextmanager
@@ -89,6 +92,10 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, number: int) -> None:
         super().__init__()
         self.status = _status(number)
+
+
+_dropped: list[Interrupted] = []
+"""What was raised in `raised_at_signals`, and dropped."""
 
 
 def _status(number: int) -> int:
