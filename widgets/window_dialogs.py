@@ -31,12 +31,7 @@ class WindowDialogs:
 
         controller, search = self._context.controller, CardSearch()
         target = controller.target
-        dialog = AudioDialog(
-            lambda: [(card.name, card.channels, card.rate_hz) for card in search.find()],
-            search.give_up,
-            target.floor,
-            self._window,
-        )
+        dialog = AudioDialog(search.find, search.give_up, target.floor, self._window)
         dialog.set_values(target.sound, target.rate, target.block, self._context.settings.accelerometers)
         dialog.applied.connect(self._target_selection.set_sound)
         dialog.pulse_requested.connect(lambda tile: controller.send(Pulse(tile)))

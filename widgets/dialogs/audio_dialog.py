@@ -18,13 +18,13 @@ from PySide6.QtWidgets import (
 
 from underfoot.devices.accelerometers import FORM, accelerometers_of
 from underfoot.devices.outputs import outputs_of
-from underfoot.devices.sound import MAX_CHANNELS
+from underfoot.devices.sound import MAX_CHANNELS, Card
 from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.dialog import Dialog
-from underfoot.widgets.dialogs.card_rows import CardRows, Device, index_of
+from underfoot.widgets.dialogs.card_rows import CardRows, index_of
 
 RATES_HZ = (44_100, 48_000, 96_000)
 BLOCKS = (32, 64, 128, 256, 512, 1024)
@@ -46,13 +46,13 @@ class AudioDialog(Dialog):
 
     def __init__(
         self,
-        find: Callable[[], Sequence[Device]],
+        find: Callable[[], Sequence[Card]],
         cancel_search: Callable[[], None],
         floor: Floor,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__("Audio", parent)
-        self.devices: list[Device] | None = None
+        self.devices: list[Card] | None = None
         self.cards, self.rate, self.block = CardRows(), QComboBox(), QComboBox()
         self.accelerometers = QLineEdit()
         self.accelerometers.setPlaceholderText("none")
@@ -134,10 +134,10 @@ class AudioDialog(Dialog):
     def _add_block(self, block: int) -> None:
         self.block.addItem(f"{block} frames", block)
 
-    def _show_devices(self, devices: list[Device]) -> None:
+    def _show_devices(self, devices: list[Card]) -> None:
         self.cards.search_again.setEnabled(True)
         self.devices = devices
-        self.cards.show_devices(devices)
+        self.cards.show_cards(devices)
         self._update_note()
 
     def _update_note(self) -> None:
@@ -194,7 +194,7 @@ class AudioDialog(Dialog):
 
     def _channel_ranges(self, wanted: int) -> list[tuple[str, int, int]]:
         """Name, first channel and the one behind the last, of each card, and of what no card has a channel for."""
-        has = {name: channels for name, channels, _ in self.devices or ()}
+        has = {card.name: card.channels for card in self.devices or ()}
         spans, first = [], 0
         text = self.cards.text
         for output in outputs_of(text) if text is not None else ():

@@ -6,13 +6,10 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
 from underfoot.devices.outputs import MOST_CARDS, Output, outputs_of, text_of
-from underfoot.devices.sound import MAX_CHANNELS
+from underfoot.devices.sound import MAX_CHANNELS, Card
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.tab_order import set_tab_order
-
-Device = tuple[str, int, float]
-"""Name, output channels, default rate in Hz."""
 
 
 class CardRow(QWidget):
@@ -56,18 +53,18 @@ class CardRow(QWidget):
         self.device_box.setCurrentIndex(max(0, index_of(self.device_box, name)))
         self.channels.setValue(channels)
 
-    def show_devices(self, devices: Sequence[Device]) -> None:
-        """Offer the devices that there are."""
-        known = [name for name, _, _ in devices]
+    def show_cards(self, cards: Sequence[Card]) -> None:
+        """Offer the cards that there are."""
+        known = [card.name for card in cards]
         for index in range(self.device_box.count()):
             name = self.device_box.itemData(index)
             if name and name not in known:
                 self.device_box.setItemText(index, f"{name} (not connected)")
-        for name, channels, rate_hz in devices:
-            text = f"{name}  ·  {counted(channels, 'channel')}, {rate_hz / 1000:g} kHz"
-            index = index_of(self.device_box, name)
+        for card in cards:
+            text = f"{card.name}  ·  {counted(card.channels, 'channel')}, {card.rate_hz / 1000:g} kHz"
+            index = index_of(self.device_box, card.name)
             if index < 0:
-                self.device_box.addItem(text, name)
+                self.device_box.addItem(text, card.name)
             else:
                 self.device_box.setItemText(index, text)
 
@@ -80,7 +77,7 @@ class CardRows(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.rows: list[CardRow] = []
-        self._devices: Sequence[Device] = ()
+        self._cards: Sequence[Card] = ()
         self.add_button = QPushButton("Add a card")
         self.add_button.setAutoDefault(False)
         self.add_button.setToolTip("For floors of more tiles than one card has channels; each card keeps its own clock")
@@ -117,15 +114,15 @@ class CardRows(QWidget):
         for row, output in zip(self.rows, outputs, strict=True):
             row.show_output(output.name if text is not None else None, output.channels)
 
-    def show_devices(self, devices: Sequence[Device]) -> None:
-        """Offer the devices that there are."""
-        self._devices = devices
+    def show_cards(self, cards: Sequence[Card]) -> None:
+        """Offer the cards that there are."""
+        self._cards = cards
         for row in self.rows:
-            row.show_devices(devices)
+            row.show_cards(cards)
 
     def _add(self) -> None:
         row = CardRow(is_first=not self.rows)
-        row.show_devices(self._devices)
+        row.show_cards(self._cards)
         row.changed.connect(self.changed)
         row.remove_button.clicked.connect(lambda: self._remove(row))
         self._layout.insertWidget(len(self.rows), row)
@@ -134,7 +131,7 @@ class CardRows(QWidget):
         if len(self.rows) > 1:  # the first is made before the buttons
             set_tab_order((*parts, self.add_button, self.search_again))
         taken = {row.device_box.currentData() for row in self.rows[:-1]}
-        free = next((name for name, _, _ in self._devices if name not in taken), None)
+        free = next((card.name for card in self._cards if card.name not in taken), None)
         if len(self.rows) > 1 and free is not None:
             row.show_output(free, 0)
         self.add_button.setEnabled(len(self.rows) < MOST_CARDS)

@@ -6,10 +6,11 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox, QLabel, QPushButton
 
+from underfoot.devices.sound import Card
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 
-CARDS = [("Eight out", 8, 48_000.0), ("Headphones", 2, 44_100.0)]
+CARDS = [Card("Eight out", 8, 48_000.0), Card("Headphones", 2, 44_100.0)]
 
 
 def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
@@ -112,7 +113,7 @@ def test_escape_closes(qtbot):
 def test_a_card_that_was_plugged_in_since_is_found_by_looking_again(qtbot):
     cards = list(CARDS)
     dialog = opened(qtbot, cards, "Headphones")
-    cards.append(("New card", 18, 48_000.0))
+    cards.append(Card("New card", 18, 48_000.0))
     with qtbot.waitSignal(dialog.search.found):
         qtbot.mouseClick(dialog.cards.search_again, Qt.MouseButton.LeftButton)
     assert dialog.cards.rows[0].device_box.findData("New card") > 0
@@ -157,7 +158,7 @@ def test_accelerometers_are_given_as_they_are_written_and_refused_with_a_reason(
 
 
 def test_a_floor_of_thirty_six_tiles_is_laid_on_two_cards(qtbot):
-    cards = [("Left", 18, 48_000.0), ("Right", 18, 48_000.0)]
+    cards = [Card("Left", 18, 48_000.0), Card("Right", 18, 48_000.0)]
     dialog = opened(qtbot, cards, "Left", floor=default_floor(6, 6))
     assert "silent" in " ".join(label.text() for label in dialog.map.findChildren(QLabel))
     qtbot.mouseClick(dialog.cards.add_button, Qt.MouseButton.LeftButton)
