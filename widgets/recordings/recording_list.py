@@ -1,10 +1,10 @@
 """The list of recordings: those in the program's folder, and added files and folders."""
 
 import stat
-import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -31,7 +31,7 @@ from underfoot.records.recording_format import SUFFIXES
 from underfoot.records.renaming import use_of
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
-from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.controls.file_dialog import ask_file, file_dialog
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.key_names import with_native_keys
@@ -65,42 +65,30 @@ class Summaries(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._thread: threading.Thread | None = None
-        self._stop_event = threading.Event()
+        self._worker = BackgroundWorker(self)
         self._is_closed = False
 
     def read(self, paths: Iterable[Path]) -> None:
         """Read these recordings instead of the previous request; do nothing after `close`."""
-        self._stop_event.set()
-        if self._is_closed:
-            return
-        self._stop_event, before = threading.Event(), self._thread
-        self._thread = threading.Thread(
-            target=self._run, args=(list(paths), self._stop_event, before), name="recordings"
-        )
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Stop reading."""
-        self._stop_event.set()
-        if self._thread is not None:
-            self._thread.join()
+        self._worker.stop()
+        if not self._is_closed:
+            self._worker.compute(partial(self._read, list(paths)))
 
     def close(self) -> None:
         """Stop reading for good; later requests start no thread."""
         self._is_closed = True
-        self.stop()
+        self._worker.stop()
+        self._worker.join()
 
-    def _run(self, paths: list[Path], stops: threading.Event, before: threading.Thread | None) -> None:
-        if before is not None:
-            before.join()  # in this thread, which may wait for the disk
+    def _read(self, paths: list[Path], task: Task) -> list[object]:
         for path in paths:
-            if stops.is_set():
-                return
+            if task.is_stopped():
+                break
             try:
                 self.found.emit(summary_of(path))
             except (UnderfootError, OSError) as error:
                 self.failed.emit(path, str(error))
+        return []
 
 
 class _Row(QListWidgetItem):
