@@ -106,7 +106,7 @@ def test_a_script_agrees_as_the_page_says(folder, own_node):
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ("out[i] = wave", r": run of Hum cannot be compiled: NameError: name 'wave' is not defined$"),
+        ("out[i] = wave", r", line 20: run of Hum cannot be compiled: NameError: name 'wave' is not defined$"),
         ("out[i] = 'loud'", r", line 20: run of Hum cannot be compiled: there is no setitem\(.*str.*\)$"),
         ("out[i] = strength.loud", r", line 20: run of Hum cannot be compiled: Unknown attribute 'loud' of"),
         ("import numpy", r": run of Hum cannot be compiled: Use of unsupported opcode \(IMPORT_NAME\)"),

@@ -1,5 +1,6 @@
 """Numba settings of kernels, imported only when a kernel is called."""
 
+import dis
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -105,6 +106,7 @@ def compiled_callback(signature: str | Signature, function: Callable[..., Any]) 
             callback.compile()
         except (NumbaError, UnsupportedBytecodeError, AttributeError, TypeError) as error:
             line, reason = _fault(str(error))
+            line = _line_of_name(reason, function) or line
             owner, _, name = function.__name__.rpartition("_")  # adapters are called so: Gain_run
             raise BadFile(f"{function.__code__.co_filename}{line}: {name} of {owner} {reason}") from error
     return callback
@@ -122,6 +124,18 @@ def _fault(text: str) -> tuple[str, str]:
     if reason.startswith("No implementation") and len(said) > 1:
         reason = f"there is no {said[1].removeprefix('>>> ')}"
     return (f", line {place[1]}" if place else ""), f"cannot be compiled: {reason[:300]}"
+
+
+def _line_of_name(reason: str, adapter: Callable[..., Any]) -> str:
+    """Return where a node's function, or a kernel of its file, reads what is not there: Numba says its name only."""
+    named = re.search(r"NameError: name '(\w+)' is not defined", reason)
+    functions = [value.py_func for value in adapter.__globals__.values() if hasattr(value, "py_func")]
+    functions += [value.py_func for one in functions for value in one.__globals__.values() if hasattr(value, "py_func")]
+    for code in (one.__code__ for one in functions if one.__code__.co_filename == adapter.__code__.co_filename):
+        for read in dis.get_instructions(code):
+            if named and read.opname == "LOAD_GLOBAL" and read.argval == named[1] and read.positions:
+                return f", line {read.positions.lineno}"
+    return ""
 
 
 @contextmanager
