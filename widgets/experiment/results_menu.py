@@ -9,7 +9,13 @@ from PySide6.QtWidgets import QFileDialog, QMenu, QPushButton
 from underfoot.studies.results import FORMS
 from underfoot.widgets.controls.file_dialog import file_dialog, save_dialog
 
-_WORDS = {"CSV": "Write all trials as CSV…", "BIDS": "Write BIDS…", "report": "Write a report…"}
+_WORDS = {
+    "CSV": "Write all trials as CSV…",
+    "estimates": "Write each person's estimates as CSV…",
+    "BIDS": "Write BIDS…",
+    "report": "Write a report…",
+}
+_TABLES = {"CSV": ("A table of all trials", "trials.csv"), "estimates": ("A table of people", "estimates.csv")}
 _FILES = "Sessions and tables of trials (*.session *.csv)"
 
 
@@ -51,8 +57,8 @@ class ResultsButton(QPushButton):
         dialog.open()
 
     def _ask_place(self, form: str) -> None:
-        if form == "CSV":
-            dialog = save_dialog(self.window(), "A table of all trials", "trials.csv", "Tables (*.csv)", ".csv")
+        if form in _TABLES:
+            dialog = save_dialog(self.window(), *_TABLES[form], "Tables (*.csv)", ".csv")
         else:
             dialog = file_dialog(self.window(), f"A folder for the {form}")
             dialog.setFileMode(QFileDialog.FileMode.Directory)

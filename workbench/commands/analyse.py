@@ -23,6 +23,9 @@ class AnalyseOptions:
     )
     report: Path | None = option("Folder for a page with tables and pictures.")
     csv: Path | None = option("Write all trials, one per row.", is_written=True)
+    estimates: Path | None = option(
+        "Write what each person was asked, and their estimates, one person per row.", is_written=True
+    )
     bids: Path | None = option("Folder for BIDS: behavioural files, and force and vibration of each trial.")
     bootstrap: int = option(
         "Draws for intervals of curves; 0: at once, from the regression's covariance.",
@@ -41,13 +44,15 @@ def analyse(options: AnalyseOptions) -> None:
     from underfoot.studies.results import results_of
 
     require_folders_writable(options.report, options.bids)
-    require_outputs_writable(options.csv, inputs=options.sessions)
+    require_outputs_writable(options.csv, options.estimates, inputs=options.sessions)
     protocol = None if options.protocol is None else opened_protocol(options.protocol)[0]
     results = results_of(options.sessions, protocol)
     settings = Settings(bootstrap=options.bootstrap, with_lapses=options.lapses)
     findings = results.findings(settings)
     if options.csv is not None:
         results.write_csv(options.csv)
+    if options.estimates is not None:
+        results.write_estimates(options.estimates, settings)
     if options.bids is not None:
         findings[0].remarks += results.write_bids(options.bids)
     if options.report is not None:

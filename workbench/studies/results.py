@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from underfoot.errors import BadFile, BadMeasurement, BadValue, UnderfootError
-from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.analyses import analysed, estimates_of_people
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.report import write_page
 from underfoot.experiments.analysis.settings import Settings
@@ -14,14 +14,22 @@ from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Entry, Study, is_over
-from underfoot.experiments.table import Row, alike_ids, as_left_out, rows_of, why_left_out, with_levels
+from underfoot.experiments.table import (
+    OF_PERSON,
+    Row,
+    alike_ids,
+    as_left_out,
+    rows_of,
+    why_left_out,
+    with_levels,
+)
 from underfoot.experiments.trial_files import columns_of_study, read_csv, write_bids, write_csv
 from underfoot.experiments.trials import NOTHING
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
 
-FORMS = ("CSV", "BIDS", "report")
-"""Formats in which trials of sessions can be written."""
+FORMS = ("CSV", "estimates", "BIDS", "report")
+"""Forms in which trials of sessions, and what came of them, can be written."""
 SUFFIX = ".session"
 """The suffix of a session; a damaged one is told as such, and not as a bad table."""
 
@@ -92,6 +100,13 @@ class Results:
         """Write all trials, one per row."""
         write_csv(path, self.rows, columns_of_study(self.rows, self.protocol))
 
+    def write_estimates(self, path: Path, settings: Settings) -> None:
+        """Write what each person was asked, and their estimates, one person per row."""
+        people = estimates_of_people([row for row in self.rows if not why_left_out(row)], self.protocol, settings)
+        names = dict.fromkeys(name for row in people for name in row)
+        asked = [name for name in names if name.startswith(OF_PERSON)]
+        write_csv(path, people, list(dict.fromkeys(["participant", *asked, *names])))
+
     def write_bids(self, folder: Path) -> list[str]:
         """Write a BIDS data set: behavioural files, and force and vibration of each trial of the sessions.
 
@@ -111,9 +126,14 @@ class Results:
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
         """Write a page with these findings, `analysis.html`."""
-        people = ", ".join(dict.fromkeys(str(row["participant"]) for row in self.rows if not why_left_out(row)))
+        people = dict.fromkeys(str(row["participant"]) for row in self.rows if not why_left_out(row))
         left_out = [("left out", self._excluded_text)] if self.excluded else []
-        write_page(folder / "analysis.html", self.title, findings, [("participants", people), *left_out])
+        write_page(
+            folder / "analysis.html",
+            self.title,
+            findings,
+            [("participants", f"{len(people)}: {', '.join(people)}"), *left_out],
+        )
 
 
 def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
@@ -204,6 +224,8 @@ def written_files(
     match form:
         case "CSV":
             results.write_csv(where)
+        case "estimates":
+            results.write_estimates(where, settings)
         case "BIDS":
             unread = results.write_bids(where)
         case _:

@@ -1,7 +1,8 @@
 """Selection of the analysis for each method, and analysis of a table of trials."""
 
+import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
@@ -90,17 +91,8 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
     """
     found: list[Findings] = []
     people: dict[str, dict[str, Callable[[], Estimates]]] = {}
-    _check_truths(rows)
-    for (stage, method), part in grouped(counted(rows), "stage", "method").items():
-        choice("method", method, ANALYSES)
+    for stage, method, part in _parts(rows):
         analysis = ANALYSES[method]
-        have = {name for row in part for name in row}
-        for name in analysis.needs:
-            if not have & set(name.split(" or ")):
-                needs = ", ".join(analysis.needs)
-                raise BadValue(f"the trials of {method} have no column {name}; allowed: a table with {needs}")
-        _check_cells(part)
-        part = _trial_rows(part)
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         findings.tables += [*right_answers(part), *sensitivity(part)]
@@ -117,14 +109,46 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 f"In {not_set} of {len(part)} trials no plate set the stiffness that the table has."
             )
         findings.remarks += _spoiled(row for row in rows if row.get("stage", "") == stage and not row.get("practice"))
-        plain = settings_of(protocol, stage, replace(settings, bootstrap=0))
-        of_people = people.setdefault(method, {})[stage] = cache(partial(_estimates, part, analysis, plain))
+        of_people = cache(partial(_estimates, part, analysis, settings_of(protocol, stage, settings)))
+        people.setdefault(method, {})[stage] = of_people
         _add_people(findings, part, of_people)
         found.append(findings)
-    if not found:
-        raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
     found += _stages_compared(people, counted(rows))
     return found if protocol is None else [*found, *questionnaires(rows, protocol), *counterbalance(rows, protocol)]
+
+
+def estimates_of_people(rows: Sequence[Row], protocol: Protocol | None, settings: Settings) -> list[dict[str, Any]]:
+    """Return a row of each person, as statistics programs want them: `participant`, what was asked, in the columns of
+    the trials, and each estimate of each stage, as STAGE.NAME; none where it is lacking.
+
+    Raises errors as `analysed` does.
+    """
+    people: dict[str, dict[str, Any]] = {
+        str(row["participant"]): {"participant": row["participant"]} for row in counted(rows)
+    }
+    for row in counted(rows):
+        people[str(row["participant"])] |= {name: row[name] for name in row if name.startswith(OF_PERSON)}
+    for stage, method, part in _parts(rows):
+        for who, values in _estimates(part, ANALYSES[method], settings_of(protocol, stage, settings)).items():
+            people[who] |= {f"{stage}.{name}": value for name, value in values.items() if math.isfinite(value)}
+    return list(people.values())
+
+
+def _parts(rows: Sequence[Row]) -> Iterator[tuple[str, str, list[Row]]]:
+    """Yield each stage that counts, with its method and rows, which are checked."""
+    _check_truths(rows)
+    parts = grouped(counted(rows), "stage", "method")
+    if not parts:
+        raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
+    for (stage, method), part in parts.items():
+        choice("method", method, ANALYSES)
+        have = {name for row in part for name in row}
+        for name in ANALYSES[method].needs:
+            if not have & set(name.split(" or ")):
+                needs = ", ".join(ANALYSES[method].needs)
+                raise BadValue(f"the trials of {method} have no column {name}; allowed: a table with {needs}")
+        _check_cells(part)
+        yield stage, method, _trial_rows(part)
 
 
 def _stages_compared(
@@ -144,7 +168,8 @@ def _stages_compared(
 
 
 def _estimates(rows: Sequence[Row], analysis: Analysis, settings: Settings) -> dict[str, dict[str, float]]:
-    """Return the values of each person's estimates, by name."""
+    """Return the values of each person's estimates, by name, without the time that intervals take."""
+    settings = replace(settings, bootstrap=0)
     people = grouped(rows, "participant").items()
     return {str(who): {one.name: one.value for one in analysis.estimates(part, settings)} for (who,), part in people}
 
