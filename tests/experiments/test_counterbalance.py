@@ -130,6 +130,7 @@ def test_who_had_which_row_is_in_the_table_and_the_balance_in_the_report():
     stages, stimuli, _ = found.tables
     assert stages.rows == ((1, "one, two", 2), (2, "two, one", 1))
     assert stages.note.startswith("Not balanced: row 2 has fewest.")
+    assert stimuli.note.startswith("Not balanced: rows 3, 5, 6 have fewest.")
     assert [row[1:] for row in stimuli.rows[:3]] == [("A, B, C", 1), ("B, C, A", 1), ("C, A, B", 0)]
     assert [row[2] for row in stimuli.rows[3:]] == [1, 0, 0]
     *_, sorted_otherwise = analysed(rows[::-1], protocol, Settings())

@@ -78,6 +78,7 @@ def test_constant_stimuli_are_scored_by_yes_and_no_and_by_the_interval(standard,
     stimuli = {"TD": {**TD, "correct": correct}, "X": {}}
     protocol = made_protocol("constant-stimuli", parameters, stimuli, feedback=True)
     study = Study(protocol, "P1")
+    assert study.learnable_answers == ({} if standard else {1: correct})  # nobody can answer "comparison"
     pages = walked(study, always("first" if standard else "yes"))
     assert {page.feedback for page in pages} - {"", "The last one: right."} == {"The last one: wrong."}
     rows = rows_of(protocol, "P1", study.entries)

@@ -6,6 +6,7 @@ depend on methods, and methods do not depend on them.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +19,7 @@ from underfoot.experiments.duration import usual_s
 from underfoot.experiments.latin_square import Turn
 from underfoot.experiments.method import ASKED, BLOCK_ROW, COUNTERBALANCED, FOOT, RIGHT, Method
 from underfoot.experiments.methods import METHODS
-from underfoot.experiments.protocol import Protocol, Stage
+from underfoot.experiments.protocol import MethodUse, Protocol, Stage
 from underfoot.experiments.questions import YES, Adjusted, needs_answer, unanswered, yes_or_no
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial
@@ -125,11 +126,29 @@ class Study:
     @property
     def learnable(self) -> tuple[str, ...]:
         """The stimuli of the next trials, in the order of their numbers in learning, from 1."""
-        for stage in self._stages[self._at :]:
-            if stage.method is not None:
-                named = stage.method.rule.listed_stimuli(stage.method.given(self.protocol.stimuli))
-                return tuple(named) or tuple(self.protocol.stimuli)
-        return tuple(self.protocol.stimuli)
+        use = self._next_method
+        named = use.rule.listed_stimuli(use.given(self.protocol.stimuli)) if use is not None else ()
+        return tuple(named) or tuple(self.protocol.stimuli)
+
+    @property
+    def learnable_answers(self) -> dict[int, str]:
+        """The right answers of these, by number, as far as the next trials can be answered with them.
+
+        What is right of two intervals, such as the comparison, is no answer: that is the first one, or the second.
+        """
+        use = self._next_method
+        if use is None:
+            return {}
+        question, found = use.rule.questions_for(use.given(self.protocol.stimuli))[0], {}
+        for number, name in enumerate(self.learnable, 1):
+            with suppress(BadValue):
+                found[number] = str(question.check(self.protocol.stimuli[name].correct))
+        return {number: word for number, word in found.items() if word}
+
+    @property
+    def _next_method(self) -> MethodUse | None:
+        """The method of the next trials; None if none come."""
+        return next((stage.method for stage in self._stages[self._at :] if stage.method is not None), None)
 
     def answer(self, values: Answers, facts: Mapping[str, Any] | None = None) -> Entry:
         """Answer the page and advance; return the entry to be stored. After `BadValue` the state is unchanged."""

@@ -69,5 +69,5 @@ def hint_of(runner: Runner, steps: str) -> str:
 
 def _right_answers(runner: Runner) -> str:
     """Return the right answers by stimulus number in learning, if the stimuli have them."""
-    words = [runner.protocol.stimuli[name].correct for name in runner.study.learnable]
-    return ",  ".join(f"{number}: {runner.language.say(word)}" for number, word in enumerate(words, 1) if word)
+    say, answers = runner.language.say, runner.study.learnable_answers
+    return ",  ".join(f"{number}: {say(word)}" for number, word in answers.items())

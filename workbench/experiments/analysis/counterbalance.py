@@ -51,7 +51,8 @@ def _table(title: str, names: Sequence[str], had: Sequence[int], whose: str) -> 
     fewest = [row for row, count in people.items() if count == min(people.values())]
     note = "Every row has as many people."
     if len(fewest) < len(people):
-        note = f"Not balanced: row {', '.join(map(str, fewest))} has fewest.{whose}"
+        these = f"row {fewest[0]} has" if len(fewest) == 1 else f"rows {', '.join(map(str, fewest))} have"
+        note = f"Not balanced: {these} fewest.{whose}"
         note += f" Above {len(people)} it begins at row 1 again." if whose else ""
     return Table(title, ("row", "order", "people"), tuple(lines), note)
 
