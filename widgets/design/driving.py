@@ -56,14 +56,15 @@ def with_driver(
     """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
     The node moves the parameter within `driver_range`. What follows a signal is wired to the patch's Tile force, or
-    to a new one, and moves a loudness from 0 to its value: an empty floor is silent. `beside` is where the
-    sub-patch stands that the driven node is in.
+    to a new one, and moves a loudness from 0 to its value: an empty floor is silent. One of 0, of which a tenth is not
+    felt, is moved from 0 to its default by any node. `beside` is where the sub-patch stands that the driven node is in.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
     value = registry[node.type].values(node.parameters)[name]
     followed = [port.name for port in registry[type].inputs if port.kind == "signal"]
-    low, high = (0.0, value) if followed and parameter.is_in_db and value else driver_range(parameter, value)
+    is_from_silence = parameter.is_in_db and (followed or not value)
+    low, high = (0.0, value or parameter.initial) if is_from_silence else driver_range(parameter, value)
     ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}

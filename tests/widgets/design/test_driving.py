@@ -121,7 +121,7 @@ def test_a_loudness_that_follows_the_force_is_silence_where_nobody_stands(type):
 
 @pytest.mark.parametrize(
     ("type", "loud", "ends"),
-    [("map", -2.0, (0.0, -2.0)), ("map", 0.0, (0.0, 10 ** (-52 / 20))), ("lfo", 2.0, (1.8, 2.2))],
+    [("map", -2.0, (0.0, -2.0)), ("map", 0.0, (0.0, 1.0)), ("lfo", 2.0, (1.8, 2.2)), ("lfo", 0.0, (0.0, 1.0))],
 )
 def test_a_loudness_is_driven_from_nothing_to_its_value_by_the_force_and_around_it_by_others(type, loud, ends):
     patch = Patch().add("mix", REGISTRY, level_a=loud)
