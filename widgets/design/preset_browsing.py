@@ -5,8 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from msgspec.structs import replace
-from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
@@ -17,6 +16,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.preset_files import Preset, file_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.menu import add_action
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.design.preset_drops import PresetDrops
 from underfoot.widgets.design.side_panel import PRESETS, SidePanel
@@ -37,12 +37,9 @@ class PresetBrowsing(QObject):
         panel.audition_changed.connect(self._audition)
         panel.chosen.connect(lambda preset: self.open(preset.path))
         panel.insertion_requested.connect(lambda preset: self.insert(preset.path))
-        self.show_action = QAction("Presets beside the canvas", side)
-        self.show_action.setShortcut("Ctrl+P")
-        self.show_action.triggered.connect(lambda: side.show_page(PRESETS))
-        self.save_action = QAction("Save as preset…", side)
-        self.save_action.setShortcut("Ctrl+Alt+S")
-        self.save_action.triggered.connect(self.ask_to_save)
+        add = partial(add_action, side, where=Qt.ShortcutContext.WindowShortcut)
+        self.show_action = add("Presets beside the canvas", "Ctrl+P", partial(side.show_page, PRESETS))
+        self.save_action = add("Save as preset…", "Ctrl+Alt+S", self.ask_to_save)
 
     def accept_drops(
         self, canvas: QWidget, slots: Mapping[str, QWidget], open_in_other: Callable[[Path], object]

@@ -145,7 +145,6 @@ class DesignWorkspace(Workspace):
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
         self.browsing.inserted.connect(self.canvas.put_in)
         self.browsing.accept_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
-        self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._follow_other_programs(context.network)
         self._prepare_first_steps(context)
 
