@@ -277,6 +277,16 @@ def test_malformed_datagrams_are_counted_and_nothing_else(serve, end, until):
     until(lambda: end.send_message(port, "/underfoot/hello") or end.received("/underfoot/hello"), "it still answers")
 
 
+def test_sixteen_faders_at_once_are_taken(serve, end, until):
+    """Four were too many at 60 Hz, and the last value, at which a fader rests, might be one of those refused."""
+    port, address = listening()
+    server, taken = serve(listen=address), []
+    for value in range(200):
+        end.send_message(port, "/underfoot/set", "noise", "amplitude", float(value))
+    until(lambda: taken.extend(server.cues()) or server.counts.received + server.counts.refused == 200, "all are read")
+    assert [one.cue.value for one in taken + server.cues()] == list(range(200))
+
+
 def test_more_than_so_many_cues_a_second_are_refused_but_panic_is_heard(serve, end, until):
     port, address = listening()
     server = serve(listen=address)

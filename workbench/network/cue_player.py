@@ -49,6 +49,7 @@ class CuePlayer:
         self._panic = panic or session.panic
         self.cued = CuedChanges()
         """The changes that cues have requested so far."""
+        self._made: tuple[CuedChanges, Patch] | None = None  # composed last: with a preset, it was read from its file
         self._tiles = session.target.floor.ids
         self._edits = 0
         self._texts: deque[tuple[int, bytes]] = deque(maxlen=_REMEMBERED)
@@ -57,7 +58,7 @@ class CuePlayer:
 
     def set_base_patch(self, base: Patch) -> Patch:
         """Set the floor's own patch; return the patch to play. Changes by cues end if they do not fit the new patch."""
-        self._base = base
+        self._base, self._made = base, None
         self._restore(self.cued)
         played = self._composed(self.cued)
         self._note(played)
@@ -126,9 +127,11 @@ class CuePlayer:
                 cued = cued.playing(self._rows(tile), preset, gain_db)
             case StopCue(tile):
                 cued = cued.stopped(self._rows(tile))
-            case SetCue(node, parameter, value):
-                checked = require_settable(self._composed(cued), node, parameter, value, registry)
+            case SetCue(node, parameter, value):  # only that node: faders send hundreds a second
+                before = self._composed(cued)
+                checked = require_settable(before, node, parameter, value, registry)
                 cued = cued.setting(node, parameter, checked)
+                self._made = cued, before.set(node, parameter, checked, registry)
         self._composed(cued)  # raises what is wrong with this cue
         return cued
 
@@ -166,7 +169,9 @@ class CuePlayer:
         self._pending.append(_Pending([one], command))
 
     def _composed(self, cued: CuedChanges) -> Patch:
-        return with_cues(self._base, cued, self._tiles, self.session.registry)
+        if self._made is None or self._made[0] is not cued:
+            self._made = cued, with_cues(self._base, cued, self._tiles, self.session.registry)
+        return self._made[1]
 
     def _restore(self, cued: CuedChanges) -> None:
         """Go on with changes that were requested earlier, or with none if they do not fit the floor's own patch."""

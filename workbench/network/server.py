@@ -29,7 +29,17 @@ from underfoot.floor.contacts import SILENT_S, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.addresses import Address
-from underfoot.network.cues import LONGEST_TEXT, NO_NUMBER, Cue, HelloCue, MarkCue, PanicCue, cue_of, number_of
+from underfoot.network.cues import (
+    LONGEST_TEXT,
+    NO_NUMBER,
+    Cue,
+    HelloCue,
+    MarkCue,
+    PanicCue,
+    SetCue,
+    cue_of,
+    number_of,
+)
 from underfoot.network.live_contacts import LiveContacts
 from underfoot.network.lsl import LslStreams
 from underfoot.network.mark_inlets import LslMarks, SerialMarks
@@ -48,7 +58,8 @@ LASTING_S = 1.0
 """Time for which nothing can be sent to an address until that is a problem: a busy system refuses single datagrams."""
 MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 200.0
 _BURST_S = 0.25  # length of a burst at each rate
-_HELLO_COSTS = 10.0  # its answer is long
+_COSTS = {HelloCue: 10.0, PanicCue: 0.0, SetCue: 0.2}
+"""Of `MOST_CUES_S`, by kind: the answer to hello is long; sixteen faders at 60 Hz send a thousand sets a second."""
 _LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
 _SEND_BUFFER = 1 << 18  # macOS sends no datagram that is longer than this, by itself 9216 bytes
 _LARGEST_INT = 0x7FFFFFFF
@@ -341,7 +352,7 @@ class NetworkServer:
             if self._acts.spends(1.0):
                 self._answer(sender, "refused", number_of(one), one.address[:_REASON], str(error)[:_REASON])
             return
-        if not self._acts.spends({HelloCue: _HELLO_COSTS, PanicCue: 0.0}.get(type(cue), 1.0)):
+        if not self._acts.spends(_COSTS.get(type(cue), 1.0)):
             self._refuse(f"more than {MOST_CUES_S:g} cues came in a second")
             return
         self.counts.received += 1
