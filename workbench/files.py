@@ -7,8 +7,9 @@ import secrets
 import stat
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path, PurePath
+from urllib.parse import quote
 
 from platformdirs import user_cache_dir
 
@@ -22,6 +23,8 @@ OF_DEVICE = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNOREC
 LARGEST = 64 << 20
 """Bytes of the largest document."""
 _DEVICE = "it is a device, and no file"
+_OF_DATABASE, _LEAST_DATABASE = b"SQLite format 3\0", 512
+"""How a file of SQLite begins, and the bytes of its smallest page."""
 
 
 def names_file(text: str) -> bool:
@@ -114,9 +117,45 @@ def head_of(path: str | Path, count: int) -> bytes | None:
     >>> head_of(".", 15)
     """
     if os.path.isfile(path):  # a pipe would be waited for
-        with suppress(OSError), open(path, "rb") as file:
-            return file.read(count)
+        with suppress(OSError):
+            if _is_database(path):
+                return _OF_DATABASE[:count]
+            with open(path, "rb") as file:
+                return file.read(count)
     return None
+
+
+def uri_of(path: PurePath) -> str:
+    """Return the address of an absolute path, to which SQLite's options are added.
+
+    A share of Windows, as which a drive of the network resolves, is no authority of it: SQLite refuses those.
+
+    >>> from pathlib import PurePosixPath, PureWindowsPath
+    >>> uri_of(PurePosixPath("/tmp/a?b.uf")), uri_of(PureWindowsPath("C:/a b.uf"))
+    ('file:///tmp/a%3Fb.uf', 'file:///C:/a%20b.uf')
+    >>> uri_of(PureWindowsPath("//server/share/a.uf"))
+    'file:////server/share/a.uf'
+    """
+    text = path.as_posix()
+    return f"file://{'' if text.startswith('/') else '/'}{quote(os.fsencode(text), '/:')}"
+
+
+def _is_database(path: str | Path) -> bool:
+    """Return whether SQLite takes a file for one of its own.
+
+    Whoever else opens and closes one drops the locks of all connections that this process has to it, also of other
+    threads, so that another program takes it for unused, and puts its log away (sqlite.org/howtocorrupt.html, 2.2).
+    """
+    import sqlite3  # here, as few who import this module need it
+
+    if os.path.getsize(path) < _LEAST_DATABASE:  # SQLite would make one of an empty file
+        return False
+    with suppress(sqlite3.Error):
+        where = f"{uri_of(Path(path).resolve())}?mode=ro&immutable=1"
+        with closing(sqlite3.connect(where, uri=True)) as base:
+            base.execute("pragma application_id").fetchone()
+        return True
+    return False
 
 
 def _size_of(path: str | Path) -> int:

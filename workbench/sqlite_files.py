@@ -4,27 +4,11 @@ import os
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from underfoot.errors import BadFile
-from underfoot.files import replaced
-
-
-def uri_of(path: PurePath) -> str:
-    """Return the address of an absolute path, to which options are added.
-
-    A share of Windows, as which a drive of the network resolves, is no authority of it: SQLite refuses those.
-
-    >>> from pathlib import PurePosixPath, PureWindowsPath
-    >>> uri_of(PurePosixPath("/tmp/a?b.uf")), uri_of(PureWindowsPath("C:/a b.uf"))
-    ('file:///tmp/a%3Fb.uf', 'file:///C:/a%20b.uf')
-    >>> uri_of(PureWindowsPath("//server/share/a.uf"))
-    'file:////server/share/a.uf'
-    """
-    text = path.as_posix()
-    return f"file://{'' if text.startswith('/') else '/'}{quote(os.fsencode(text), '/:')}"
+from underfoot.files import replaced, uri_of
 
 
 def opened(path: Path, **options: Any) -> sqlite3.Connection:  # noqa: ANN401 - of sqlite3.connect

@@ -28,11 +28,11 @@ from underfoot.experiments.languages import is_own, path_of_language
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import copy_files_of_settings, patch_path, path_beside
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import make_folder, no_file, write_file
+from underfoot.files import make_folder, no_file, uri_of, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
-from underfoot.sqlite_files import created, is_gone, numbers_of, opened, require_whole, uri_of, version_of
+from underfoot.sqlite_files import created, is_gone, numbers_of, opened, require_whole, version_of
 from underfoot.version import __version__
 
 if TYPE_CHECKING:

@@ -8,10 +8,9 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.files import OF_DEVICE, reason_of
+from underfoot.files import OF_DEVICE, reason_of, uri_of
 from underfoot.records.recording import Recording
 from underfoot.records.survey import cached_files
-from underfoot.sqlite_files import uri_of
 
 MOST_BYTES = 200
 """Of a name: file systems allow 255, and the files beside a recording have longer names."""

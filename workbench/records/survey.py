@@ -17,14 +17,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import cache_folder, make_folder, write_file
+from underfoot.files import cache_folder, make_folder, uri_of, write_file
 from underfoot.floor.contacts import Contact
 from underfoot.floor.footsteps import Step, is_step
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
 from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
-from underfoot.sqlite_files import uri_of
 
 FORMAT = 4
 """Of the files in the cache; others are made anew."""
