@@ -389,6 +389,15 @@ def test_a_gain_that_changed_before_the_last_sweep_is_warned_of(gain, warned):
     )
 
 
+def test_a_shaker_whose_wires_are_swapped_is_warned_of():
+    """It passed everything, and beside other tiles played against them."""
+    asked = {"order": 14, "load": "standing"}
+    swapped = run(ResponseProcedure(TILE, RATE), Listening(spoil=np.negative), QUICK | asked)
+    results = [finished(**asked)[0], swapped]
+    assert all(result.good for result in results)
+    assert ["wires of the shaker" in " ".join(result.warnings) for result in results] == [False, True]
+
+
 def test_no_band_is_usable_beyond_the_end_of_the_sweep():
     """It ended at 767 Hz of a sweep up to 750 Hz: the power of a sweep does not."""
     sweep = train(exponential(20.0, 750.0, 2.0, RATE, 0.1), 1, RATE)
