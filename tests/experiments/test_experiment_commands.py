@@ -170,7 +170,7 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     assert done.exit_code == 0, done.exception
     assert "threshold TD" in done.stdout
     assert "0.46 m/s^2" in done.stdout  # the thesis's, beside
-    assert (tmp_path / "r" / "analysis.html").read_text().count("<svg") == 3
+    assert (tmp_path / "r" / "analysis.html").read_text().count("<svg") == 4  # of each, and of all
     for path in (tmp_path / "t.csv", *paths):  # the answers of people
         before = path.read_bytes()
         assert "is given twice" in said("analyse", path, "--csv", path)

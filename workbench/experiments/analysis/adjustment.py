@@ -12,7 +12,7 @@ import numpy as np
 
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval, sd_interval, student_interval
-from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.findings import Findings, estimates_table, people_drawn
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import over_people
 from underfoot.experiments.methods.adjustment import ASCENDING, DESCENDING, LEVEL_DB, SET_TO, Adjustment
@@ -82,6 +82,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if settings.given and (held := _held(people, settings)):
         what = "PSE" if point == PSE else THRESHOLD
         found.remarks.append(f"Set to an end of what can be set, beyond which the {what} may lie: {held}.")
+    found.drawings += people_drawn(f"{title} over people", _axis(rows), points)
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
@@ -108,6 +109,10 @@ def _unit(rows: Sequence[Row]) -> str:
     return "" if any(row.get(SET_TO) not in (None, "") for row in rows) else "dB"
 
 
+def _axis(rows: Sequence[Row]) -> str:
+    return "level, dB" if _unit(rows) else "setting"
+
+
 def _point(rows: Sequence[Row]) -> str:
     """Return what is set: beside a standard what is equal to it, else what is just felt."""
     return PSE if any(row.get("other") for row in rows) else THRESHOLD
@@ -120,5 +125,4 @@ def _drawn(person: str, rows: Sequence[Row], settings: Settings) -> Drawing:
         lines.append(series(str(of), [row["trial"] for row in part], values, "dots", _COLOURS[of]))
     points = [one for one in estimates(rows, settings) if one.name.startswith(f"{_point(rows)} ")]
     marks = tuple(ReferenceLine("y", one.value, dashed=True, name=one.name) for one in points[:3])
-    label = "level, dB" if _unit(rows) else "setting"
-    return Drawing(f"Settings of {person}", "trial", label, tuple(lines), lines=marks)
+    return Drawing(f"Settings of {person}", "trial", _axis(rows), tuple(lines), lines=marks)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.errors import BadMeasurement, require
 from underfoot.experiments.analysis.estimate import Estimate
-from underfoot.experiments.analysis.findings import Findings, estimates_table
+from underfoot.experiments.analysis.findings import Findings, estimates_table, people_drawn
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import false_alarms, over_people
@@ -83,6 +83,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             f"The interval of {', '.join(cut)} reaches the lowest or highest threshold that is considered: theirs may "
             "lie beyond, and counts over people as it is. A wider range_db tells."
         )
+    found.drawings += people_drawn("Thresholds over people", "level, dB", thresholds)
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]
         marks = (

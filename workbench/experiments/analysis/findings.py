@@ -5,8 +5,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from underfoot.drawing import Drawing
+from underfoot.drawing import Drawing, Series, series
 from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis.comparisons import Test
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
@@ -69,6 +70,36 @@ def means_table(title: str, first: str, rows: Sequence[tuple[str, str, Sequence[
     further = [(float(np.std(of, ddof=1)) if len(of) > 1 else math.nan, len(of)) for of in several]
     lines = tuple((*row, *more) for row, more in zip(table.rows, further, strict=True))
     return Table(title, (*table.columns, "SD of people", "people"), lines, note)
+
+
+def people_drawn(title: str, y: str, lines: Sequence[tuple[str, Estimate]]) -> list[Drawing]:
+    """Plot each person's estimates, and the mean of each over people with Student's interval; [] of one person.
+
+    `y` is the label of their axis, with the unit. A name is that of an estimate behind its first word: "pse TD" is TD.
+
+    >>> lines = [("P1", Estimate("pse TD", 1.0)), ("P2", Estimate("pse TD", 3.0))]
+    >>> (drawing,) = people_drawn("PSE", "level, dB", lines)
+    >>> drawing.x, [one.name for one in drawing.series], drawing.series[2].y
+    ('1 TD', ['each person', '95 %', 'mean'], array([2.]))
+    """
+    names = list(dict.fromkeys(one.name for _, one in lines))
+    if len({person for person, _ in lines}) < 2:
+        return []
+    several = [[one.value for _, one in lines if one.name == name] for name in names]
+    means, x = [mean_interval("", of) for of in several], np.arange(1.0, len(names) + 1.0)
+    label = ", ".join(f"{k:g} {name.partition(' ')[2]}" for k, name in zip(x, names, strict=True))
+    drawn = (
+        series("each person", np.repeat(x - 0.15, [*map(len, several)]), np.concatenate(several), "dots", "muted"),
+        bars("95 %", x, [mean.low for mean in means], [mean.high for mean in means]),
+        series("mean", x, [mean.value for mean in means], "dots"),
+    )
+    return [Drawing(title, label, y, drawn, x_range=(0.5, len(names) + 0.5))]
+
+
+def bars(name: str, x: ArrayLike, low: ArrayLike, high: ArrayLike) -> Series:
+    """Return vertical lines from `low` to `high` at each `x`."""
+    ends = np.column_stack([low, high, np.full(np.size(x), np.nan)])
+    return series(name, np.repeat(x, 3), ends.ravel(), colour="force")
 
 
 def table_of_tests(title: str, tests: Sequence[Test], note: str) -> Table:

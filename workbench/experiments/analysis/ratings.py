@@ -10,7 +10,7 @@ from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import paired_t, repeated_measures_anova
 from underfoot.experiments.analysis.constant import axis_label
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
-from underfoot.experiments.analysis.findings import Findings, means_table
+from underfoot.experiments.analysis.findings import Findings, bars, means_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import LEVEL, Row, factors_of, grouped
 
@@ -105,7 +105,6 @@ def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
     else:  # told below
         x, shown = np.arange(1.0, len(parts) + 1.0), (0.5, len(parts) + 0.5)
         label = ", ".join(f"{k:g} {value}" for k, (value, _) in zip(x, parts, strict=True))
-    across = np.repeat(x, 3)
-    bars = np.column_stack([np.array(means) - errors, np.array(means) + errors, np.full(len(x), np.nan)]).ravel()
-    lines = (series("mean", x, means, "dots"), series("1 SE", across, bars, colour="force"))
+    low, high = np.subtract(means, errors), np.add(means, errors)
+    lines = (series("mean", x, means, "dots"), bars("1 SE", x, low, high))
     return Drawing(f"Rating by {factor}", label, "rating", lines, x_range=shown)

@@ -11,7 +11,7 @@ import numpy as np
 from underfoot.drawing import Drawing, ReferenceLine, Series, series
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
-from underfoot.experiments.analysis.findings import Findings, Table, estimates_table, means_table
+from underfoot.experiments.analysis.findings import Findings, Table, estimates_table, means_table, people_drawn
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.staircases import (
     PSE,
@@ -105,6 +105,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks.append(
             f"Held by answers at the highest or lowest level, beyond which the {point} may lie: {held}."
         )
+    found.drawings += people_drawn(f"{title} over people", "level, dB", lines)
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
