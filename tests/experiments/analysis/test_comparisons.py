@@ -105,7 +105,7 @@ def test_bonferroni_multiplies_by_the_number_of_tests_and_stops_at_one():
     assert found[1].size == pytest.approx(apart.mean() / apart.std(ddof=1))
     assert found[0].p <= 1.0
     between = plain.confidence_interval()
-    difference = found[1].difference
+    difference = found[1].tested
     assert (difference.value, difference.low, difference.high) == pytest.approx((apart.mean(), *between))
 
 
@@ -113,11 +113,16 @@ def test_logistic_regression_finds_the_slopes_that_made_the_data():
     random, alone = np.random.default_rng(6), ["P1"] * 20_000
     w, d = random.uniform(4.5, 16.5, 20_000), random.uniform(15.0, 45.0, 20_000)
     success = random.random(20_000) < 1.0 / (1.0 + np.exp(-(0.2 + 0.36 * w - 0.062 * d)))
-    found = {test.name: test.size for test in logistic_regression(success, {"w": w, "d": d}, alone)}
+    tests = logistic_regression(success, {"w": w, "d": d}, alone)
+    found = {test.name: test.tested.value for test in tests}
+    for test in tests:
+        error = test.tested.value / test.value  # Wald's z
+        ends = test.tested.value - 1.959964 * error, test.tested.value + 1.959964 * error
+        assert (test.tested.low, test.tested.high, test.size) == pytest.approx((*ends, np.exp(test.tested.value)))
     assert found["w"] == pytest.approx(0.36, rel=0.05)
     assert found["d"] == pytest.approx(-0.062, rel=0.15)
     with_straight = logistic_regression(success, {"w": w, "d": d, "theta": np.zeros(20_000)}, alone)
-    assert {test.name: test.size for test in with_straight} == found  # buttons straight ahead only
+    assert {test.name: test.tested.value for test in with_straight} == found  # buttons straight ahead only
     for outcome, factors in ((w > 10.0, {"w": w}), (success, {"theta": np.zeros(20_000)}), (w > 0.0, {"w": w})):
         with pytest.raises(BadMeasurement):
             logistic_regression(outcome, factors, alone)

@@ -20,11 +20,13 @@ from underfoot.errors import BadMeasurement, in_one_line
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.libraries import statsmodels
 
+DIFFERENCE = "difference"
+
 
 @dataclass(frozen=True)
 class Test:
-    """A test: its subject, statistic by name, degrees of freedom, p, effect size by name, and of paired conditions the
-    mean difference over people with its interval.
+    """A test: its subject, statistic by name, degrees of freedom, p, effect size by name, and with its interval what is
+    tested, where that is one number: a mean difference over people, or a coefficient.
     """
 
     __test__ = False  # not a pytest class
@@ -36,7 +38,7 @@ class Test:
     p: float
     effect: str = ""
     size: float = math.nan
-    difference: Estimate | None = None
+    tested: Estimate | None = None
 
 
 def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
@@ -188,7 +190,7 @@ def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Tes
         statistic, p = stats.ttest_rel(values[one], values[other]) if vary else (math.nan, math.nan)
         size = float(difference.mean() / difference.std(ddof=1)) if vary else math.nan
         df = (float(len(difference) - 1),)
-        mean = mean_interval("difference", difference.tolist())
+        mean = mean_interval(DIFFERENCE, difference.tolist())
         found.append(Test(f"{one} - {other}", "t", float(statistic), df, float(p), "Cohen's d", size, mean))
     corrected = statsmodels("stats.multitest").multipletests([one.p for one in found], method="bonferroni")[1]
     return [replace(one, p=float(p)) for one, p in zip(found, corrected, strict=True)]
@@ -240,7 +242,7 @@ def shares_compared(name: str, conditions: Mapping[str, Mapping[str, tuple[int, 
 
 
 def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike], people: Sequence[object]) -> list[Test]:
-    """Regress success on numeric factors: one coefficient each, with its test; `size` is the coefficient.
+    """Regress success on numeric factors: one coefficient each, with its test; `size` is the odds ratio, of one more.
 
     `people` has whose trial each is. Trials of one person are alike: counted as independent, a fifth to a third of
     factors without effect had p < 0.05 in simulations in which people differ. So deviations of a coefficient are
@@ -272,9 +274,19 @@ def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike], pe
             why = in_one_line(error) or type(error).__name__
             raise BadMeasurement(f"the logistic regression does not converge: {why}") from None
     statistic, df, distribution = ("t", (float(free),), stats.t(free)) if free else ("z", (), stats.norm)
+    half = float(distribution.ppf(0.975)) * found.bse
     return [
-        Test(name, statistic, float(t), df, 2.0 * float(distribution.sf(abs(t))), "coefficient", float(b))
-        for name, t, b in zip(("intercept", *columns), found.tvalues, found.params, strict=True)
+        Test(
+            name,
+            statistic,
+            float(t),
+            df,
+            2.0 * float(distribution.sf(abs(t))),
+            "odds ratio",
+            math.exp(b),
+            Estimate("coefficient", float(b), float(b - h), float(b + h)),
+        )
+        for name, t, b, h in zip(("intercept", *columns), found.tvalues, found.params, half, strict=True)
     ]
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from underfoot.drawing import Drawing, Series, series
 from underfoot.errors import BadMeasurement
-from underfoot.experiments.analysis.comparisons import Test
+from underfoot.experiments.analysis.comparisons import DIFFERENCE, Test
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 
 Cell = str | float | int
@@ -106,14 +106,15 @@ def table_of_tests(title: str, tests: Sequence[Test], note: str) -> Table:
     """Return a table of tests."""
     columns: tuple[str, ...] = ("test", "statistic", "value", "df", "p", "effect", "size")
     rows = list[tuple[Cell, ...]]()
-    has_differences = any(test.difference is not None for test in tests)
-    if has_differences:
-        columns = (*columns, "difference", "95 % from", "to")
+    tested = next((test.tested.name for test in tests if test.tested is not None), "")
+    if tested:
+        columns = (*columns, tested, "95 % from", "to")
+    if tested == DIFFERENCE:
         note = f"{note} Differences are means over people, with Student's interval of each by itself.".lstrip()
     for test in tests:
         df = ", ".join(f"{value:g}" for value in test.df)
-        of = test.difference or Estimate("difference", math.nan)
-        more = (of.value, of.low, of.high) if has_differences else ()
+        of = test.tested or Estimate(tested, math.nan)
+        more = (of.value, of.low, of.high) if tested else ()
         rows.append((test.name, test.statistic, test.value, df, test.p, test.effect, test.size, *more))
     return Table(title, columns, tuple(rows), note)
 
