@@ -36,6 +36,17 @@ def test_any_pieces_give_the_same_frames(write, lengths):
     assert parser.bytes == len(data)
 
 
+def test_each_of_several_senders_has_its_own_form():
+    """Of boards that write frames and lines, all but those of the first form were silent, and counted as damaged."""
+    parser, first, second = Parser(), rows(300), np.add(rows(300), [1, 0, 0, 0, 0, 0, 0])
+    got = []
+    for one, other in zip(first, second, strict=True):
+        frame, line = encode(one), csv_lines([other])
+        got += rows_of(parser.feed(frame + line, [(len(frame), 7), (len(frame) + len(line), -8)])).tolist()
+    np.testing.assert_array_equal(got, np.stack([first, second], axis=1).reshape(600, -1))
+    assert parser.counts == FrameCounts(accepted=600)
+
+
 def test_the_sequence_goes_round_and_time_is_unwrapped():
     sent = rows(3000, tiles=2, first=65_000, start_us=(1 << 32) - 65_500_000)
     parser, got = parsed(encode(sent))

@@ -1,8 +1,8 @@
 """The parser of tiles' data: turns bytes, in pieces of any size, into samples, and counts errors.
 
-It searches for stuffed frames and for lines of text at once, until the first valid one settles the form of the stream;
+It searches for stuffed frames and for lines of text at once, until the first valid one settles the form of the sender;
 after 4 KiB without a valid one it searches for both again. So it recovers from boot messages and from new firmware on
-the same port. A zero ends a frame or a line; newlines end lines.
+the same port, and of several boards each has its own form. A zero ends a frame or a line; newlines end lines.
 
 After damage it is in step again with the next frame: a damaged delimiter costs the frame that it ended, not the one
 after it, because the last 22 bytes before a zero are tried as a frame, whatever precedes them.
@@ -24,6 +24,7 @@ HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
 
 _OPEN, _BINARY, _CSV = range(3)  # forms of the stream
+_SCANNERS = 256  # a power of 2: senders with the same last bits share one
 _PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
 _JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
 _HALF_TURN = 1 << 31
@@ -75,10 +76,10 @@ _SCANNER = np.dtype(
     ],
     align=True,
 )
-"""State of the scanner. `since_valid` is the number of bytes since the last valid frame; `in_step` is true if the
-beginning of the present piece was read. Of a frame: its last bytes, `held` in a ring, and their number. Of a line:
-the column, its digits so far, the numbers, whether it is already invalid, its length and checksum; `has_checksum` is of
-the latest line.
+"""State of the scanner of a sender. `since_valid` is the number of bytes since the last valid frame; `in_step` is true
+if the beginning of the present piece was read. Of a frame: its last bytes, `held` in a ring, and their number. Of a
+line: the column, its digits so far, the numbers, whether it is already invalid, its length and checksum; `has_checksum`
+is of the latest line.
 """
 _TILE = np.dtype(
     [
@@ -116,9 +117,9 @@ _TILES = 0x10000
 
 
 class _State(NamedTuple):
-    """State kept between two pieces; arrays of one record, except `stuffed` and `tiles`."""
+    """State kept between two pieces; arrays of one record, except `scanners`, `stuffed` and `tiles`."""
 
-    scanner: NDArray[np.void]
+    scanners: NDArray[np.void]
     sample: NDArray[np.void]
     stuffed: NDArray[np.uint8]
     total: NDArray[np.void]
@@ -139,15 +140,14 @@ class Parser:
 
     def __init__(self) -> None:
         self._state = _State(
-            scanner=np.zeros(1, _SCANNER),
+            scanners=np.zeros(_SCANNERS, _SCANNER),
             sample=np.zeros(1, SAMPLE),
             stuffed=np.zeros(STUFFED_BYTES, np.uint8),
             total=np.zeros(1, _TOTAL),
             tiles=np.zeros(2 * _TILES, _TILE),  # memory is allocated by the system only for tiles in use
         )
         self._parts = tuple(self._state)
-        self._scanner = self._state.scanner[0]
-        self._scanner["in_step"] = True
+        self._state.scanners["in_step"] = True
         self._out = np.zeros(4096, SAMPLE)
         self.bytes = 0
         """Number of bytes read."""
@@ -173,7 +173,7 @@ class Parser:
 
         For a connection that was interrupted, or joined in the middle. The state of tiles is kept.
         """
-        self._scanner["in_step"] = False
+        self._state.scanners[0]["in_step"] = False  # several senders' bytes are whole frames
 
     @property
     def counts(self) -> FrameCounts:
@@ -238,12 +238,13 @@ def _scan(
     `parts` are those of a `_State`: Numba allocates when it is given a named tuple.
     """
     state = _State(*parts)
-    scanner, sample, total = state.scanner[0], state.sample[0], state.total[0]
-    written = 0
-    of = 0
+    sample, total = state.sample[0], state.total[0]
+    written = of = 0
+    scanner = state.scanners[senders[of, 1] % _SCANNERS]
     for at, byte in enumerate(data):
         while at >= senders[of, 0]:
             of += 1
+            scanner = state.scanners[senders[of, 1] % _SCANNERS]
         scanner.since_valid += 1
         if scanner.since_valid > _PATIENCE_BYTES:
             scanner.form = _OPEN
