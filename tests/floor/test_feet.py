@@ -116,15 +116,15 @@ def test_chunks_change_no_bit_where_feet_share_tiles():
             np.testing.assert_equal(msgspec.structs.astuple(one), msgspec.structs.astuple(other), said)
 
 
-@pytest.mark.parametrize("degrees", [0.0, 20.0, 45.0, -30.0])
-@pytest.mark.parametrize("at", [0.3, 0.5, 0.7])
-def test_where_a_foot_across_an_edge_points_is_known_within_its_error(degrees, at):
-    """A plain rectangle that stands over the edge, of a foot's breadth: statics, integrated point by point."""
-    floor, turn = touching_floor(1, 2), math.radians(degrees)
+def direction_of_foot(floor, degrees, at, y_m):
+    """Direction of a foot, by how much it is wrong and its error. A plain rectangle of a foot's breadth that stands
+    over the edges of tiles of 0.3 m: statics, integrated point by point. It stands: which end is the toes nobody can
+    say."""
+    turn = math.radians(degrees)
     u, v = np.meshgrid((np.arange(120) + 0.5) / 120 - at, (np.arange(40) + 0.5) / 40 - 0.5)
     x = 0.3 + 0.26 * u * math.cos(turn) - 0.09 * v * math.sin(turn)
-    y = 0.15 + 0.26 * u * math.sin(turn) + 0.09 * v * math.cos(turn)
-    corners = np.zeros((2, 4))
+    y = y_m + 0.26 * u * math.sin(turn) + 0.09 * v * math.cos(turn)
+    corners = np.zeros((len(floor.tiles), 4))
     for k, tile in enumerate(floor.tiles):
         on = (np.abs(x - tile.centre_m[0]) <= 0.15) & (np.abs(y - tile.centre_m[1]) <= 0.15)
         for sensor, (sx, sy) in enumerate(tile.sensors_m):
@@ -132,13 +132,25 @@ def test_where_a_foot_across_an_edge_points_is_known_within_its_error(degrees, a
             corners[k, sensor] = 600.0 / x.size * split.sum()
     time_s = np.arange(3000) / 1000.0
     standing = ((time_s > 1.0) & (time_s < 2.0))[:, None, None]
-    force_n = standing * corners + np.random.default_rng(1).normal(0.0, 0.3, (3000, 2, 4))
+    force_n = standing * corners + np.random.default_rng(1).normal(0.0, 0.3, (3000, *corners.shape))
     (contact,) = finished(contacts_of(floor, time_s, force_n))
     heading, error = orientation(contact, floor)
-    # It stands: which end is the toes nobody can say.
-    off = abs((heading - turn + math.pi / 2) % math.pi - math.pi / 2)
+    return abs((heading - turn + math.pi / 2) % math.pi - math.pi / 2), error
+
+
+@pytest.mark.parametrize("degrees", [0.0, 20.0, 45.0, -30.0])
+@pytest.mark.parametrize("at", [0.3, 0.5, 0.7])
+def test_where_a_foot_across_an_edge_points_is_known_within_its_error(degrees, at):
+    off, error = direction_of_foot(touching_floor(1, 2), degrees, at, 0.15)
     assert off < 2.0 * error
     assert math.degrees(error) < 12.0
+
+
+def test_over_a_corner_the_direction_is_known_alike_however_the_foot_is_turned():
+    for degrees in (10.0, 70.0, 80.0):
+        off, error = direction_of_foot(touching_floor(2, 2), degrees, 0.5, 0.3)
+        assert off < 2.0 * error
+        assert math.degrees(error) < 5.0
 
 
 def test_a_foot_that_shows_no_direction_has_none():

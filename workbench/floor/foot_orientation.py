@@ -13,6 +13,7 @@ off its axis. This, for a foot's usual breadth, is part of the standard error th
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
@@ -30,6 +31,9 @@ than `WHOLE_ROLL_M`."""
 
 SHORT_M, NARROW_M = 0.03, 0.06
 """Shortest roll, and shortest spread over tiles, from which a direction is taken."""
+
+_CORNER = 0.75
+"""A tile that lies as far along an edge as this share of how far it lies across it is beyond a corner."""
 
 
 def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
@@ -58,8 +62,8 @@ def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
     towards = np.array([math.cos(axis), math.sin(axis)])
     if float(towards @ roll) < 0.0:
         axis, towards = axis + math.pi, -towards
-    normal = _normal(contact, floor)
-    return math.atan2(towards[1], towards[0]), math.hypot(UNSURE_RAD, compressed_rad(axis - normal))
+    compressed = compressed_rad(_from_normal_rad(towards, contact, floor))
+    return math.atan2(towards[1], towards[0]), math.hypot(UNSURE_RAD, compressed)
 
 
 def compressed_rad(from_normal_rad: float) -> float:
@@ -76,9 +80,10 @@ def compressed_rad(from_normal_rad: float) -> float:
     return math.atan2(square * steep / 6.0, 0.25 - square * steep**2 / 12.0)
 
 
-def _normal(contact: Contact, floor: Floor) -> float:
-    """Return the direction of the normal of the edge between the two tiles with the largest impulse."""
+def _from_normal_rad(towards: NDArray[np.float64], contact: Contact, floor: Floor) -> float:
+    """Return the angle of a foot's axis from the normal of the edge between the two tiles with the largest impulse;
+    where they meet at a corner only, from the nearer one of its two edges' normals, as that edge cuts the foot."""
     one, other = (floor.tiles[k] for k in contact.tiles[:2])
-    across = one.axes @ (np.array(other.centre_m) - np.array(one.centre_m))
-    axis = one.axes[int(np.argmax(np.abs(across) / np.array(one.size_m)))]
-    return math.atan2(axis[1], axis[0])
+    beyond = np.abs(one.to_tile(other.centre_m)) / one.size_m
+    crossed = one.axes[beyond >= _CORNER * beyond.max()]
+    return math.acos(min(float(np.abs(crossed @ towards).max()), 1.0))
