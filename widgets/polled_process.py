@@ -8,14 +8,14 @@ POLL_MS = 100
 
 
 class PolledProcess(QObject):
-    """Runs a process of `module`, one at a time."""
+    """Runs a process of `module`, one at a time; by default one that does what is begun, and answers."""
 
     received = Signal(list)
     """Its messages since the last look."""
     ended = Signal(str)
     """It has ended by itself: how, if it failed, else "". Not sent after `stop`."""
 
-    def __init__(self, name: str, module: str, parent: QObject) -> None:
+    def __init__(self, name: str, parent: QObject, module: str = "underfoot.engine.one_answer") -> None:
         super().__init__(parent)
         self._name, self._module = name, module
         self._process: ChildProcess | None = None
@@ -28,7 +28,7 @@ class PolledProcess(QObject):
         return self._process is not None
 
     def begin(self, request: object) -> None:
-        """Start a process with this request."""
+        """Start a process with this request, for `one_answer` what it is to do."""
         self._process = ChildProcess(self._name, self._module, request)
         self._timer.start()
 

@@ -1,7 +1,6 @@
 """The dialogs of the window's menu; each is imported when it is opened."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QWidget
 
@@ -13,9 +12,6 @@ from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
 from underfoot.widgets.session.target_selection import TargetSelection
 from underfoot.widgets.workspace import WorkspaceContext
-
-if TYPE_CHECKING:
-    from underfoot.bench.cost_process import CostRequest
 
 
 class WindowDialogs:
@@ -54,9 +50,13 @@ class WindowDialogs:
 
     def open_cost(self) -> None:
         """Measure the run time of a block of the open patch."""
+        from underfoot.engine.target import is_simulated
         from underfoot.widgets.dialogs.cost_dialog import CostDialog
 
-        CostDialog(self._cost_request, self._window).open()
+        open_patch, target = self._context.open_patch, self._context.controller.target
+        patch = without_missing(open_patch.patch, self._context.registry)
+        how = {"block": target.block, "profiles": target.profiles, "folder": open_patch.folder}
+        CostDialog(patch, target.floor, {**how, "simulated": is_simulated(target)}, self._window).open()
 
     def open_about(self) -> None:
         """Show version, folders and licences."""
@@ -77,11 +77,3 @@ class WindowDialogs:
         for opened in self._window.findChildren(FileErrorDialog):
             opened.close()
         FileErrorDialog(place, self._window).open()
-
-    def _cost_request(self, feet: int) -> "CostRequest":
-        from underfoot.bench.cost_process import CostRequest
-        from underfoot.engine.target import is_simulated
-
-        open_patch, target = self._context.open_patch, self._context.controller.target
-        patch, folder = without_missing(open_patch.patch, self._context.registry).dumps(), str(open_patch.folder or "")
-        return CostRequest(patch, target.floor, feet, target.block, target.profiles, folder, is_simulated(target))

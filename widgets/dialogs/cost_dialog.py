@@ -1,6 +1,8 @@
 """Run time of a block: of each stage and each node of the patch, and which nodes sleep."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
@@ -14,8 +16,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.bench.block_stages import STAGES, BlockStages, NodeCost
-from underfoot.bench.cost_process import CostRequest
+from underfoot.bench.block_stages import STAGES, BlockStages, NodeCost, block_stages
+from underfoot.floor.layout import Floor
 from underfoot.patch.patch import Patch
 from underfoot.quantities import counted
 from underfoot.widgets import theme
@@ -28,15 +30,18 @@ _FIGURES = (1, 2)
 
 
 class CostDialog(Dialog):
-    """Measures `request(feet)` in another process, and shows the result. Closing it stops the measurement."""
+    """Measures a patch on a floor in another process, and shows the result. Closing it stops the measurement.
 
-    def __init__(self, request: Callable[[int], CostRequest], parent: QWidget | None = None) -> None:
+    `how` is what else `block_stages` takes, but the feet.
+    """
+
+    def __init__(self, patch: Patch, floor: Floor, how: Mapping[str, Any], parent: QWidget | None = None) -> None:
         super().__init__("Cost of a block", parent)
-        self._request, self._measured = request, b""
-        self._measurement = PolledProcess("cost", "underfoot.bench.cost_process", self)
+        self._patch, self._floor, self._how = patch, floor, how
+        self._measurement = PolledProcess("cost", self)
         self._measurement.received.connect(self._show_answer)
         self._measurement.ended.connect(lambda _: self._stop("The process that measured died; measure again."))
-        tiles = len(request(0).floor.tiles)
+        tiles = len(floor.tiles)
         self.feet = QComboBox()
         self.feet.setAccessibleName("Tiles with a foot on them")
         for text, count in (("every tile", tiles), ("two tiles", min(2, tiles)), ("no tile", 0)):
@@ -76,9 +81,8 @@ class CostDialog(Dialog):
         if self._measurement.is_running:
             self._stop("Stopped.")
             return
-        request = self._request(self.feet.currentData())
-        self._measured = request.patch
-        self._measurement.begin(request)
+        feet = self.feet.currentData()
+        self._measurement.begin(partial(block_stages, self._patch, self._floor, feet=feet, **self._how))
         self.start_button.setText("Stop")
         self.summary.setText("Measuring for about ten seconds, in another process; other work makes it seem slower")
 
@@ -108,7 +112,7 @@ class CostDialog(Dialog):
         self._row("reading", found.reading_ms, 0.0, "not in the block: readings to newtons, where devices are read")
         if found.nodes or found.left_out:
             self._heading("NODES")
-        names = Patch.unchecked(self._measured, "the patch").names()
+        names = self._patch.names()
         for node in sorted(found.nodes, key=lambda node: -node.ms):
             self._row(names[node.node], node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
         for id in found.left_out:

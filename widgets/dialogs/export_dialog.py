@@ -1,6 +1,7 @@
 """Exports the patch to a format of another program; lists the formats and what each omits."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -15,7 +16,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.exchange.export_process import ExportRequest
 from underfoot.exchange.format import Export, Format
 from underfoot.exchange.formats import WRITTEN
 from underfoot.exchange.losses import losses
@@ -38,7 +38,7 @@ class ExportDialog(Dialog):
     def __init__(self, export: Callable[[bool], Export], name: str, file_chooser: FileChooser, parent: QWidget) -> None:
         super().__init__("Export", parent)
         self._export, self._name, self._file_chooser = export, name, file_chooser
-        self._writing = PolledProcess("export", "underfoot.exchange.export_process", self)
+        self._writing = PolledProcess("export", self)
         self._writing.received.connect(self._show_answer)
         self._writing.ended.connect(lambda _: self._stop("The process that wrote it died; export again."))
         self._path = Path()
@@ -141,8 +141,10 @@ class ExportDialog(Dialog):
     def begin(self, path: Path) -> None:
         """Write this file; a process beside does it."""
         walks = self.playing_note.currentText() == WALK or "parameters" in self.format.carries
+        write = self.format.write
+        assert write is not None
         self._path = path
-        self._writing.begin(ExportRequest(self._export(walks), self.format.name, path))
+        self._writing.begin(partial(write, self._export(walks), path))
         self._show_busy(True)
         self.message.setText("Playing and writing, in another process; the first time compiles for up to a minute…")
 

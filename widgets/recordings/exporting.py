@@ -106,7 +106,7 @@ class Exporting(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.hide()
-        self._process = PolledProcess("export", "underfoot.engine.export_process", self)
+        self._process = PolledProcess("export", self, "underfoot.engine.export_process")
         self._process.received.connect(self._take)
         self._process.ended.connect(self._end)
         self._folder = ""

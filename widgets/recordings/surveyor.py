@@ -20,7 +20,7 @@ class Surveyor(QObject):
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
-        self._process = PolledProcess("survey", "underfoot.engine.survey_process", self)
+        self._process = PolledProcess("survey", self, "underfoot.engine.survey_process")
         self._process.received.connect(self._take)
         self._process.ended.connect(self._end)
         self._survey = Survey()

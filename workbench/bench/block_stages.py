@@ -17,7 +17,7 @@ from underfoot.engine.loop import LoopOptions
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
-from underfoot.floor.profile import Profile
+from underfoot.floor.profile import Profile, profiles_of
 from underfoot.kernels import kernel
 from underfoot.nodes import REGISTRY
 from underfoot.patch.calls import cycles
@@ -88,18 +88,20 @@ def block_stages(
     *,
     feet: int,
     block: int = 1024,
-    profiles: Mapping[str, Profile] | None = None,
+    profiles: str | Path | None = None,
     folder: Path | None = None,
     simulated: bool = False,
 ) -> BlockStages:
     """Play some seconds of `patch` as the engine does, with feet that step once a second on the first `feet` tiles.
 
-    `profiles`, by tile, have equalisers and the conversion of readings to newtons; `folder` holds the patch's sound
-    files; plates are simulated if the floor is `simulated`. Raises `BadValue` for an invalid number of feet or block.
+    The tiles' `profiles`, in a folder, have equalisers and the conversion of readings to newtons; `folder` holds the
+    patch's sound files; plates are simulated if the floor is `simulated`. Raises `BadValue` for an invalid number of
+    feet or block, `BadFile` for a profile that cannot be read.
     """
     require(0 <= feet <= len(floor.tiles), "feet", feet, f"0 to {len(floor.tiles)}, the floor's tiles")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
-    options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder)
+    calibrated = profiles_of(profiles, floor)
+    options = LoopOptions(block=block, equalisers=equalisers_of(calibrated), folder=folder)
     loop = stepping_loop(patch, floor, feet, options, simulated)
     memory = SessionMemory.create(len(floor.tiles), RATE_HZ, loop.source.rate_hz)
     try:
@@ -126,7 +128,7 @@ def block_stages(
             for id, k in loop.program.index.items()
         ),
         loop.program.left_out,
-        _MS * _reading_s(floor, feet, profiles or {}),
+        _MS * _reading_s(floor, feet, calibrated),
     )
 
 

@@ -42,7 +42,6 @@ def cost(options: CostOptions) -> None:
     """
     from underfoot.bench.block_stages import block_stages
     from underfoot.floor.layout import Floor, default_floor
-    from underfoot.floor.profile import profiles_of
     from underfoot.nodes import REGISTRY
     from underfoot.patch.outside_files import require_inside
     from underfoot.patch.patch import Patch
@@ -61,7 +60,7 @@ def cost(options: CostOptions) -> None:
             floor,
             feet=len(floor.tiles) if options.feet is None else options.feet,
             block=options.block,
-            profiles=profiles_of(options.profiles, floor),
+            profiles=options.profiles,
             folder=options.patch.parent,
             simulated=options.simulated,
         )

@@ -9,9 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
 from underfoot.bench.block_stages import BlockStages
-from underfoot.bench.cost_process import CostRequest
 from underfoot.floor.layout import default_floor
-from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.cost_dialog import CostDialog
 
 LONG_MS = 120_000
@@ -22,8 +20,8 @@ def opened(qtbot):
     """`opened(patch)`: a dialog that measures a patch on four tiles."""
     made = []
 
-    def open_it(patch):
-        made.append(CostDialog(lambda feet: CostRequest(patch, default_floor(), feet, 128)))
+    def open_it(patch, **how):
+        made.append(CostDialog(patch, default_floor(), {"block": 128, **how}))
         made[0].setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
         qtbot.addWidget(made[0])
         made[0].show()
@@ -39,7 +37,7 @@ def names_of(dialog):
 
 
 def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
-    dialog = opened(hum().name("tone", "Low hum").dumps())
+    dialog = opened(hum().name("tone", "Low hum"))
     assert dialog.summary.text().startswith("Measuring")
     qtbot.waitUntil(lambda: dialog.table.topLevelItemCount() > 0, timeout=LONG_MS)
     assert dialog.table.accessibleName() == "Run time of stages and nodes"
@@ -60,7 +58,7 @@ def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
 
 
 def test_stop_ends_the_measurement_and_another_may_follow(opened, qtbot):
-    dialog = opened(hum().dumps())
+    dialog = opened(hum())
     qtbot.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
     assert (dialog.summary.text(), dialog.start_button.text()) == ("Stopped.", "Measure")
     dialog.feet.setCurrentText("no tile")
@@ -73,14 +71,14 @@ def test_stop_ends_the_measurement_and_another_may_follow(opened, qtbot):
 
 
 def test_what_cannot_be_measured_is_said_in_one_line(opened, qtbot):
-    dialog = opened(Patch().dumps()[:-2])
+    dialog = opened(hum(), profiles="nowhere")
     qtbot.waitUntil(lambda: dialog.start_button.text() == "Measure", timeout=LONG_MS)
-    assert dialog.summary.text()
+    assert dialog.summary.text() == "nowhere is not a folder of profiles"
     assert dialog.table.topLevelItemCount() == 0
 
 
 def test_escape_closes_it_and_ends_the_measurement(opened, qtbot):
-    dialog = opened(hum().dumps())
+    dialog = opened(hum())
     qtbot.keyClick(dialog, Qt.Key.Key_Escape)
     assert not dialog.isVisible()
     assert not [child for child in multiprocessing.active_children() if "cost" in child.name]
