@@ -1,1 +1,1 @@
-"""Fibre bundle models: `bundle.FibreBundle`, `grid.FibreGrid` and `local_load_sharing.ring` for scripts."""
+"""Fibre bundle models: `bundle.FibreBundle` and `grid.FibreGrid` for scripts."""
