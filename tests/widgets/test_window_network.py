@@ -140,6 +140,14 @@ def test_what_is_taken_as_the_session_begins_is_served_once_it_is_free(window, c
     window.network.apply(before, [])
 
 
+def test_a_value_that_is_set_from_outside_is_not_that_of_another_patch_with_such_a_node(window, served, client, qtbot):
+    client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, 20)
+    answer(client, qtbot, "/underfoot/played", 20)
+    assert window.open_patch.read(window.open_patch.path)
+    assert window.controller.session.patch == window.open_patch.patch
+    assert not window.network.values
+
+
 @pytest.fixture
 def tuned(window, served):
     """The window with its noise selected, which other programs may set; the patch is afterwards as it was."""

@@ -41,6 +41,7 @@ from underfoot.widgets.design.slot_listening import SlotListening
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
 from underfoot.widgets.session.network_link import NetworkLink
+from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
@@ -145,17 +146,24 @@ class DesignWorkspace(Workspace):
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
         self.browsing.inserted.connect(self.canvas.put_in)
         self.browsing.accept_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
-        self._follow_other_programs(context.network)
+        self._follow_other_programs(context.network, open_patch)
         self._prepare_first_steps(context)
 
-    def _follow_other_programs(self, network: NetworkLink) -> None:
-        """Show what other programs set. What a hand sets ends that, and what is kept becomes the patch's."""
+    def _follow_other_programs(self, network: NetworkLink, open_patch: OpenPatch) -> None:
+        """Show what other programs set. A hand that sets it, or another patch, which may have nodes of the same ids,
+        ends that; what is kept becomes the patch's.
+        """
 
         def keep() -> None:
             after = with_cues(self.patch(), CuedChanges(values=network.values), (), self.registry)
             self.document.edit(after, "Keep what OSC has set")
+            end()
+
+        def end() -> None:
             network.release(list(network.values))
 
+        open_patch.opened.connect(end)
+        open_patch.preset_opened.connect(end)
         network.values_set.connect(self.inspector.show_set_values)
         self.inspector.show_set_values(network.values)
         self.inspector.edited.connect(lambda ids, name, *_: network.release([(id, name) for id in ids]))
