@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from PySide6.QtCore import QPoint, QPointF
 
-from underfoot.patch.wiring import Wire
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets.design.connection_search import Answers, ConnectionSearch
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.node_drops import NodeDropView
@@ -55,7 +55,9 @@ class AskingView(NodeDropView):
         if free := free_in_sum(patch, self.registry, wire):
             self.document.edit(patch.connect(source, free, self.registry), "Connect")
         else:
-            middle = self.patch_scene.wires[wire].path_middle()
+            drawn = self.patch_scene.wires.get(wire)  # not within a sub-patch that is closed
+            ends = [QPointF(*patch.node(node_id(end)).at) for end in wire]
+            middle = drawn.path_middle() if drawn is not None else (ends[0] + ends[1]) / 2.0
             self.add(sum_for(patch, self.registry, wire), middle, (source, "out"), old, wire)
 
     def _made(self, search: _Search) -> _Search:

@@ -310,6 +310,12 @@ def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspa
     workspace.set_patch(events.connect("footfall.onset", "impact.strike", REGISTRY))
     canvas.add_up("poisson.out", "impact.strike")
     assert ("poisson.out", "join.b") in workspace.patch().wires
+    workspace.set_patch(before)
+    canvas.patch_scene.select(["noise", "tile-output"])
+    canvas.collapse()
+    canvas.add_up("tone.out", "tile-output.acceleration")
+    assert {*workspace.patch().wires} == added
+    assert "mix" in workspace.patch().groups[0].members, "beside a wire that is not seen, in its sub-patch"
 
 
 def test_a_wire_ends_at_the_port_that_it_was_brought_to(workspace):
