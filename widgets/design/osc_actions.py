@@ -40,9 +40,11 @@ class OscActions:
         """Show whether OSC has set the value, which the patch has as `own`; what a wire drives is not heard so."""
         self._copying.setVisible(not is_driven)
         self._editor.set_mixed("", REMARK if is_set else "")
-        self._back.setText(f"Back to {value_text(self._editor.parameter, own)}")
-        for action in (self._keeping, self._back):
-            (self._editor.addAction if is_set else self._editor.removeAction)(action)
+        if is_set:
+            self._back.setText(f"Back to {value_text(self._editor.parameter, own)}")
+        if is_set != (self._back in self._editor.actions()):  # a fader comes here sixty times a second
+            for action in (self._keeping, self._back):
+                (self._editor.addAction if is_set else self._editor.removeAction)(action)
 
     def _copy(self) -> None:
         """Copy the message that sets the parameter to its present value, as senders of OSC take it."""
