@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import statistics
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from made_steps import SPIKE, STEP
 from msgspec.structs import replace
 
+from underfoot.floor.gait_summary import gait_of
 from underfoot.records.comparison import compared, comparison_csv, comparison_drawing, stance_csv
 from underfoot.records.survey import Stance
 
@@ -68,6 +70,24 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
     many = comparison_drawing([groups[0]] * 5)  # five bands would hide the means
     assert [one.style for one in many.series] == ["line"] * 5
     assert many.y == "mean force, N"
+
+
+def test_length_and_width_are_those_of_steps_that_are_not_beside_a_turn():
+    """Somebody who walks to and fro three times stops before each turn, and sets off wide after it."""
+    way = [(650.0, 100.0), (650.0, 102.0), (650.0, 98.0), (90.0, 110.0), (math.nan, math.nan), (655.0, 200.0)]
+    told = [*way, *way, *way]
+    steps = [
+        replace(STEP, step=k, start_s=0.5 * k, cadence_per_min=120.0, step_length_mm=length, step_width_mm=width)
+        for k, (length, width) in enumerate(told)
+    ]
+    (group,) = compared({"walk": [Stance(step, ()) for step in steps]})
+    length, width = group.figures["step_length_mm"], group.figures["step_width_mm"]
+    assert (length.count, length.mean, length.sd) == (9, 650.0, 0.0)
+    assert (width.count, width.mean) == (9, 100.0)
+    (gait,) = gait_of(steps)
+    assert (gait.step_length_mm, gait.step_width_mm) == pytest.approx((650.0, 100.0))
+    (short,) = compared({"walk": [Stance(step, ()) for step in steps[:6]]})  # of three on the way nothing follows
+    assert short.figures["step_length_mm"].count == 5
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from msgspec import structs
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
@@ -25,7 +25,7 @@ each shares steps with its neighbours."""
 
 LEAST_LENGTHS = 5
 """Fewest lengths of each foot of which the asymmetry is stated: up to two odd ones, as in a bend, do not move the
-median of five far."""
+median of five far. Fewest lengths of steps that are not beside a turn, too, of which alone the mean is taken."""
 
 KEPT_STEPS = 1000
 """Steps of a person of which medians are taken: as many as ten minutes have."""
@@ -38,6 +38,9 @@ _FROM_LAST = ("cadence_per_min", "step_length_mm", "step_width_mm", "double_supp
 _OF_NEIGHBOURS = (_FROM_LAST, ("swing_ms",))
 """Measures of the person's next step, and of the one after it, that are from a step or between it and them."""
 
+_OF_WAY = ("step_length_mm", "step_width_mm")
+"""Measures that are along and across the way."""
+
 _GONE_S = 60.0
 """A person who has not stepped for this long has left, or counts as another: longer than a walk can be lost."""
 
@@ -45,6 +48,7 @@ _GONE_S = 60.0
 @dataclass(frozen=True)
 class PersonGait:
     """Means over a person's steps; NaN if not known. The cadence is one over the mean step time: steps by the minute.
+    Length and width are those of steps `on_the_way`.
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
     their mean; 0 where they are alike. It is of the medians of the latest `KEPT_STEPS`: of means, one foot that paused
@@ -107,6 +111,37 @@ def counting(steps: Iterable[Step], since: dict[int, int] | None = None) -> Iter
             since[step.person] = 0 if step.left_out else after + 1
         gone = _OF_STEP if step.left_out else _OF_NEIGHBOURS[after] if after < last else ()
         yield structs.replace(step, **dict.fromkeys(gone, math.nan)) if gone else step
+
+
+def on_the_way(steps: Iterable[Step]) -> list[Step]:
+    """Return the steps, those before and after one of the same person that turns with NaN for length and width: at the
+    ends of a walkway feet are put beside one another there. Of the one that turns neither is known. Those of a person
+    with fewer than `LEAST_LENGTHS` others, as on a small floor, keep theirs.
+
+    >>> steps = [Step(k, "t1", "left", k, 600.0, *[1.0] * 7, person=1, cadence_per_min=100.0) for k in range(8)]
+    >>> told_mm = (650.0, 90.0, math.nan, 640.0, 650.0, 650.0, 660.0, 660.0)
+    >>> steps = [structs.replace(one, step_length_mm=mm) for one, mm in zip(steps, told_mm, strict=True)]
+    >>> [step.step_length_mm for step in on_the_way(steps)]
+    [650.0, nan, nan, nan, 650.0, 650.0, 660.0, 660.0]
+    """
+    found = list(steps)
+    of_person: dict[int, list[int]] = {}
+    for number, step in enumerate(found):
+        of_person.setdefault(step.person, []).append(number)
+    unknown = dict.fromkeys(_OF_WAY, math.nan)
+    for numbers in of_person.values():
+        turns = np.array([_turns(found[number]) for number in numbers])
+        beside = np.append(turns[1:], False) | np.append(False, turns[:-1])
+        lengths_mm = np.array([found[number].step_length_mm for number in numbers])
+        if np.isfinite(lengths_mm[~beside]).sum() >= LEAST_LENGTHS:
+            for number in np.array(numbers)[beside].tolist():
+                found[number] = structs.replace(found[number], **unknown)
+    return found
+
+
+def _turns(step: Step) -> bool:
+    """Return whether a step follows another one, and in what direction is not clear."""
+    return math.isfinite(step.cadence_per_min) and not math.isfinite(step.step_length_mm)
 
 
 def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
@@ -174,15 +209,21 @@ class _Sums:
         self._last_step_s = math.nan
         self._latest: deque[Step] = deque(maxlen=KEPT_STEPS)
         self._strides = np.zeros(3)  # sums of the stride times to the powers 0, 1 and 2
-        self._sum = np.zeros(6)
-        self._known = np.zeros(6)
+        self._sum = np.zeros(8)  # length and width of all steps, and last of those on the way
+        self._known = np.zeros(8)
+        self._turned = False
+        self._waiting = np.full(8, math.nan)  # those of the last step, which is on the way unless the next one turns
 
     def add(self, step: Step) -> None:
         """Take a step."""
+        turned, self._turned = self._turned, _turns(step)
+        if not self._turned:
+            self._sum, self._known = self._totals()
         lengths = (step.step_length_mm, step.step_width_mm)
+        self._waiting[6:] = math.nan if turned else lengths
         self._latest.append(step)
         step_s = 60.0 / step.cadence_per_min
-        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms])
+        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms, *[math.nan] * 2])
         known = np.isfinite(figures)
         self._sum[known] += figures[known]
         self._known += known
@@ -196,12 +237,20 @@ class _Sums:
     def merge(self, other: "_Sums") -> None:
         """Take the steps of `other`."""
         self.steps += other.steps
-        self._sum += other._sum
-        self._known += other._known
+        total, known = other._totals()
+        self._sum += total
+        self._known += known
+
+    def _totals(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the sums, and how many are known, with what waits."""
+        return self._sum + np.nan_to_num(self._waiting), self._known + np.isfinite(self._waiting)
 
     def mean_gait(self) -> PersonGait:
         """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
-        step_s, *means = (self._sum / np.where(self._known, self._known, math.nan)).tolist()
+        total, known = self._totals()
+        if known[6] >= LEAST_LENGTHS:
+            total[1:3], known[1:3] = total[6:], known[6:]
+        step_s, *means = (total / np.where(known, known, math.nan))[:6].tolist()
         return PersonGait(0, self.steps, 60.0 / step_s, *means)
 
     def gait(self, person: int) -> PersonGait:

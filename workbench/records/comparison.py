@@ -14,7 +14,7 @@ from underfoot.arguments import choice
 from underfoot.drawing import Drawing, Series
 from underfoot.files import replaced, written
 from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES
-from underfoot.floor.gait_summary import counting, gait_of
+from underfoot.floor.gait_summary import counting, gait_of, on_the_way
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import csv_line, require_table_name
 
@@ -257,8 +257,9 @@ def _plain(value: float) -> float | None:
 
 
 def _counting(whole: Sequence[Stance]) -> list[Stance]:
-    """Return the footsteps with what counts of them; none has the curve of one that is left out."""
-    steps = counting([one.step for one in whole])
+    """Return the footsteps with what counts of them, of which those beside a turn have no length and width; none has
+    the curve of one that is left out."""
+    steps = on_the_way(counting([one.step for one in whole]))
     return [Stance(step, () if step.left_out else one.force_n) for step, one in zip(steps, whole, strict=True)]
 
 
