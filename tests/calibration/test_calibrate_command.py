@@ -196,6 +196,35 @@ def test_what_was_measured_by_hand_is_kept_in_a_new_folder_where_no_report_is_na
     assert set(read_pairs("t1-fsr-2/fsr-pairs.csv").sensor) == {0, 1, 2, 3}
 
 
+def test_a_dead_sensor_is_left_out_in_a_terminal_as_in_the_window(underfoot, folder, monkeypatch):
+    """Its page was asked for again and again, and the other three got no curve."""
+
+    class DeadThird(SimulatedHand):
+        asked = (0, 0, 0, 0)
+
+        def press(self, press):
+            super().press(press)
+            self.asked = tuple(n + (press.sensor == j) for j, n in enumerate(self.asked))
+            if self.asked[2] > 100 or self.asked[3] > 20:
+                raise KeyboardInterrupt
+
+        def read(self):
+            readings = super().read()
+            readings.values[:, 2] = 700.0
+            return readings
+
+    monkeypatch.setattr(PressingRig, "open", lambda *_: DeadThird(SimulatedTile(TILE), rate_hz=100.0))
+    options = ("--target", "serial:none", "--cell", "9.1:0.05:120")
+    found = underfoot("calibrate", "forces", *options)
+    assert found.status == 130
+    assert "does sensor 3 give no signal? Then look at its plug" in found.error
+    assert "; again, or end it, and name the sensor in --without\n" in found.error
+    underfoot("calibrate", "forces", *options, "--without", 3)
+    assert set(read_pairs("t1-fsr-2/fsr-pairs.csv").sensor) == {0, 1, 3}
+    refused = underfoot("calibrate", "forces", *options, "--without", 5)
+    assert refused.error == "underfoot: --without is 5; allowed: a sensor, 1 to 4\n"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="this system has no terminals that are closed")
 @pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129)])
 def test_what_was_measured_by_hand_is_kept_when_the_terminal_or_the_computer_is_closed(

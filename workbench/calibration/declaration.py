@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from underfoot.calibration.procedure import Answers, Procedure
+from underfoot.calibration.procedure import Answers, Page, Procedure
 from underfoot.calibration.result import Result
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadValue
@@ -108,9 +108,8 @@ class Calibration(ABC):
         """Return the options' answers to the procedure's pages, by name."""
         return {}
 
-    @property
-    def skips_optional(self) -> bool:
-        """Whether the options leave out all optional pages."""
+    def skips(self, page: Page) -> bool:
+        """Return whether the options leave out an optional page."""
         return False
 
     @abstractmethod

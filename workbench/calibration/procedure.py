@@ -147,16 +147,16 @@ def run(
     rig: Rig,
     values: Answers | None = None,
     seen: Callable[[Page], None] | None = None,
-    skip_optional: bool = False,
+    skips: Callable[[Page], bool] = lambda page: False,
 ) -> Result:
     """Run a procedure to its end; `values` answer the pages by name, defaults the rest.
 
-    `seen` is called with every page once. `skip_optional` skips the optional pages. Exceptions of the procedure pass
-    through; it can then be continued from its present page.
+    `seen` is called with every page once. Optional pages of which `skips` is true are left out. Exceptions of the
+    procedure pass through; it can then be continued from its present page.
     """
     shown = ""
     while procedure.result is None:
-        if skip_optional and procedure.page.may_skip:
+        if procedure.page.may_skip and skips(procedure.page):
             procedure.skip()
             continue
         if procedure.page.key != shown:

@@ -83,6 +83,11 @@ class Readings:
         start = self.time_s[-1] - seconds
         return None if self.time_s[0] > start else self.since(int(np.searchsorted(self.time_s, start)))
 
+    def trend(self, sensor: int) -> float:
+        """Return how far a sensor's reading goes, by the means of twenty stretches, which noise hardly moves."""
+        values = self.values[:, sensor]
+        return float(np.ptp([part.mean() for part in np.array_split(values, min(20, values.size))]))
+
 
 def _joined(one: NDArray[np.float64] | None, two: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
     return None if one is None or two is None else np.concatenate([one, two])

@@ -115,7 +115,7 @@ def _measured(
             try:
                 if waits:
                     _wait_for_key()
-                found = run(procedure, opened, answers, show, calibration.skips_optional)
+                found = run(procedure, opened, answers, show, calibration.skips)
                 return found.with_origin(simulated=rig.is_simulated)
             except (UnderfootError, KeyboardInterrupt) as error:
                 page, measured = procedure.page, procedure.without_conclusion(str(error) or "interrupted")
@@ -127,7 +127,8 @@ def _measured(
                         kept = measured.with_origin(simulated=rig.is_simulated)
                         options.keep(kept, setup.tile.id, by_hand=by_hand)
                     raise
-                tell(f"{error}; again")
+                is_of_one = page.may_skip and page.press is not None and page.press.sensor is not None
+                tell(f"{error}; again{', or end it, and name the sensor in --without' if is_of_one else ''}")
                 waits = page.sound is not None
     finally:
         opened.close()

@@ -68,12 +68,15 @@ class FsrCalibration(Calibration):
     reference_percent: float | None = option(OF_FORCE.doc, None)
     divider_ohm: float | None = option("Resistor in series with a sensor; also tries the curve R = Rs/F + R0.", None)
     divider_falling: bool = option("The reading falls with force.", False)
+    without: tuple[int, ...] = option("Sensor to leave out on a target, 1 to 4, as it gives no signal; repeatable.", ())
 
     def check(self, target: str) -> None:
         super().check(target)
         if self.divider_ohm is not None and not self.divider_ohm > 0.0:
             raise BadValue(f"--divider-ohm is {self.divider_ohm:g}; allowed: above 0")
         require_given(OF_FORCE, self.reference_percent)
+        if wrong := set(self.without) - {1, 2, 3, 4}:
+            raise BadValue(f"--without is {min(wrong)}; allowed: a sensor, 1 to 4")
 
     def procedure(self, setup: MeasurementSetup) -> "FsrProcedure":
         suggested = LOAD_CELL if setup.has_load_cell else KNOWN_WEIGHTS
@@ -83,6 +86,9 @@ class FsrCalibration(Calibration):
         if not has_load_cell:
             raise BadValue("--cell is missing; allowed: a load cell, as 9.1:0.05:120; weights are typed in the window")
         return {"reference": LOAD_CELL, "reference_percent": self.reference_percent}
+
+    def skips(self, page: Page) -> bool:
+        return page.press is not None and page.press.sensor is not None and page.press.sensor + 1 in self.without
 
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
         from underfoot.calibration.results.fsr import result_of
@@ -278,7 +284,7 @@ class FsrProcedure(PagedProcedure):
         seen = readings.last(_TARE_S)
         if seen is None:
             return PageProgress("Stand clear.", np.ptp(readings.time_s) / _TARE_S)
-        if np.ptp(_smoothed(seen.values[:, j])) > 0.02 * LARGEST_READING:
+        if seen.trend(j) > 0.02 * LARGEST_READING:
             return PageProgress("The reading changes; stand clear.", 0.5, (("reading", float(seen.values[-1, j]), ""),))
         if seen.force_n is not None and abs(float(np.median(seen.force_n))) > 0.01 * self._full_n:
             return PageProgress(
@@ -340,13 +346,13 @@ class FsrProcedure(PagedProcedure):
         if seen is None:
             ready = float(np.ptp(readings.time_s)) / (2.0 * _STEADY_S)
             return PageProgress("Wait until the reading is steady.", ready, shown)
-        values = _smoothed(seen.values[:, j])
+        moves = seen.trend(j)
         rest, medians = self._rest_readings(), np.median(seen.values, axis=0)
         change = abs(float(medians[j] - rest[j]))
-        if np.ptp(values) > 0.03 * change + 40.0:
+        if moves > 0.03 * change + 40.0:
             if np.ptp(readings.time_s) > _UNSTEADY_S:
                 raise BadMeasurement(
-                    f"the load is not steady: the reading changes by {np.ptp(values):.0f} counts; let go of the weight"
+                    f"the load is not steady: the reading changes by {moves:.0f} counts; let go of the weight"
                 )
             return PageProgress("The reading changes; wait until it is steady.", 0.5, shown)
         given, weights = float(self._answers[self._at]["weight_n"]), self._weights(j)
@@ -492,8 +498,3 @@ def _at_rest(tare: Readings) -> Floats:
 def _steady_reading(readings: Readings, j: int) -> float:
     seen = readings.last(_STEADY_S) or readings
     return float(np.mean(seen.values[:, j]))
-
-
-def _smoothed(values: Floats) -> Floats:
-    """Return the means of twenty stretches, which show a trend without noise."""
-    return np.array([float(np.mean(part)) for part in np.array_split(values, min(20, values.size))])

@@ -92,8 +92,7 @@ class ResponseCalibration(Calibration):
         names = ("order", "sensitivity", "reference_percent", "level", "load")
         return {name: getattr(self, name) for name in names}
 
-    @property
-    def skips_optional(self) -> bool:
+    def skips(self, page: Page) -> bool:
         return self.no_loads
 
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
