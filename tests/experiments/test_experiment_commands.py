@@ -361,7 +361,7 @@ def test_a_pilot_in_a_terminal_has_two_trials_a_stage_in_the_studys_language_and
     (tmp_path / "a.json").write_text(protocol_text(**study, language=NAME))
     lowered = (("JUST FEEL IT", ""), ("MOVE IT TO", "++"), ("NO FURTHER", "--"), ("ENTER KEEPS IT", "-"))
     stepped = (("ENTER STEPS", ""), ("DID YOU FEEL", "YES"), ("ENTER STEPS", ""), ("DID YOU FEEL", "2"))
-    first = (("TRIAL 1: PRESS ENTER", ""), ("HOW WAS IT", "MUCH"), ("THE ANSWER", "40,5"))
+    first = (("TRIAL 1: PRESS ENTER", ""), ("HOW STRONG WAS IT", "MUCH"), ("THE ANSWER", "40,5"))
     second = (("TRIAL 2", ""), ("(LEAST) TO", "60"))
     compared = (("THE ONE TO SET.", "o"), ("THE ONE TO COMPARE WITH.", "-"), ("THE ONE TO SET.", ""))
     adjusted = (("ENTER STEPS", ""), ("o TO FEEL THE OTHER ONE", "X"), ("IS NO STEP", "--"), *compared)
