@@ -12,10 +12,11 @@ from PySide6.QtTest import QTest
 from windows import dialog_of
 
 from underfoot.engine.commands import PressTile
+from underfoot.network.server import Counts
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.session import network_link
 from underfoot.widgets.session.network_link import LENT_MESSAGE
-from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
 
 
 @pytest.fixture
@@ -108,6 +109,18 @@ def test_a_line_of_marks_that_is_unplugged_is_said(window, qtbot):
     os.close(far)
     qtbot.waitUntil(lambda: window.status.message.startswith("Network: marks cannot be read from"), timeout=60_000)
     window.network.apply({**window.settings.network_addresses}, [])
+
+
+def test_what_is_not_possible_now_stands_in_the_dialog_as_an_alarm(qtbot):
+    """A port with a slip of the pen was refused in small grey print, as the last cue was."""
+    problems = ["marks cannot be read from COM33: there is no such port"]
+    dialog = NetworkDialog(print, Counts, lambda: problems[-1], dict(DEFAULT_ADDRESSES), ["serial_marks"])
+    qtbot.addWidget(dialog)
+    dialog.show()
+    assert dialog.trouble.text() == "Marks cannot be read from COM33: there is no such port."
+    assert dialog.trouble.isVisible()
+    problems.append("")
+    qtbot.waitUntil(lambda: not dialog.trouble.isVisible())
 
 
 def test_what_was_chosen_is_there_at_the_next_start(window, served, client, tmp_path):

@@ -68,7 +68,7 @@ class NetworkDialog(Dialog):
         for row, (name, text, help) in enumerate(STREAMS, len(ROWS)):
             self._add(grid, 3 * row, name, text, help if find_spec("pylsl") else _NO_LSL, on=name in on)
         grid.setColumnStretch(1, 1)
-        self.note = theme.paragraph("", "alarm")
+        self.note, self.trouble = theme.paragraph("", "alarm"), theme.paragraph("", "alarm")
         self.counters, self.refusal = theme.label("", "value"), theme.paragraph("", "small")
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
         self.apply = self.buttons.button(QDialogButtonBox.StandardButton.Apply)
@@ -79,7 +79,7 @@ class NetworkDialog(Dialog):
         column.setContentsMargins(theme.MARGINS)
         column.setSpacing(2 * theme.GRID)
         column.addLayout(grid)
-        for widget in (self.note, self.counters, self.refusal):
+        for widget in (self.note, self.trouble, self.counters, self.refusal):
             column.addWidget(widget)
         column.addStretch(1)
         column.addWidget(self.buttons)
@@ -128,5 +128,7 @@ class NetworkDialog(Dialog):
         counts = self._counts()
         sent, received, refused = (number(n, _DIGITS) for n in (counts.sent, counts.received, counts.refused))
         self.counters.setText(f"Sent {sent}   Cues received {received}   Refused {refused}")
-        last = f"Last refused: {counts.reason}" if counts.reason else ""
-        self.refusal.setText(self._problem() or last)
+        self.refusal.setText(f"Last refused: {counts.reason}" if counts.reason else "")
+        why = self._problem()
+        self.trouble.setText(f"{why[:1].upper()}{why[1:]}.")
+        self.trouble.setVisible(bool(why))
