@@ -18,7 +18,7 @@ TEST_PACKAGES := pulseaudio pulseaudio-utils libasound2-plugins
 # examples in docstrings.
 SOURCES := .venv/as-installed/underfoot
 QUICK := $(addprefix tests/,nodes patch floor drawing records models/tile) $(wildcard tests/models/*.py) \
-	$(addprefix tests/test_,bad_input.py docs.py files.py imports.py layouts.py presets.py sizes.py) \
+	$(addprefix tests/test_,bad_input.py docs.py files.py imports.py layouts.py presets.py) \
 	--ignore tests/nodes/test_stickslip.py --ignore tests/records/test_exports.py \
 	$(SOURCES) --ignore $(SOURCES)/bench --ignore $(SOURCES)/widgets
 

@@ -1,4 +1,8 @@
-"""Which modules may know which: docs/architecture.md's directions, no cycles, no Qt, and no scipy in the engine."""
+"""Which modules may know which: docs/architecture.md's directions, no cycles, no Qt, and no scipy in the engine.
+
+And how long files and functions may be (CONTRIBUTING.md), as what they import is read by the same parser. Ruff counts
+parameters.
+"""
 
 import ast
 import re
@@ -103,7 +107,7 @@ def widget_level(module):
 
 
 def statements(body):
-    """All statements, also within others; what is in expressions imports nothing, and is most of a file."""
+    """All statements, also within others: no import and no function is in an expression, of which most of a file is."""
     for one in body:
         yield one
         for inside in ("body", "handlers", "cases", "orelse", "finalbody"):
@@ -111,23 +115,29 @@ def statements(body):
 
 
 @cache
-def imported(module):
-    """Every module that a module imports, in its functions and for its annotations, too.
+def parsed(path):
+    """Every module that a file imports, in its functions and for its annotations, too; and how long its functions are.
 
     The package's own file only names what scripts use, for type checkers: nothing below it depends on that.
     """
-    found = set()
-    tree = ast.parse(SOURCES[module].read_text())
-    if module == "underfoot":
+    modules, lines = set(), {}
+    tree = ast.parse(path.read_text())
+    if path == SOURCES["underfoot"]:
         tree.body = [one for one in tree.body if not ast.unparse(one).startswith("if TYPE_CHECKING")]
     for node in statements(tree.body):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{module} has a relative import"
+            assert node.level == 0, f"{path} has a relative import"
             names = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {name if name in SOURCES else node.module for name in names}
-    return found
+            modules |= {name if name in SOURCES else node.module for name in names}
+        elif isinstance(node, ast.FunctionDef):
+            lines[node.name, node.lineno] = node.end_lineno - node.lineno + 1
+    return modules, lines
+
+
+def imported(module):
+    return parsed(SOURCES[module])[0]
 
 
 def python(code):
@@ -347,3 +357,11 @@ def test_an_sdist_has_what_its_tests_read_beside_the_packages():
     sent = {name for line in lines if line and line[0] in ("include", "graft") for name in line[1:]}
     assert ".dockerignore" in read
     assert read <= sent | {"README.md", "pyproject.toml", "MANIFEST.in", "workbench", "widgets"}
+
+
+def test_no_file_has_over_500_lines_and_no_function_over_60():
+    files = [*SOURCES.values(), *sorted((ROOT / "tests").rglob("*.py"))]
+    assert [path for path in files if path.read_text().count("\n") > 500] == []
+    functions = {(path, *name): lines for path in files for name, lines in parsed(path)[1].items()}
+    assert len(functions) > 1000
+    assert [name for name, lines in functions.items() if lines > 60] == []
