@@ -119,6 +119,18 @@ def test_stretches_are_the_samples_between_two_frames(recording):
     assert recording.span == (0, 192_000)
 
 
+def test_a_stretch_that_begins_where_samples_were_not_recorded_is_what_comes_after_them(path, tmp_path):
+    copy = tmp_path / "slow.underfoot"
+    copy.write_bytes(path.read_bytes())
+    with closing(sqlite3.connect(copy)) as base, base:
+        base.execute("delete from force where first >= 1000 and first < 2000")
+    with Recording(copy) as recording:
+        rows = recording.force_samples_between(60_000, 97_000)
+        assert recording.gaps("force")
+    assert rows[0, 0] == 96_000
+    assert rows[-1, 0] == 96_960
+
+
 def test_envelopes_of_an_earlier_recording_are_made_in_the_cache_and_gone_on_with(earlier, recording):
     with Recording(earlier) as old:
         assert not has_envelopes(old)

@@ -195,7 +195,7 @@ class Recording:
             guess = min(max(guess, low), high) if probes % 3 else (low + high) // 2
             first, rows = next(self.blocks("force", guess))
             if rows[0, 0] > frame:
-                high = max(first - 1, low)
+                high = max(min(first, guess) - 1, low)  # in a gap, the block begins after the guess
             elif rows[-1, 0] < frame:
                 low = min(first + len(rows), high)
             else:
