@@ -44,7 +44,7 @@ class NetworkLink(QObject):
         self._counts: Counts | None = None
         self._reports: list[Report] = []
         self._health_count, self._told = 0, ""
-        self._failure, self._again_s = "", math.inf
+        self._failure, self._again_s = "", 0.0
         self._refused, self._refused_s = 0, -math.inf
         self.values: Mapping[tuple[str, str], object] = {}
         """What other programs have set: it is played in place of the patch's values."""
@@ -75,7 +75,7 @@ class NetworkLink(QObject):
         """
         plan = NetworkPlan.chosen(addresses, on)
         self._serve(plan)
-        self._failure, self._again_s = "", math.inf
+        self._failure = ""
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
 
     def release(self, ends: Iterable[tuple[str, str]]) -> None:
@@ -92,7 +92,7 @@ class NetworkLink(QObject):
 
     def _open(self) -> None:
         """Serve a newly opened session, and report which data leave this computer; if it cannot be, try again later."""
-        self._failure, self._again_s = "", math.inf
+        self._failure = ""
         try:
             plan = NetworkPlan.chosen(
                 {**DEFAULT_ADDRESSES, **self._settings.network_addresses}, self._settings.network_on
@@ -156,7 +156,7 @@ class NetworkLink(QObject):
             self._show_values()
             self._tell_refusal(self._server.counts)
         self._reports.clear()
-        if time.perf_counter() > self._again_s:
+        if self._failure and time.perf_counter() > self._again_s:
             self._open()
         if self._told != self.problem:
             self._told = self.problem
