@@ -1,23 +1,18 @@
 """The edited document: a patch in each of two slots, A and B, with their undo histories."""
 
+from functools import partial
 from pathlib import Path
-from typing import cast
 
 import msgspec
-from PySide6.QtCore import QObject, QSignalBlocker, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from underfoot.errors import UnderfootError
 from underfoot.files import read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.widgets.controls.undo_step import UndoStep
+from underfoot.widgets.controls.undo_step import MAX_STEPS, UndoStep, latest_steps, restore_steps
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
-
-MAX_STEPS = 500
-"""Edits that can be taken back. Patches share what did not change, so each costs little."""
-MAX_SAVED_STEPS = 50
-"""Edits that can be taken back after a new start: on the disk, each costs a patch."""
 
 
 class Document(QObject):
@@ -68,7 +63,7 @@ class Document(QObject):
     def edit(self, after: Patch, text: str, merge: str = "") -> None:
         """Set the patch `after` as an undo step named `text`. Consecutive steps with the same `merge` are one."""
         if after != self.patch:
-            self.stack.push(_Edit(self, self.slot, after, text, merge))
+            self.stack.push(self._step(self.slot, self.patch, after, text, merge))
 
     def edit_other(self, before: Patch, after: Patch, text: str) -> None:
         """Do the same in the other slot. Its undo history is kept if `before` is its patch, else cleared."""
@@ -77,19 +72,15 @@ class Document(QObject):
             self._patches[other] = before
             self._stacks[other].clear()
         if after != self._patches[other]:
-            self._stacks[other].push(_Edit(self, other, after, text, ""))
+            self._stacks[other].push(self._step(other, before, after, text))
 
     # --- across restarts ---
 
     def save_history(self, path: Path) -> None:
         """Write the undo history of the edited slot to a file."""
-        stack = self.stack
-        first = max(stack.index() - MAX_SAVED_STEPS, 0)
-        edits = [
-            cast(_Edit, stack.command(i)) for i in range(first, min(stack.index() + MAX_SAVED_STEPS, stack.count()))
-        ]
-        steps = [{"words": edit.text(), "before": edit.before, "after": edit.after} for edit in edits]
-        write_file(path, msgspec.json.encode({"format": "underfoot-undo", "at": stack.index() - first, "steps": steps}))
+        latest, done = latest_steps(self.stack)
+        steps = [{"words": step.text(), "before": step.before, "after": step.after} for step in latest]
+        write_file(path, msgspec.json.encode({"format": "underfoot-undo", "at": done, "steps": steps}))
 
     def restore_history(self, path: Path, registry: Registry) -> None:
         """Restore the history that `save_history` wrote, if it leads to the open patch; delete the file.
@@ -102,37 +93,22 @@ class Document(QObject):
         def read(patch: object) -> Patch:
             return Patch.loads(msgspec.json.encode(patch), registry)
 
-        now = self.patch
         try:
             text = read_file(path)
             path.unlink()
             kept = msgspec.json.decode(text)
-            steps = [(str(step["words"]), read(step["before"]), read(step["after"])) for step in kept["steps"]]
-            at = int(kept["at"])
-            saved_patch = steps[at - 1][2] if at else steps[0][1]
+            steps = [
+                self._step(self.slot, read(step["before"]), read(step["after"]), str(step["words"]))
+                for step in kept["steps"]
+            ]
+            done = int(kept["at"])
         except (UnderfootError, OSError, msgspec.DecodeError, LookupError, TypeError, ValueError):
             return
-        if saved_patch != now:
-            return
-        with QSignalBlocker(self):
-            for name, before, after in steps:
-                self._patches[self.slot] = before
-                self.stack.push(_Edit(self, self.slot, after, name, ""))
-            self.stack.setIndex(at)
-            self._patches[self.slot] = now
+        restore_steps(self.stack, steps, done, self.patch)
+
+    def _step(self, slot: str, before: Patch, after: Patch, text: str, merge: str = "") -> UndoStep[Patch]:
+        return UndoStep(text, before, after, partial(self._set_patch, slot), merge)
 
     def _set_patch(self, slot: str, patch: Patch) -> None:
         self._patches[slot] = patch
         (self.changed if slot == self.slot else self.other_changed).emit(patch)
-
-
-class _Edit(UndoStep[Patch]):
-    def __init__(self, document: Document, slot: str, after: Patch, text: str, merge: str) -> None:
-        super().__init__(text, document._patches[slot], after, merge)
-        self._document, self._slot = document, slot
-
-    def undo(self) -> None:
-        self._document._set_patch(self._slot, self.before)
-
-    def redo(self) -> None:
-        self._document._set_patch(self._slot, self.after)

@@ -5,7 +5,8 @@ from design_samples import REGISTRY, sample
 from windows import quiet_window
 
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.undo import MAX_SAVED_STEPS, Document
+from underfoot.widgets.controls.undo_step import MAX_SAVED_STEPS
+from underfoot.widgets.design.undo import Document
 
 
 def read():
