@@ -1,14 +1,21 @@
-"""Patches of nodes in a row, for tests of groups and sub-patches."""
+"""Patches of nodes in a row, for tests of groups and sub-patches, and a workspace of all nodes."""
 
 import pytest
-from design_samples import REGISTRY
+from design_samples import REGISTRY, shared_workspace
 from groups_by_hand import write
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from underfoot.nodes import REGISTRY as ALL_NODES
 from underfoot.patch.patch import Patch
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture(scope="module")
+def all_nodes(qapp):
+    """A Design workspace of all nodes, shared by these tests."""
+    yield from shared_workspace(ALL_NODES)
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from design_samples import drag, middle, port, send, shared_workspace
+from design_samples import drag, middle, port, send
 from on_screen import show, type_into
 from PySide6.QtCore import QEvent, QPoint, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent
@@ -18,12 +18,6 @@ from underfoot.patch.program import Program
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
 from underfoot.widgets.design.message import VISIBLE_MS, Message
-
-
-@pytest.fixture(scope="module")
-def all_nodes(qapp):
-    """A Design workspace of all nodes, shared by these tests."""
-    yield from shared_workspace(REGISTRY)
 
 
 @pytest.fixture
@@ -265,57 +259,6 @@ def test_an_envelope_that_is_pulled_into_the_open_can_go_to_the_loudness_of_a_to
     QTest.keyClicks(workspace.canvas.search.field, "waveshaped")
     QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("attack-decay.out", "tone.amplitude"),)
-
-
-def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
-    patch = Patch().add("noise", REGISTRY).add("tone", REGISTRY, (0, 200)).add("stance-curve", REGISTRY, (0, 400))
-    workspace.set_patch(patch.add("mix", REGISTRY, (300, 0)).add("gain", REGISTRY, (300, 300)))
-    for source, target in (("noise", "mix"), ("tone", "mix"), ("tone", "gain"), ("stance-curve", "gain")):
-        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, target))
-    assert workspace.patch().wires == (
-        ("noise.out", "mix.d"), ("tone.out", "mix.c"), ("tone.out", "gain.signal"), ("stance-curve.out", "gain.gain"),
-    )  # fmt: skip
-    workspace.set_patch(
-        Patch().add("gain", REGISTRY).add("gain", REGISTRY, (0, 200)).add("tile-output", REGISTRY, (300, 0))
-    )
-    for source in ("gain", "gain1"):
-        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
-    assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
-    assert "gave way" in workspace.canvas.message
-
-
-def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspace):
-    """It took seven gestures: as Max adds what comes to an inlet, everybody draws the second wire first."""
-    outputs, canvas = ("noise", "tone", "texture"), workspace.canvas
-    patch = Patch().add("tile-output", REGISTRY, (480, 0))
-    for place, type in enumerate(outputs):
-        patch = patch.add(type, REGISTRY, (0, 160 * place))
-    before = patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
-    workspace.set_patch(before)
-    canvas.zoom_to(1.0)
-    for id in outputs[1:]:
-        ends = port(workspace, id, "out", "out"), port(workspace, "tile-output", "in", "acceleration")
-        drag(workspace, *ends, modifiers=Qt.KeyboardModifier.ShiftModifier)
-    added = {("noise.out", "mix.a"), ("tone.out", "mix.b"), ("mix.out", "tile-output.acceleration")}
-    assert {*workspace.patch().wires} == added | {("texture.out", "mix.c")}, "the third goes to the same"
-    for _ in outputs[1:]:
-        workspace.undo_action.trigger()
-    assert workspace.patch() == before, "each is one step"
-    canvas.patch_scene.select(["tone"])
-    QTest.keyClick(canvas, Qt.Key.Key_C)
-    QTest.keyClicks(canvas.connection_search.field, "by mix")
-    QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
-    assert {*workspace.patch().wires} == added
-    events = Patch().add("footfall", REGISTRY).add("poisson", REGISTRY, (0, 160)).add("impact", REGISTRY, (320, 0))
-    workspace.set_patch(events.connect("footfall.onset", "impact.strike", REGISTRY))
-    canvas.add_up("poisson.out", "impact.strike")
-    assert ("poisson.out", "join.b") in workspace.patch().wires
-    workspace.set_patch(before)
-    canvas.patch_scene.select(["noise", "tile-output"])
-    canvas.collapse()
-    canvas.add_up("tone.out", "tile-output.acceleration")
-    assert {*workspace.patch().wires} == added
-    assert "mix" in workspace.patch().groups[0].members, "beside a wire that is not seen, in its sub-patch"
 
 
 def test_a_wire_ends_at_the_port_that_it_was_brought_to(workspace):

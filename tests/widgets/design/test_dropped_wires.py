@@ -1,0 +1,68 @@
+"""Wires that are let go on a node or on an input that has one: which input they take, and what adds them up."""
+
+import pytest
+from design_samples import drag, middle, port
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+
+
+@pytest.fixture
+def workspace(qtbot, all_nodes):
+    all_nodes.resize(1280, 748)
+    show(qtbot, all_nodes)
+    return all_nodes
+
+
+def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
+    patch = Patch().add("noise", REGISTRY).add("tone", REGISTRY, (0, 200)).add("stance-curve", REGISTRY, (0, 400))
+    workspace.set_patch(patch.add("mix", REGISTRY, (300, 0)).add("gain", REGISTRY, (300, 300)))
+    for source, target in (("noise", "mix"), ("tone", "mix"), ("tone", "gain"), ("stance-curve", "gain")):
+        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, target))
+    assert workspace.patch().wires == (
+        ("noise.out", "mix.d"), ("tone.out", "mix.c"), ("tone.out", "gain.signal"), ("stance-curve.out", "gain.gain"),
+    )  # fmt: skip
+    workspace.set_patch(
+        Patch().add("gain", REGISTRY).add("gain", REGISTRY, (0, 200)).add("tile-output", REGISTRY, (300, 0))
+    )
+    for source in ("gain", "gain1"):
+        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
+    assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
+    assert "gave way" in workspace.canvas.message
+
+
+def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspace):
+    """It took seven gestures: as Max adds what comes to an inlet, everybody draws the second wire first."""
+    outputs, canvas = ("noise", "tone", "texture"), workspace.canvas
+    patch = Patch().add("tile-output", REGISTRY, (480, 0))
+    for place, type in enumerate(outputs):
+        patch = patch.add(type, REGISTRY, (0, 160 * place))
+    before = patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
+    workspace.set_patch(before)
+    canvas.zoom_to(1.0)
+    for id in outputs[1:]:
+        ends = port(workspace, id, "out", "out"), port(workspace, "tile-output", "in", "acceleration")
+        drag(workspace, *ends, modifiers=Qt.KeyboardModifier.ShiftModifier)
+    added = {("noise.out", "mix.a"), ("tone.out", "mix.b"), ("mix.out", "tile-output.acceleration")}
+    assert {*workspace.patch().wires} == added | {("texture.out", "mix.c")}, "the third goes to the same"
+    for _ in outputs[1:]:
+        workspace.undo_action.trigger()
+    assert workspace.patch() == before, "each is one step"
+    canvas.patch_scene.select(["tone"])
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    QTest.keyClicks(canvas.connection_search.field, "by mix")
+    QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
+    assert {*workspace.patch().wires} == added
+    events = Patch().add("footfall", REGISTRY).add("poisson", REGISTRY, (0, 160)).add("impact", REGISTRY, (320, 0))
+    workspace.set_patch(events.connect("footfall.onset", "impact.strike", REGISTRY))
+    canvas.add_up("poisson.out", "impact.strike")
+    assert ("poisson.out", "join.b") in workspace.patch().wires
+    workspace.set_patch(before)
+    canvas.patch_scene.select(["noise", "tile-output"])
+    canvas.collapse()
+    canvas.add_up("tone.out", "tile-output.acceleration")
+    assert {*workspace.patch().wires} == added
+    assert "mix" in workspace.patch().groups[0].members, "beside a wire that is not seen, in its sub-patch"
