@@ -7,11 +7,12 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import BadValue
+from underfoot.floor.footsteps import Step
 from underfoot.records.notes import body_weight_n
-from underfoot.records.standing import Standing, standing_phase
+from underfoot.records.standing import WHY, Standing, standing_phase
 from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.question import ask_text
-from underfoot.widgets.recordings.reader import RecordingReader
+from underfoot.widgets.recordings.reader import OpenedRecording, RecordingReader
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.timeline import Axis
 from underfoot.widgets.recordings.tracks import RecordingContent
@@ -41,8 +42,7 @@ class StepNotes(QObject):
         if self._axis.content is None or not chosen:
             self._notify("No step is chosen: click one, or press . for the next.")
             return
-        opened = self._axis.content.opened
-        places = [(opened.first + round(step.start_s * opened.rate), step.tile) for step in chosen]
+        places = _places(self._axis.content.opened, chosen)
         if all(step.left_out for step in chosen):
             self._write(places, "")
             return
@@ -70,13 +70,21 @@ class StepNotes(QObject):
         person = self._steps.shown_person
         known = next((one for one in content.opened.notes.body_weights if one.person == person), None)
         of_found = f"{found.weight_n:.1f} N" if found else ""
+        stand = [one.step for one in content.steps if found and found.is_in(one.step)]
         hint = f"Somebody stands still: {of_found}, {found}." if found else "Nobody stands still for 2 s here."
+        if stand:
+            hint += f"\nLeft out of means with it, as {WHY}: step {', '.join(str(step.step) for step in stand)}."
         whose = f"person {person}" if person else "who walks"
         question = f"Body weight of {whose}, in kg or N; empty: unknown.\n{hint}"
         text = f"{known.weight_n:.1f} N" if known else of_found
 
         def take(typed: str) -> None:
-            self._weigh(person, typed, str(found) if typed == of_found else "typed")
+            if found is None or typed != of_found:
+                self._weigh(person, typed, "typed")
+                return
+            self._weigh(person, typed, str(found))
+            if stand:
+                self._write(_places(content.opened, stand), WHY)
 
         ask_text(self._owner, "Body weight", question, take, text)
 
@@ -91,3 +99,8 @@ class StepNotes(QObject):
 
     def _write(self, places: Sequence[tuple[int, str]], why: str) -> None:
         self._reader.change(lambda recording: recording.leave_out(places, why))
+
+
+def _places(opened: OpenedRecording, steps: Sequence[Step]) -> list[tuple[int, str]]:
+    """Return session frames and tiles at which steps began."""
+    return [(opened.first + round(step.start_s * opened.rate), step.tile) for step in steps]

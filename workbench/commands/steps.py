@@ -12,6 +12,9 @@ from underfoot.commands.surveying import survey_told
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from underfoot.floor.footsteps import Step
     from underfoot.records.recording import Recording
     from underfoot.records.survey import Survey
 
@@ -42,7 +45,6 @@ def steps(
     """
     from underfoot.records.notes import body_weight_n
     from underfoot.records.recording import Recording
-    from underfoot.records.survey import RecordedForces
     from underfoot.records.tables import recorded_step_lines
 
     with_steps, with_weight = bool(numbers) or why is not None, body_weight is not None
@@ -66,15 +68,23 @@ def steps(
         if why is None:
             print("\n".join(recorded_step_lines(chosen)))
             return
-        forces = RecordedForces(opened)
-        opened.leave_out([(forces.frame_at(step.start_s), step.tile) for step in chosen], why)
-    told = ", ".join(map(str, numbers))
-    print(f"left out: {told} ({' '.join(why.split())})" if why.strip() else f"count again: {told}")
+        _leave_out(opened, chosen, why)
+
+
+def _leave_out(recording: "Recording", steps: "Sequence[Step]", why: str) -> None:
+    """Leave steps out for a reason, or take them in again, and say so; nothing without a step."""
+    from underfoot.records.survey import RecordedForces
+
+    forces = RecordedForces(recording)
+    recording.leave_out([(forces.frame_at(step.start_s), step.tile) for step in steps], why)
+    told = ", ".join(str(step.step) for step in steps)
+    if told:
+        print(f"left out: {told} ({' '.join(why.split())})" if why.strip() else f"count again: {told}")
 
 
 def _weigh(recording: "Recording", found: "Survey", person: int | None, weight_n: float, *, is_found: bool) -> None:
     """Note a body weight, NaN for none, or that of a standing phase if it is to be found."""
-    from underfoot.records.standing import STILL_S, standing_phase
+    from underfoot.records.standing import STILL_S, WHY, standing_phase
 
     known = {one.step.person for one in found.steps} - {0}
     if person is not None and person not in known:
@@ -88,6 +98,7 @@ def _weigh(recording: "Recording", found: "Survey", person: int | None, weight_n
                 f"nobody stands still for {STILL_S:g} s in {recording.path}; allowed: a weight, as '71.4 kg'"
             )
         weight_n, source = phase.weight_n, str(phase)
+        _leave_out(recording, [one.step for one in found.steps if phase.is_in(one.step)], WHY)
     recording.note_body_weight(person or 0, weight_n, source)
     is_known = math.isfinite(weight_n)
     print(f"body weight of {whose}: " + (f"{weight_n:.1f} N ({source})" if is_known else "not noted"))

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
-from underfoot.floor.footsteps import LEAST_N
+from underfoot.floor.footsteps import LEAST_N, Step
 from underfoot.records.survey import PLACES_S, ContactSpan
 
 STILL_S = 2.0
 """Length of a standing phase: sway and heartbeat, of about 1 Hz, are averaged."""
+WHY = "standing"
+"""Why steps are left out that are feet of a standing phase."""
 STILL = 0.02
 """Largest standard deviation of the load while somebody stands still, as a share of it; of who walks it is a tenth."""
 
@@ -21,6 +23,16 @@ class Standing(Struct, frozen=True):
     begin_s: float
     weight_n: float
     sd_n: float
+
+    def is_in(self, step: Step) -> bool:
+        """Return whether a step that counts is a foot that stands there: for up to some seconds that is a step.
+
+        >>> phase = Standing(1.0, 700.0, 2.0)
+        >>> [phase.is_in(Step(1, "t1", "left", 0.5, ms, *[0.0] * 7)) for ms in (3000.0, 600.0)]
+        [True, False]
+        """
+        stands = step.start_s <= self.begin_s + PLACES_S and step.end_s >= self.begin_s + STILL_S - PLACES_S
+        return stands and not step.left_out
 
     def __str__(self) -> str:
         return f"standing at {self.begin_s:.1f} to {self.begin_s + STILL_S:.1f} s, ± {self.sd_n:.1f} N"

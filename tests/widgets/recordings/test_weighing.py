@@ -58,3 +58,12 @@ def test_the_weight_of_who_stands_is_proposed_and_another_can_be_typed_and_remov
     qtbot.waitUntil(lambda: table.rowCount() > 0)
     assert {"Peak 1, %BW", "Loading, %BW/s"} <= {table.item(row, 0).text() for row in range(table.rowCount())}
     assert opened.comparison.plot.drawing.y == "mean force ± 1 SD, % of body weight"
+
+
+def test_the_feet_of_who_stands_briefly_are_left_out_with_the_weight_that_they_give(workspace, folder, qtbot):
+    workspace.open_file(stood_and_walked(folder / "bo.underfoot", 800, stands_s=3.0))
+    qtbot.waitUntil(lambda: len(workspace.steps.visible_steps()) == 10 and not workspace.surveyor.is_busy)
+    dialog = dialog_of(workspace, qtbot)
+    assert "Left out of means with it, as standing: step 1, 2." in dialog.labelText()
+    dialog.accept()
+    qtbot.waitUntil(lambda: [step.left_out for step in workspace.steps.visible_steps()] == ["standing"] * 2 + [""] * 8)
