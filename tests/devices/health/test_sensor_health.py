@@ -116,6 +116,13 @@ def test_a_sensor_at_the_end_of_its_range():
                          "at the top of 16?)")  # fmt: skip
 
 
+def test_a_sensor_that_is_stuck_is_not_called_saturated():
+    """Its divider was looked at, and not its mount."""
+    late = np.arange(len(walked())) > 10_000
+    (line,) = found(FLOOR, changed(walked(), 1, 0, lambda f: np.where(late, 40.0, f)))
+    assert line == "tile t2: sensor 1 is stuck (stays at 1800 while the load on its tile changes)"
+
+
 def test_a_loose_sensor():
     loaded = np.flatnonzero(walked()[:, 1, 0] > 80.0)
     out = np.zeros(len(walked()), bool)

@@ -7,6 +7,7 @@ from the other three.
 - *Dead*: it stays at rest while the other three carry a load of which it should have a part.
 - *Reversed*: it falls below rest while the other three carry such a load.
 - *Saturated*: it stays at one reading, at the top of the range or below it, while the load on its tile changes.
+- *Stuck*: the same, and it has read more, and less, before.
 - *Loose*: it repeatedly falls to rest from one sample to the next while the others do not, and recovers.
 - *Noisy*: with nobody on its tile it swings to and fro so far that four such sensors reach the load of a contact.
 
@@ -50,6 +51,8 @@ _SENSOR = np.dtype(
         ("rest_n", np.float64),
         ("force_n", np.float64),
         ("reading", np.int64),
+        ("lowest", np.int64),
+        ("highest", np.int64),
         ("flat_s", np.float64),
         ("flat_samples", np.int64),
         ("flat_others_n", np.float64),
@@ -67,10 +70,10 @@ _SENSOR = np.dtype(
     ],
     align=True,
 )
-"""State of a sensor: its force at rest, its newest force and reading; the time and samples of a constant reading, and
-the others' load when it began; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has
-recovered), from which load, how often, and when first; for how long it has been well; its mean, the side of it on which
-it swung last, and in these `NOISY_S` how often and how far.
+"""State of a sensor: its force at rest, its newest force and reading, and the ends of its readings; the time and
+samples of a constant reading, and the others' load when it began; the times for which it looked dead, and reversed; its
+last fall to rest (-inf: it has recovered), from which load, how often, and when first; for how long it has been well;
+its mean, the side of it on which it swung last, and in these `NOISY_S` how often and how far.
 """
 _TILE = np.dtype(
     [
@@ -179,12 +182,14 @@ class SensorHealth:
         new: dict[str, list[int]] = {}
         for sensor in range(4):
             others_n, reading = load_n.sum() - load_n[sensor], int(sensors[sensor]["reading"])
+            is_amid = sensors[sensor]["lowest"] < reading < sensors[sensor]["highest"]
+            stays = "stuck" if is_amid else "saturated"
             for fault, what in (
                 (_NOISY, f"noisy (swings by {swing_n:.0f} N {swings:.0f} times a second with nobody on the tile; "
                          "hum of the mains, or its shaker?)"),
                 (_DEAD, f"dead (reads {reading} while its neighbours carry {others_n:.0f} N)"),
                 (_REVERSED, f"reversed (it falls while its neighbours carry {others_n:.0f} N)"),
-                (_SATURATED, f"saturated (stays at {reading} while the load on its tile changes{unshifted(reading)})"),
+                (_SATURATED, f"{stays} (stays at {reading} while the load on its tile changes{unshifted(reading)})"),
                 (_LOOSE, f"loose (fell to nothing {counted(sensors[sensor]['falls'], 'time')} while its tile was "
                          "loaded)"),
             ):  # fmt: skip
@@ -244,9 +249,11 @@ def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
                 if sensors[j].well_s >= WELL_S:
                     found[j] &= _NOISY
         _find_noise(tile, sensors, force_n, total_n, step_s, found)
-        tile.time_s, tile.is_known = now_s, True
         for j in range(4):
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
+            sensors[j].lowest = min(sensors[j].lowest, reading[j]) if tile.is_known else reading[j]
+            sensors[j].highest = max(sensors[j].highest, reading[j]) if tile.is_known else reading[j]
+        tile.time_s, tile.is_known = now_s, True
         at += 1
         if (found[0], found[1], found[2], found[3]) != known:
             return at, True
