@@ -120,11 +120,12 @@ def test_a_measurement_without_a_result_says_its_conditions_and_the_tile_s_seria
     driver.click(driver.workspace.choice.serial)
     driver.qtbot.keyClicks(driver.workspace.choice.serial, "A9\r")
     driver.wait(lambda: driver.written)
-    driver.settings.conditions = "21 degrees"
+    driver.settings.conditions, driver.settings.conditions_on = "21 degrees", "2024-05-01"
     driver.workspace.write_report(Result("response", "Vibration of t1", (), "the plug came out", good=False), tmp_path)
     driver.wait(lambda: any("The report is in" in line for line in driver.said))
     page = (tmp_path / "response.html").read_text()
-    assert re.findall("<th>(?:serial number|conditions)</th><td>(.*?)</td>", page) == ["A9", "21 degrees"]
+    noted = "21 degrees (noted on 2024-05-01)"
+    assert re.findall("<th>(?:serial number|conditions)</th><td>(.*?)</td>", page) == ["A9", noted]
 
 
 def test_a_profile_that_is_too_old_is_flagged(driver):

@@ -329,10 +329,13 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.profiles.save(self.tile.id, self._with_origin(result))
 
     def _with_origin(self, result: Result) -> Result:
-        return result.with_origin(simulated=self._is_simulated, conditions=self._settings.conditions)
+        noted, day = self._settings.conditions, self._settings.conditions_on
+        if noted and day not in ("", date.today().isoformat()):
+            noted += f" (noted on {day})"
+        return result.with_origin(simulated=self._is_simulated, conditions=noted)
 
     def _note(self, conditions: str) -> None:
-        self._settings.conditions = conditions.strip()
+        self._settings.conditions, self._settings.conditions_on = conditions.strip(), date.today().isoformat()
 
     def _saved(self, tile: str, kind: str) -> None:
         if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):

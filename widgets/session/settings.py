@@ -40,16 +40,16 @@ class Settings(msgspec.Struct):
 
     `simulation` is the file of the simulated tiles' parameters, "" for ideal ones. `sound` is "" for the default
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are the
-    calibrations' references on hardware, `conditions` the note that goes with their results. `projector_at` is the
-    position of a tile's centre on the floor, in metres right of and above the screen's, `projector_turn` degrees to the
-    left. `stars` are the files of starred presets. `network_addresses` are the chosen ones of `DEFAULT_ADDRESSES`, and
-    `network_on` the active ones, also of `plan.FLAGS`. `recordings` are files and folders of recordings besides the
-    folder recorded to. `outside_files` are files that the user allowed patches in other folders to read. `run_code` has
-    the SHA-256 of each custom node's file that the user has agreed to run. `calibrated_plate` is the stiffness plate
-    that was calibrated last, PORT:FILE. `study_equipment` is the equipment of studies besides the floor, by the fields
-    of `studies.equipment.EquipmentChoice`; with `study_lapses` their psychometric curves have a lapse rate. `theme` is
-    one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent; `splitters` are splitter positions by name, and
-    `workspace` is the one last shown.
+    calibrations' references on hardware, `conditions` the note that goes with their results, of the day
+    `conditions_on`. `projector_at` is the position of a tile's centre on the floor, in metres right of and above the
+    screen's, `projector_turn` degrees to the left. `stars` are the files of starred presets. `network_addresses` are
+    the chosen ones of `DEFAULT_ADDRESSES`, and `network_on` the active ones, also of `plan.FLAGS`. `recordings` are
+    files and folders of recordings besides the folder recorded to. `outside_files` are files that the user allowed
+    patches in other folders to read. `run_code` has the SHA-256 of each custom node's file that the user has agreed to
+    run. `calibrated_plate` is the stiffness plate that was calibrated last, PORT:FILE. `study_equipment` is the
+    equipment of studies besides the floor, by the fields of `studies.equipment.EquipmentChoice`; with `study_lapses`
+    their psychometric curves have a lapse rate. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in
+    percent; `splitters` are splitter positions by name, and `workspace` is the one last shown.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -75,6 +75,7 @@ class Settings(msgspec.Struct):
     folder: str = ""
     references: dict[str, str] = {}
     conditions: str = ""
+    conditions_on: str = ""
     projector_scale: float = 1.0
     projector_at: tuple[float, float] = (0.0, 0.0)
     projector_turn: float = 0.0
