@@ -328,18 +328,18 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
         ("Pause of 1 s", partial(fill_disk, "")),
         ("When it can be written, press Enter", make_room),
         ("press Enter to begin", ""),
-        ("How was it", partial(fill_disk, "note tired")),
+        ("How strong was it", partial(fill_disk, "note tired")),
         ("Type it again when it can be written", lambda child: f"note tired{make_room(child)}"),
-        ("How was it", "much"),
+        ("How strong was it", "much"),
         ("allowed: 0 (least) to 100", partial(fill_disk, "40")),
         ("When it can be written, press Enter", ""),
         ("When it can be written, press Enter", make_room),
         ("press Enter to begin", ""),
-        ("How was it", end),
+        ("How strong was it", end),
     )
     printed = []
     assert in_terminal(command, typed, printed) == 143
-    assert "How was it" in "".join(printed).rstrip().splitlines()[-1]  # nothing of memory that was left
+    assert "How strong was it" in "".join(printed).rstrip().splitlines()[-1]  # nothing of memory that was left
     assert "You can stop at any time.\n" in printed  # a page without a title
     file = SessionFile.open(tmp_path / "p7.session")
     begun = {}
@@ -391,7 +391,7 @@ def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(typing, tmp_path
     (tmp_path / "floor.json").write_bytes(floor.dumps())
     command = ["experiment", "a.json", "--participant", "P", "--session", "p.session", "--target", transport.name,
                "--floor", "floor.json"]  # fmt: skip
-    typed = (("press Enter to begin", ""), ("How was it", "40"), ("press Enter to begin", ""), ("How was it", "60"))
+    typed = (("press Enter to begin", ""), ("How strong was it", "40"), ("press Enter to begin", ""), ("How was it", "60"))
     with closing(Emulator(sender, empty)) as emulator:
         emulator.start()
         printed = typing(command, typed)
@@ -422,7 +422,7 @@ def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(typing
     for arguments in ((session,), (protocol, "--participant", "Q", "--session", new)):
         assert said("experiment", *arguments, "--trigger", tmp_path / "no port").endswith("there is no such port")
     assert not new.exists()  # it was left, empty
-    typing(["experiment", session], (("press Enter to begin", ""), ("How was it", "60")))
+    typing(["experiment", session], (("press Enter to begin", ""), ("How strong was it", "60")))
     file = SessionFile.open(session)
     assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
     file.close()
