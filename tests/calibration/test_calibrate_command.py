@@ -146,7 +146,7 @@ def test_a_line_that_is_gone_ends_a_calibration_by_hand_only_while_nothing_was_m
                 raise DeviceError("nothing comes of tile 0: is it plugged in?")
             return super().read()
 
-    monkeypatch.setattr(PressingRig, "open", lambda *_: Gone(SimulatedTile(TILE), rate_hz=100.0))
+    monkeypatch.setattr(PressingRig, "open", lambda *_: Gone(SimulatedTile(TILE), rate_hz=40.0))
     options = ("--target", "serial:none", "--cell", "9.1:0.05:120", "--profile", "t1.json")
     found = underfoot("calibrate", "forces", *options)
     assert "underfoot: nothing comes of tile 0: is it plugged in?" in found.error
@@ -166,7 +166,7 @@ def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underf
         return conclude(procedure)
 
     monkeypatch.setattr(FsrProcedure, "conclude", refuse_once)
-    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
+    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=40.0))
     arguments = ("--cell", "9.1:0.05:120", "--report", "report", "--profile", "t1.json", "--conditions", "18 °C")
     found = underfoot("calibrate", "forces", "--target", "serial:none", *arguments)
     assert found.status == 1
@@ -188,7 +188,7 @@ def test_what_was_measured_by_hand_is_kept_in_a_new_folder_where_no_report_is_na
         raise ends.pop()
 
     monkeypatch.setattr(FsrProcedure, "conclude", refuse)
-    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
+    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=40.0))
     for name, status in (("t1-fsr", 1), ("t1-fsr-2", 130)):
         found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
         assert found.status == status
@@ -231,7 +231,7 @@ def test_what_was_measured_by_hand_is_kept_when_the_terminal_or_the_computer_is_
     underfoot, folder, monkeypatch, name, status, with_hangup
 ):
     monkeypatch.setattr(FsrProcedure, "conclude", lambda procedure: signal.raise_signal(getattr(signal, name)))
-    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
+    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=40.0))
     found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
     assert found.status == status
     assert (folder / "t1-fsr" / "fsr-pairs.csv").exists()
