@@ -87,6 +87,8 @@ class Recording:
             missing = [key for key in NEEDED if not _is_said(key, self.about.get(key))]
             if missing:
                 raise BadFile(f"{path} is not a whole recording: it does not say its {', '.join(missing)}")
+            if not all(isinstance(text, str) for entry in self.about.items() for text in entry):
+                raise BadFile(f"{path} is not a whole recording: what it says of itself is no text")
             self._floor_tiles = self._tiles_of_floor()
             self._known_gaps: dict[str, tuple[int, list[Gap]]] = {}  # by table, with the last block looked at
             unless_read.pop_all()
@@ -212,7 +214,7 @@ class Recording:
         """
         try:
             return msgspec.json.decode(self.about.get("calibrations", "{}"), type=InUse)
-        except (msgspec.DecodeError, TypeError) as error:
+        except msgspec.DecodeError as error:
             raise BadFile(f"{self.path}: its calibrations cannot be read: {in_one_line(error)}") from None
 
     @property
@@ -249,7 +251,10 @@ class Recording:
             ask = f"select min(first) from {table}"
             (first,) = self._base.execute(ask).fetchone()
             last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
-        return first, last[0] if last else None
+            ends = first, last[0] if last else None
+            if any(not (number is None or abs(number) <= FURTHEST_FRAME) for number in ends):
+                raise ValueError(f"its rows are numbered {ends}")
+        return ends
 
     # --- marks, notes of steps, and envelopes ---
 
