@@ -75,17 +75,24 @@ def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(expor
     assert "PhysioType" not in about, "a stimulus is none"
 
 
-def test_a_damaged_recording_of_one_trial_takes_no_other_from_the_data_set(tmp_path):
+@pytest.mark.parametrize(
+    ("damage", "why"),
+    [
+        ("data = substr(data, 1, 99)", "a stretch is cut short, or too large"),
+        ("part = x'00'", "Expected `int`, got `bytes` - at `$[0]`"),
+        ("columns = '[]'", "a stretch has (4,) columns, and names 0"),
+    ],
+)
+def test_a_damaged_recording_of_one_trial_takes_no_other_from_the_data_set(tmp_path, damage, why):
     protocol, path = made_protocol("rating", {"blocks": 1}), tmp_path / "p-1.session"
     with closing(SessionFile.create(path, protocol, "p-1")) as file:
         for _ in range(2):
             file.add(file.study(protocol).answer({"rating": 4}), [Excerpt("force", 0, 1.5, 1000.0, CORNERS, FORCE)])
     with closing(sqlite3.connect(path)) as base, base:
-        base.execute("update stretch set data = substr(data, 1, 99) where entry = 1")
+        base.execute(f"update stretch set {damage} where entry = 1")
     (told,) = written_files([path], "BIDS", tmp_path / "b", Settings(), protocol)
     assert told.remarks[1] == (
-        f"Written without force and vibration of entry 1: {path}: table stretch cannot be read: "
-        "a stretch is cut short, or too large."
+        f"Written without force and vibration of entry 1: {path}: table stretch cannot be read: {why}."
     )
     assert [found.name[28:37] for found in (tmp_path / "b").rglob("*.tsv.gz")] == ["force0002"]
 

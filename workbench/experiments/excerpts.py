@@ -3,13 +3,18 @@
 import json
 import zlib
 from dataclasses import dataclass
+from string import ascii_lowercase
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 _LARGEST = 1 << 30
 """Bytes of a stretch: an hour and a half of a tile's vibration."""
-Packed = tuple[int, str, float, float, str, float, str, bytes]
+Part = Annotated[int, msgspec.Meta(ge=0, lt=len(ascii_lowercase))]
+"""Number of an interval of a trial, which has a letter in exports."""
+Packed = tuple[Part, str, float, float, str, float, str, bytes]
 """A stretch as a row of its table, without the entry: part, kind, first, rate_hz, columns, scale, shape, data."""
 _TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<i2"}
 
@@ -44,10 +49,12 @@ def packed(excerpt: Excerpt) -> Packed:
 
 
 def unpacked(row: Packed) -> Excerpt:
-    """Return the excerpt in a row; raise an error of zlib or a `ValueError` if it is damaged."""
-    part, kind, first, rate_hz, columns, scale, shape, data = row
+    """Return the excerpt in a row; raise an error of zlib or msgspec or a `ValueError` if it is damaged."""
+    part, kind, first, rate_hz, columns, scale, shape, data = msgspec.convert(row, Packed)
     values = np.frombuffer(_decompressed(data), _TYPES[kind]).reshape(json.loads(shape))
-    names = tuple(json.loads(columns))
+    names = msgspec.json.decode(columns, type=tuple[str, ...])
+    if values.shape[1:] != (len(names),):
+        raise ValueError(f"a stretch has {values.shape[1:]} columns, and names {len(names)}")
     return Excerpt(kind, part, first, rate_hz, names, values.astype(np.float64) * scale)
 
 

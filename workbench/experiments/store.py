@@ -452,9 +452,10 @@ class SessionFile:
     @contextmanager
     def _readable(self, table: str) -> Iterator[None]:
         """Raise an error of one line if a table is damaged."""
+        damage = ValueError, TypeError, KeyError, OverflowError, RecursionError
         try:
             yield
-        except (sqlite3.Error, zlib.error, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
+        except (sqlite3.Error, zlib.error, msgspec.DecodeError, *damage) as error:
             raise BadFile(f"{self.path}: table {table} cannot be read: {in_one_line(error)}") from None
 
     @contextmanager
