@@ -1,7 +1,9 @@
 """What the window's dialogs have in common."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QWidget
+from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+
+from underfoot.widgets import theme
 
 
 class Dialog(QDialog):
@@ -11,3 +13,10 @@ class Dialog(QDialog):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(title)
+
+    def column(self, gap_px: int = 2 * theme.GRID) -> QVBoxLayout:
+        """Return the column of all that the dialog has, within its margins."""
+        made = QVBoxLayout(self)
+        made.setContentsMargins(theme.MARGINS)
+        made.setSpacing(gap_px)
+        return made

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtWidgets import QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QFormLayout, QLineEdit, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder, write_file
@@ -155,9 +155,7 @@ class PresetDialog(Dialog):
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(theme.MARGINS)
-        layout.setSpacing(2 * theme.GRID)
+        layout = self.column()
         layout.addLayout(form)
         layout.addWidget(self.buttons)
         self.resize(56 * theme.GRID, 10)

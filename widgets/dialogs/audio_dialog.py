@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QScrollArea,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -74,9 +73,7 @@ class AudioDialog(Dialog):
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
         self.buttons.button(QDialogButtonBox.StandardButton.Apply).clicked.connect(self._apply)
         self.buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(theme.MARGINS)
-        layout.setSpacing(2 * theme.GRID)
+        layout = self.column()
         layout.addLayout(form)
         layout.addWidget(self.note)
         layout.addWidget(theme.label("Which tile is which", "title"))

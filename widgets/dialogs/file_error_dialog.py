@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
 from underfoot.file_places import FilePlace
 from underfoot.widgets import theme
@@ -26,9 +26,7 @@ class FileErrorDialog(Dialog):
         self.lines.setVisible(bool(self.lines.text()))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(theme.MARGINS)
-        layout.setSpacing(theme.GRID)
+        layout = self.column(theme.GRID)
         layout.addWidget(theme.label("This file cannot be read", "title"))
         for label in (self.file, self.error_text, self.lines):
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

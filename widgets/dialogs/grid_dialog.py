@@ -1,7 +1,7 @@
 """Asks for the rows and columns of a simulated floor."""
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
 from underfoot.floor.layout import default_floor
 from underfoot.parameters import Count, ask
@@ -30,9 +30,7 @@ class GridDialog(Dialog):
         self.use = buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(theme.MARGINS)
-        layout.setSpacing(2 * theme.GRID)
+        layout = self.column()
         for widget in (self.rows, self.columns, self.extent, buttons):
             layout.addWidget(widget)
         self.use.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the field as it is, for `accept` to read

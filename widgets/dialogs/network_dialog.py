@@ -4,7 +4,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QGridLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QGridLayout, QLineEdit, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.network.plan import FLAGS, NetworkPlan
@@ -75,9 +75,7 @@ class NetworkDialog(Dialog):
         self.apply.clicked.connect(self._apply)
         self.apply.setDefault(True)
         self.buttons.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(theme.MARGINS)
-        column.setSpacing(2 * theme.GRID)
+        column = self.column()
         column.addLayout(grid)
         for widget in (self.note, self.trouble, self.counters, self.refusal):
             column.addWidget(widget)

@@ -1,7 +1,7 @@
 """A sample of another text size, and the choice to restart Underfoot in it at once."""
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
@@ -31,9 +31,7 @@ class TextSizeDialog(Dialog):
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         self.accepted.connect(self.restart_requested)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(theme.MARGINS)
-        layout.setSpacing(theme.GRID)
+        layout = self.column(theme.GRID)
         for widget in (self.title, self.sample, explained, buttons):
             layout.addWidget(widget)
         self.setMinimumWidth(52 * theme.GRID)

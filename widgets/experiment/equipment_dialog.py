@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -211,9 +210,7 @@ class EquipmentDialog(Dialog):
             grid.addWidget(theme.paragraph(helps[name], "small"), row, 1, 1, 2)
             grid.setRowMinimumHeight(row + 1, theme.GRID)
             row += 2
-        column = QVBoxLayout(self)
-        column.setContentsMargins(theme.MARGINS)
-        column.setSpacing(2 * theme.GRID)
+        column = self.column()
         column.addLayout(grid)
         column.addWidget(self.note)
         column.addStretch(1)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.experiments.observers import truths_of
@@ -58,9 +58,7 @@ class PeopleDialog(Dialog):
         self.defaults_button = self.buttons.addButton("Defaults", QDialogButtonBox.ButtonRole.ResetRole)
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         self.use_button.setDefault(True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(theme.MARGINS)
-        column.setSpacing(2 * theme.GRID)
+        column = self.column()
         words = theme.label("What is true of everybody who is simulated; estimates are held against it.", "muted")
         for part in (words, self.rows, self.note):
             column.addWidget(part)

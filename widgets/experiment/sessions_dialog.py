@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -98,9 +97,7 @@ class SessionsDialog(Dialog):
         row = QHBoxLayout()
         for part, share in ((self.why, 3), (self.leave_button, 0), (self.id, 1), (self.id_button, 0)):
             row.addWidget(part, share)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(theme.MARGINS)
-        column.setSpacing(theme.GRID)
+        column = self.column(theme.GRID)
         column.addWidget(theme.paragraph(words, "muted"))
         column.addWidget(self.table, 1)
         column.addLayout(row)
