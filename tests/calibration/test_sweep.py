@@ -236,6 +236,14 @@ def test_strong_hum_is_named_where_the_sweep_does_not_explain_the_recording():
         measure(SWEEP, recorded, RATE)
 
 
+def test_where_one_octave_is_not_the_sweep_it_is_named():
+    """Of a recording of which the sweep explains nearly all, it was said to explain 0 % of what was heard."""
+    recorded = heard(SWEEP)
+    recorded += 0.1 * np.sin(2.0 * np.pi * 50.0 * np.arange(recorded.size) / RATE)
+    with pytest.raises(BadMeasurement, match=r"fit: from 16 to 32 Hz the sweep explains \d+ % .* is hum or noise"):
+        measure(SWEEP, recorded, RATE)
+
+
 def test_coarse_samples_hum_and_strong_distortion_are_measured_all_the_same():
     coarse = np.round(0.1 * heard(SWEEP) * 32768.0) / 32768.0
     found = measure(SWEEP, coarse, RATE)

@@ -71,21 +71,26 @@ def require_explained(f: Floats, recording: Floats, left: Floats, noise: Floats)
     """Raise `BadMeasurement` for a recording that its sweep does not explain.
 
     `recording`, `left` and `noise` (n,) are the power recorded, left unexplained, and of noise, at frequencies `f`
-    (n,). Judged octave by octave, since one resonance can have nearly all the power; unknown noise (NaN) counts as 0.
+    (n,). Judged octave by octave, since one resonance can have nearly all the power; where all in all it explains
+    enough, the octave with most of what is left is named. Unknown noise (NaN) counts as 0.
     """
     share = 1.0 - float(left.sum() / max(recording.sum(), 1e-300))
     edges = np.flatnonzero(np.diff(np.floor(np.log2(f / f[0])), prepend=-1.0))
     whole, strange = (np.add.reduceat(p, edges) for p in (recording, left - 1.5 * np.nan_to_num(noise)))
-    octaves = whole >= 1e-4 * whole.max()
-    most = float(np.max(strange[octaves] / whole[octaves], initial=0.0))
-    if share < _EXPLAINED or most > _STRANGE:
-        percent = 100.0 * max(min(share, 1.0 - most), 0.0)
+    bad = (whole >= 1e-4 * whole.max()) & (strange > _STRANGE * whole)
+    if share < _EXPLAINED or bad.any():
+        where = ""
+        if share >= _EXPLAINED:
+            most = int(np.argmax(np.where(bad, strange, 0.0)))
+            share = 1.0 - float(strange[most] / whole[most])
+            where = f"from {f[edges[most]]:.0f} to {f[np.append(edges[1:], f.size)[most] - 1]:.0f} Hz "
+        percent = 100.0 * max(share, 0.0)
         if float(np.nan_to_num(noise).sum()) > 0.5 * float(left.sum()):
             why = "the rest is hum or noise, heard without the sweep, too; is the amplifier on, and this the channel?"
         else:
             why = "another channel or sweep, an amplifier that clips, lost samples, or a signal close to the noise?"
         raise BadMeasurement(
-            f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; {why}"
+            f"sweep and recording do not fit: {where}the sweep explains {percent:.0f} % of what was heard; {why}"
         )
 
 
