@@ -391,7 +391,8 @@ def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(typing, tmp_path
     (tmp_path / "floor.json").write_bytes(floor.dumps())
     command = ["experiment", "a.json", "--participant", "P", "--session", "p.session", "--target", transport.name,
                "--floor", "floor.json"]  # fmt: skip
-    typed = (("press Enter to begin", ""), ("How strong was it", "40"), ("press Enter to begin", ""), ("How was it", "60"))
+    enter = ("press Enter to begin", "")
+    typed = (enter, ("How strong was it", "40"), enter, ("How strong was it", "60"))
     with closing(Emulator(sender, empty)) as emulator:
         emulator.start()
         printed = typing(command, typed)
