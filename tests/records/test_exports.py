@@ -295,6 +295,16 @@ def test_an_export_for_which_there_is_no_room_leaves_nothing_and_says_so(path, t
         assert not [file.name for file in tmp_path.iterdir() if "cut" in file.name], share
 
 
+def test_progress_is_told_of_what_is_still(tmp_path):
+    shares = []
+    with Recording(write_recording(tmp_path / "still.underfoot", 4.2, default_floor(1, 2), vibration=False)) as still:
+        source = ExportSource(still, progress=lambda words, share: shares.append(share) is None)
+        parts = list(source.frames("vibration", "Writing"))
+    assert (sum(map(len, parts)), max(part.max() for part in parts)) == (source.end - source.first, 0.0)
+    assert shares == pytest.approx([second / source.length_s for second in range(len(parts))])
+    assert len(parts) == 5
+
+
 @pytest.mark.parametrize("suffix", formats())
 def test_an_export_that_is_stopped_at_any_of_its_parts_leaves_nothing(path, tmp_path, suffix):
     told = []

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -117,15 +118,19 @@ class ExportSource:
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps."""
-        at, begin, end, tiles = self.first, self.first, self.end, len(self.forces.floor.tiles)
-        for first, rows in self.recording.blocks(source, begin, end):
-            if first > at:
-                yield from _still(first - at, tiles)
+        at, end, tiles = self.first, self.end, len(self.forces.floor.tiles)
+        nothing = end, np.zeros((0, tiles), np.float32)  # of which what is still lasts to the end
+        for first, rows in chain(self.recording.blocks(source, at, end), [nothing]):
+            while at < first:
+                still = np.zeros((min(48_000, first - at), tiles), np.float32)
+                self._report_frame(text, at)
+                yield still
+                at += len(still)
             kept = rows[max(at - first, 0) : end - first]
-            self.report_progress(text, (first - begin) / max(end - begin, 1))
-            yield kept
+            if len(kept):
+                self._report_frame(text, at)
+                yield kept
             at = max(at, first + len(rows))
-        yield from _still(end - at, tiles)
 
     def marks(self) -> list[tuple[float, str]]:
         """Return time in seconds and text of the marks."""
@@ -163,6 +168,9 @@ class ExportSource:
 
     def _has(self, frame: int) -> bool:
         return self.stretch_s is None or self.first <= frame < self.end
+
+    def _report_frame(self, text: str, frame: int) -> None:
+        self.report_progress(text, (frame - self.first) / max(self.end - self.first, 1))
 
     def report_progress(self, text: str, share: float) -> None:
         """Report the progress; raise `ExportStopped` if the export was cancelled."""
@@ -203,8 +211,3 @@ def write_export(export: ExportSource, path: Path) -> None:
     """Write an export in the format of the path's suffix; of a recording that is being written, all that it has now."""
     with export.recording.at_one_moment():
         format_of(path).write(export, path)
-
-
-def _still(frames: int, tiles: int) -> Iterator[NDArray[np.float32]]:
-    for begin in range(0, frames, 48_000):
-        yield np.zeros((min(48_000, frames - begin), tiles), np.float32)
