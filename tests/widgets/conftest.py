@@ -99,17 +99,11 @@ def driver(qtbot, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def experiment_window(qapp, tmp_path_factory):
+def experiment_window(playing):
     """A window that plays the simulated floor, with the Experiment workspace in front."""
-    from windows import end_window, noise_patch, play_on_simulator
-
-    folder = tmp_path_factory.mktemp("window")
-    (folder / "hiss.json").write_bytes(noise_patch().dumps())
-    made = play_on_simulator(folder)
-    made.main_bar.tabs["Experiment"].click()
-    made.workspaces["Experiment"].protocol_editor.copy.update()  # its thread lives for as long as the window
-    yield made
-    end_window(made)
+    playing.main_bar.tabs["Experiment"].click()
+    playing.workspaces["Experiment"].protocol_editor.copy.update()  # its thread lives for as long as the window
+    return playing
 
 
 @pytest.fixture

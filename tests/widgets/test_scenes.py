@@ -8,7 +8,7 @@ from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
 from PySide6.QtWidgets import QApplication
-from windows import design, end_window, noise_patch, play_on_simulator
+from windows import design
 
 from underfoot.engine.commands import Walk
 from underfoot.engine.reports import given_up
@@ -25,12 +25,8 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture(scope="module")
-def window(qapp, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("window")
-    (folder / "hiss.json").write_bytes(noise_patch().dumps())
-    made = play_on_simulator(folder)
-    yield made
-    end_window(made)
+def window(playing):
+    return playing
 
 
 @pytest.fixture
