@@ -1,6 +1,6 @@
 """The menu and the dialog of every transport follow from what it declares."""
 
-from threading import Event
+import threading
 
 import pytest
 from on_screen import show
@@ -34,7 +34,7 @@ def test_a_target_is_told_in_its_words(transport):
 
 def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, monkeypatch):
     monkeypatch.setattr(transport, "suggestions", classmethod(lambda cls: ["first", "second"]))
-    chosen, answers = [], Event()
+    chosen, answers = [], threading.Event()
 
     def require(address):
         assert answers.wait(60.0)
@@ -64,3 +64,4 @@ def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, mon
     dialog.address.setEditText(f" {transport.scheme}:there ")
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: chosen == ["there"] and not isValid(dialog), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: "background" not in {thread.name for thread in threading.enumerate()}, timeout=LONG_MS)
