@@ -287,6 +287,22 @@ def test_sixteen_faders_at_once_are_taken(serve, end, until):
     assert [one.cue.value for one in taken + server.cues()] == list(range(200))
 
 
+def test_faders_push_no_mark_out_while_nobody_takes_cues(serve, end, until):
+    """A window that was held up for a quarter of a second lost marks to sixteen faders, and nobody was told."""
+    port, address = listening()
+    server = serve(listen=address)
+    end.send_message(port, "/underfoot/mark", "before", 1)
+    moves = itertools.count()
+
+    def move():
+        for _ in range(10):
+            end.send_message(port, "/underfoot/set", "noise", "amplitude", float(next(moves)))
+        return server.counts.received > 300
+
+    until(move, "so many wait")
+    assert server.cues()[0].cue == MarkCue("before", 1)
+
+
 def test_more_than_so_many_cues_a_second_are_refused_but_panic_is_heard(serve, end, until):
     port, address = listening()
     server = serve(listen=address)

@@ -60,7 +60,8 @@ MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 2
 _BURST_S = 0.25  # length of a burst at each rate
 _COSTS = {HelloCue: 10.0, PanicCue: 0.0, SetCue: 0.2}
 """Of `MOST_CUES_S`, by kind: the answer to hello is long; sixteen faders at 60 Hz send a thousand sets a second."""
-_LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
+_LONGEST_HELLO, _REASON = 60_000, 300
+_WAITING = 4096  # cues of some seconds, for as long as the owner or the thread is held up
 _SEND_BUFFER = 1 << 18  # macOS sends no datagram that is longer than this, by itself 9216 bytes
 _LARGEST_INT = 0x7FFFFFFF
 
