@@ -243,6 +243,13 @@ def test_a_silence_in_which_numbers_may_have_gone_round_is_no_restart(first):
     assert got["epoch"].tolist() == [0] * 100 + [1] * 99
 
 
+def test_a_board_that_sleeps_and_then_goes_on_in_its_numbers_has_not_begun_anew():
+    """It was asked whether its power is steady, each hour."""
+    parser, got = parsed(encode(np.concatenate([rows(100), rows(100, first=100, start_us=10_000_000)])))
+    assert parser.counts == FrameCounts(accepted=199, stale=1)
+    assert got["epoch"].tolist() == [0] * 100 + [1] * 99
+
+
 @given(st.data())
 def test_counts_are_those_of_a_list_and_a_set(data):
     """An order of frames of which none is older than 60, with losses and doubles, of two tiles."""

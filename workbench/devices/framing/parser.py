@@ -376,8 +376,10 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
             tile.patience = 0 if 0 < ahead < WINDOW else tile.patience - 1
         if tile.patience == 0:
             tile.epoch += 1
-            # After half a turn of the sequence nobody can tell: the line may have been away, or the computer asleep.
-            if tile.period_us == 0 or passed_us < 0x8000 * tile.period_us:
+            # After half a turn of the sequence nobody can tell: the line may have been away, or the computer asleep. A
+            # board that slept goes on in its numbers, and its clock, too.
+            has_slept = 0 < ahead < WINDOW and passed_us > 0
+            if not has_slept and (tile.period_us == 0 or passed_us < 0x8000 * tile.period_us):
                 tile.restarts += 1
                 total.restarts += 1
             tile.patience = WINDOW
