@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from underfoot import monitoring
 from underfoot.engine import session
 from underfoot.engine.commands import Play
-from underfoot.engine.reports import CommandApplied, Fault, Notice, OutputChanged, ProcessDied, Started
+from underfoot.engine.reports import CommandApplied, Fault, Notice, OutputChanged, PatchRefused, ProcessDied, Started
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.models import gait
 from underfoot.patch import preset_files
@@ -175,7 +175,7 @@ def test_monitor_starts_no_compiler(underfoot, folder, monkeypatch):
 
 
 def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):
-    rehearsed.acts, rehearsed.running = [([Notice("the patch is not played: no such sound")], 0.0)], False
+    rehearsed.acts, rehearsed.running = [([PatchRefused.because("no such sound")], 0.0)], False
     assert "the patch is not played: no such sound" in refused("monitor", "simulator", "--steps", "steps.csv")
     assert rehearsed.closed
 
@@ -204,8 +204,11 @@ def test_monitor_goes_on_while_its_engine_is_started_again(underfoot, folder, re
     assert len((folder / "steps.csv").read_text().splitlines()) > 1
 
 
-def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, folder, rehearsed):
+@pytest.mark.parametrize("running", [True, False])
+def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, folder, rehearsed, running):
+    """Also where the disk is full before the engine plays: an installation did not play after its next start."""
     rehearsed.acts, rehearsed.keeps_recording = [([Notice("the disk is full")], 0.0)] * 3, False
+    rehearsed.running = running
     said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec", "--steps", "steps.csv")
     assert said.status == 1
     assert said.error.splitlines()[-1] == "underfoot: rec was not recorded to the end"

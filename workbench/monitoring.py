@@ -17,10 +17,12 @@ from underfoot.engine.reports import (
     NOTHING,
     SOUND_CARD,
     Compiling,
+    EngineStopped,
     Fault,
     Health,
     Notice,
     OutputChanged,
+    PatchRefused,
     ProcessDied,
     Report,
     Started,
@@ -194,7 +196,7 @@ def messages_of(report: Report, health: Health) -> Iterator[str]:
             raise DeviceError(text)
         case OutputChanged(text):
             yield text
-        case Notice(text) if not health.running and not health.frame:
+        case EngineStopped(text) | PatchRefused(text) if not health.running and not health.frame:
             raise DeviceError(text)
         case Started(where, notice) if notice:
             yield notice if where == SOUND_CARD else f"{notice}; going on without sound"

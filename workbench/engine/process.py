@@ -25,7 +25,7 @@ from underfoot.engine.engine_supervisor import STALL_S
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import NO_ANSWER, Notice, OutputChanged, PatchRefused, Started
+from underfoot.engine.reports import NO_ANSWER, EngineStopped, Notice, OutputChanged, PatchRefused, Started
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -53,7 +53,7 @@ def run(connection: Connection) -> None:
             drop_library_messages()
         Engine(connection, message, rehearsed).run()
     except UnderfootError as error:
-        connection.send(Notice(f"the engine stopped: {error}"))
+        connection.send(EngineStopped(f"the engine stopped: {error}"))
     except (EOFError, OSError):
         return  # the supervisor died
 

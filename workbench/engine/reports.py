@@ -96,6 +96,10 @@ class PatchRefused(Notice, frozen=True):
         return cls(f"the patch is not played: {error}")
 
 
+class EngineStopped(Notice, frozen=True):
+    """The engine ended itself: its target cannot be played."""
+
+
 class OutputChanged(Notice, frozen=True):
     """A sound card does not answer, has disappeared or returned, or cannot be reopened after a panic; or no engine
     plays any more. `silence` says which cards do not play that should, "" for none.
