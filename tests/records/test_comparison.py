@@ -73,19 +73,21 @@ def test_feet_and_persons_of_each_recording_are_groups_and_who_is_not_known_is_l
 
 
 def test_length_and_width_are_those_of_steps_that_are_not_beside_a_turn():
-    """Somebody who walks to and fro three times stops before each turn, and sets off wide after it."""
+    """Somebody who walks to and fro stops before each turn, and sets off wide after it."""
     way = [(650.0, 100.0), (650.0, 102.0), (650.0, 98.0), (90.0, 110.0), (math.nan, math.nan), (655.0, 200.0)]
-    told = [*way, *way, *way]
     steps = [
-        replace(STEP, step=k, start_s=0.5 * k, cadence_per_min=120.0, step_length_mm=length, step_width_mm=width)
-        for k, (length, width) in enumerate(told)
+        replace(
+            one.step, start_s=0.5 * k, cadence_per_min=120.0, step_length_mm=way[k % 6][0], step_width_mm=way[k % 6][1]
+        )
+        for k, one in enumerate(walked([600.0] * 30))
     ]
     (group,) = compared({"walk": [Stance(step, ()) for step in steps]})
     length, width = group.figures["step_length_mm"], group.figures["step_width_mm"]
-    assert (length.count, length.mean, length.sd) == (9, 650.0, 0.0)
-    assert (width.count, width.mean) == (9, 100.0)
+    assert (length.count, length.mean, length.sd) == (15, 650.0, 0.0)
+    assert (width.count, width.mean) == (15, 100.0)
     (gait,) = gait_of(steps)
     assert (gait.step_length_mm, gait.step_width_mm) == pytest.approx((650.0, 100.0))
+    assert group.figures["length_asymmetry_percent"].mean == gait.length_asymmetry_percent == 0.0
     (short,) = compared({"walk": [Stance(step, ()) for step in steps[:6]]})  # of three on the way nothing follows
     assert short.figures["step_length_mm"].count == 5
 

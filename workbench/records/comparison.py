@@ -14,7 +14,7 @@ from underfoot.arguments import choice
 from underfoot.drawing import Drawing, Series
 from underfoot.files import replaced, written
 from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES
-from underfoot.floor.gait_summary import counting, gait_of, on_the_way
+from underfoot.floor.gait_summary import PersonGait, counting, gait_of, on_the_way
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import csv_line, require_table_name
 
@@ -98,13 +98,11 @@ def compared(recordings: Mapping[str, Sequence[Stance]], by: str = "recording") 
     ('left', 610.0, 'right', 10.0)
     """
     choice("by", by, BY)
-    groups = [
-        _group(name, stances, with_gait=by != "side")
-        for recording, whole in recordings.items()
-        for name, stances in _divided(
-            recording if len(recordings) > 1 or by == "recording" else "", _counting(whole), by
-        )
-    ]
+    groups: list[Group] = []
+    for recording, whole in recordings.items():
+        gaits = gait_of(one.step for one in whole) if by != "side" else []  # of steps that follow one another
+        name = recording if len(recordings) > 1 or by == "recording" else ""
+        groups += [_group(of, stances, gaits) for of, stances in _divided(name, _counting(whole), by)]
     return [replace(group, figures=_against(groups[0].figures, group.figures)) for group in groups]
 
 
@@ -277,16 +275,17 @@ def _divided(recording: str, stances: Sequence[Stance], by: str) -> Iterator[tup
             yield f"{recording}, {name}" if recording else name, found
 
 
-def _group(name: str, stances: Sequence[Stance], *, with_gait: bool) -> Group:
+def _group(name: str, stances: Sequence[Stance], gaits: Sequence[PersonGait]) -> Group:
+    """Return the group of some steps, with what is known of the gait of those who made them."""
     steps = [one.step for one in stances]
-    gaits = gait_of(steps) if with_gait else []  # which is of steps that follow one another
     measures = (*STEP_MEASURES, *BODY_WEIGHT_MEASURES)
     values = {name: np.array([getattr(step, name) for step in steps]) for name in measures}
     for loading in ("loading_kn_s", "loading_percent_bw_per_s"):
         values[loading][[step.spike for step in steps]] = math.nan  # an impact has it
     figures = {name: _figures(of_steps) for name, of_steps in values.items()}
-    figures |= {measure: _figures([getattr(gait, measure) for gait in gaits]) for measure in GAIT_MEASURES}
     persons = [step.person for step in steps if not step.left_out]
+    of_persons = [gait for gait in gaits if gait.person in persons]
+    figures |= {measure: _figures([getattr(gait, measure) for gait in of_persons]) for measure in GAIT_MEASURES}
     curves = (stance_curve([one.force_n for one in stances]), stance_curve([of_body_weight(one) for one in stances]))
     return Group(name, len(persons), len({*persons} - {0}), figures, *curves)
 
