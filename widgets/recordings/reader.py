@@ -144,7 +144,7 @@ class RecordingReader(QObject):
         self._base: sqlite3.Connection | None = None
         self._finest: dict[str, Envelope] = {}
         self._span = (0, 0)
-        self._told: tuple[list[Mark], Notes] | None = None
+        self._state: int | None = None
 
     # --- requests, from the window's thread ---
 
@@ -231,7 +231,7 @@ class RecordingReader(QObject):
         self._close_recording()
         recording = self._open_files.enter_context(Recording(path))
         floor = recording.floor
-        self._recording, self._floor, self._span, self._told = recording, floor, recording.span, None
+        self._recording, self._floor, self._span, self._state = recording, floor, recording.span, None
         tiles = len(floor.tiles)
         self._finest = {source: envelopes.empty(tiles + (source == "force")) for source in envelopes.SOURCES}
         self._find_base()
@@ -254,13 +254,15 @@ class RecordingReader(QObject):
         recording = self._recording
         if recording is None:
             return
-        before, self._span = self._span, recording.span
-        if self._span == before:
-            self._tell_notes()
-            self.unchanged.emit()
-        else:
-            self.extended.emit(_opened(recording, self._floor))
-            self._read_overview()
+        state, span = recording.state, self._span
+        if state != self._state:
+            self._state, self._span = state, recording.span
+            if self._span != span:
+                self.extended.emit(_opened(recording, self._floor))
+                self._read_overview()
+                return
+            self._tell_notes(recording)
+        self.unchanged.emit()
 
     def _find_base(self) -> None:
         """Find the envelopes: in the recording, else in the cache, where they are made if missing."""
@@ -324,17 +326,11 @@ class RecordingReader(QObject):
     def _change(self, change: Callable[[Recording], object]) -> None:
         if self._recording is not None:
             change(self._recording)
-            self._tell_notes()
+            self._tell_notes(self._recording)
 
-    def _tell_notes(self) -> None:
-        """Tell marks and notes of steps, if they are others than before."""
-        if self._recording is None:
-            return
-        found = self._recording.marks(), self._recording.notes()
-        if found != self._told:
-            self._told = found
-            self.marked.emit(found[0])
-            self.notes_read.emit(found[1])
+    def _tell_notes(self, recording: Recording) -> None:
+        self.marked.emit(recording.marks())
+        self.notes_read.emit(recording.notes())
 
 
 def _opened(recording: Recording, floor: Floor) -> OpenedRecording:

@@ -236,6 +236,11 @@ class Recording:
             end = round(rows[-1, 0]) + 1 if end is None else max(end, round(rows[-1, 0]) + 1)
         return (first or 0), (end or 0)
 
+    @property
+    def state(self) -> int:
+        """A number that is another one since another program, or another `Recording`, has changed the file."""
+        return int(self._base.execute("pragma data_version").fetchone()[0])
+
     def _at_ends(self, table: str) -> Iterator[tuple[int, Rows]]:
         """Return the first and the last block of a table."""
         for reverse in (False, True):
