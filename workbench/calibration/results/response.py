@@ -202,10 +202,11 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
         lines.append(f"passes differ by {values['spread_db']:.1f} dB; is something loose?")
     if values.get("thd_loudest_percent", 0.0) > 100.0 * _MOST_DISTORTION:
         lines.append(f"the loudest tone has {values['thd_loudest_percent']:.0f} % of harmonic distortion")
-    if is_reversed(found.basis):
+    if is_reversed(found.loads.get("none", found.basis)):
         lines.append(
             "a positive signal moves the accelerometer against its axis: are the wires of the shaker swapped, or does "
-            "the accelerometer point down? One tile alone plays as well, but beside others it moves against them"
+            "the accelerometer point down? Where all tiles of a floor say so, all is well; else this one moves against "
+            "the others"
         )
     changed = _level_change_db(found)
     if abs(changed) > ALLOWED_DB:
