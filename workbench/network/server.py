@@ -61,7 +61,7 @@ _BURST_S = 0.25  # length of a burst at each rate
 _COSTS = {HelloCue: 10.0, PanicCue: 0.0, SetCue: 0.2}
 """Of `MOST_CUES_S`, by kind: the answer to hello is long; sixteen faders at 60 Hz send a thousand sets a second."""
 _LONGEST_HELLO, _REASON = 60_000, 300
-_WAITING = 4096  # cues of some seconds, for as long as the owner or the thread is held up
+_WAITING = 4096  # of cues, and of answers: a window that is held up for a second takes all that faders sent
 _SEND_BUFFER = 1 << 18  # macOS sends no datagram that is longer than this, by itself 9216 bytes
 _LARGEST_INT = 0x7FFFFFFF
 
@@ -122,6 +122,7 @@ class NetworkServer:
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
         self._shown = _Shown(-math.inf, 0.0, None, ())
         self._jobs: deque[Callable[[], object]] = deque(maxlen=_WAITING)
+        self._panics: deque[Received] = deque(maxlen=_WAITING)  # what else comes pushes none of them out
         self._cues: deque[Received] = deque(maxlen=_WAITING)
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
@@ -205,8 +206,8 @@ class NetworkServer:
         self._answer(received.sender, "refused", received.number, received.cue.address, reason[:_REASON])
 
     def cues(self) -> list[Received]:
-        """Return the cues received since the last call."""
-        return [self._cues.popleft() for _ in range(len(self._cues))]
+        """Return the cues received since the last call, panics first."""
+        return [waiting.popleft() for waiting in (self._panics, self._cues) for _ in range(len(waiting))]
 
     def _queue_message(self, name: str, *arguments: Argument) -> None:
         if self.plan.send is not None:
@@ -360,7 +361,7 @@ class NetworkServer:
         if isinstance(cue, HelloCue):
             self._send_answer(self._hello, sender)
         else:
-            self._cues.append(Received(cue, sender))
+            (self._panics if isinstance(cue, PanicCue) else self._cues).append(Received(cue, sender))
 
     def _close_inlets(self, kind: type[LslMarks | SerialMarks]) -> None:
         for inlet in self._inlets:
