@@ -13,6 +13,7 @@ from windows import dialog_of
 
 from underfoot.engine.commands import PressTile
 from underfoot.network.server import Counts
+from underfoot.widgets.design.blind_test import BlindTest
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.session import network_link
 from underfoot.widgets.session.network_link import LENT_MESSAGE
@@ -154,11 +155,34 @@ def test_what_is_taken_as_the_session_begins_is_served_once_it_is_free(window, c
 
 
 def test_a_value_that_is_set_from_outside_is_not_that_of_another_patch_with_such_a_node(window, served, client, qtbot):
-    client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, 20)
-    answer(client, qtbot, "/underfoot/played", 20)
-    assert window.open_patch.read(window.open_patch.path)
-    assert window.controller.session.patch == window.open_patch.patch
-    assert not window.network.values
+    """B was heard with what a fader had set of A, and a blind test with the same of both."""
+
+    def test_blindly():
+        window.workspaces["Design"].listen_bar.actions_by_name["blind test"].trigger()
+        window.findChild(BlindTest).close()
+
+    switch = window.open_patch.switch
+    to_others = (lambda: window.open_patch.read(window.open_patch.path), switch, switch, test_blindly)
+    for number, to_another in enumerate(to_others, 50):
+        client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, number)
+        answer(client, qtbot, "/underfoot/played", number)
+        assert window.network.values
+        to_another()
+        assert window.controller.session.patch == window.open_patch.patch
+        assert not window.network.values
+
+
+def test_what_is_set_of_a_preset_on_a_tile_stays_when_what_is_set_of_the_patch_is_kept(window, served, client, qtbot):
+    document = window.workspaces["Design"].document
+    cues = ("play", "wood", "t1", -6.0), ("set", "creak--wood", "pitch", 0.5), ("set", "noise", "high", 4000.0)
+    for number, (name, *arguments) in enumerate(cues, 60):
+        client.send_message(served, f"/underfoot/{name}", *arguments, number)
+        answer(client, qtbot, "/underfoot/played", number)
+    window.workspaces["Design"].inspector.keep_requested.emit()
+    assert document.patch.node("noise").parameters["high"] == 4000.0
+    assert window.network.values == {("creak--wood", "pitch"): 0.5}
+    document.stack.undo()
+    assert window.controller.session.patch.node("noise") == document.patch.node("noise"), "its end is not undone"
 
 
 @pytest.fixture

@@ -155,15 +155,14 @@ class DesignWorkspace(Workspace):
         """
 
         def keep() -> None:
+            own = {node.id for node in self.patch().nodes}
             after = with_cues(self.patch(), CuedChanges(values=network.values), (), self.registry)
             self.document.edit(after, "Keep what OSC has set")
-            end()
+            network.release([end for end in network.values if end[0] in own])  # others are of presets on tiles
 
-        def end() -> None:
-            network.release(list(network.values))
-
-        open_patch.opened.connect(end)
-        open_patch.preset_opened.connect(end)
+        to_others = (open_patch.opened, open_patch.preset_opened, open_patch.switched, self.listen_bar.blind_requested)
+        for to_another in to_others:
+            to_another.connect(lambda *_: network.release(list(network.values)))
         network.values_set.connect(self.inspector.show_set_values)
         self.inspector.show_set_values(network.values)
         self.inspector.edited.connect(lambda ids, name, *_: network.release([(id, name) for id in ids]))
