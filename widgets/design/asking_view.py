@@ -10,8 +10,8 @@ from underfoot.widgets.design.connection_search import Answers, ConnectionSearch
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_search import NodeSearch
-from underfoot.widgets.design.patch_editing import wire_at
-from underfoot.widgets.design.rewiring import free_in_sum, sum_for
+from underfoot.widgets.design.patch_editing import port_of, wire_at
+from underfoot.widgets.design.rewiring import free_in_sum, sum_of
 from underfoot.widgets.design.search_popup import SearchPopup
 
 _Search = TypeVar("_Search", bound=SearchPopup)
@@ -58,7 +58,8 @@ class AskingView(NodeDropView):
             drawn = self.patch_scene.wires.get(wire)  # not within a sub-patch that is closed
             ends = [QPointF(*patch.node(node_id(end)).at) for end in wire]
             middle = drawn.path_middle() if drawn is not None else (ends[0] + ends[1]) / 2.0
-            self.add(sum_for(patch, self.registry, wire), middle, (source, "out"), old, wire)
+            adding = sum_of(self.registry, port_of(patch, self.registry, source, "out").kind)
+            self.add(adding, middle, (source, "out"), old, wire)
 
     def _made(self, search: _Search) -> _Search:
         search.closed.connect(self.setFocus)

@@ -26,7 +26,7 @@ from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.note_width import NoteWidth
 from underfoot.widgets.design.patch_editing import unit_hint, with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
-from underfoot.widgets.design.rewiring import sum_for
+from underfoot.widgets.design.rewiring import sum_of
 from underfoot.widgets.design.spoken_selection import spoken_selection
 from underfoot.widgets.design.stepping import Stepping
 from underfoot.widgets.design.undo import Document
@@ -318,8 +318,8 @@ class Canvas(AskingView):
 
     def _connect_by(self, drag: WireDrag, result: tuple[Patch, str], wire: Wire, *, adds: bool) -> None:
         """Edit the patch to the result of a drag. If the input has a wire, that gives way, unless the drag `adds`."""
-        patch, displaced = self.document.patch, drag.displaced(self.document.patch)
-        adding = sum_for(patch, self.registry, displaced) if displaced else ""
+        displaced = drag.displaced(self.document.patch)
+        adding = sum_of(self.registry, drag.placed.port.kind) if displaced else ""
         if adding and adds:
             self.add_up(*wire, drag.old)
             return

@@ -12,8 +12,8 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.named_list import NamedList
 from underfoot.widgets.design.node_geometry import accent, display_name
-from underfoot.widgets.design.patch_editing import open_targets, wire_at
-from underfoot.widgets.design.rewiring import sum_for
+from underfoot.widgets.design.patch_editing import open_targets
+from underfoot.widgets.design.rewiring import sum_of
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.search_popup import SearchPopup
 
@@ -101,13 +101,15 @@ class _ConnectionList(NamedList):
             return f"{names[node_id(end)]}: {display_name(port_name(end))}"
 
         outputs = [port for port in item.geometry.ports if port.side == "out"]
+        wired = {target for _, target in patch.wires}
         for port in outputs:
             source, own = item.end(port), port.row.text if len(outputs) > 1 else ""
+            adding = sum_of(registry, port.port.kind)
             yield _Row("A new node…", theme.MUTED, own, partial(do.add, source))
             for target in open_targets(patch, registry, source):
                 colour = accent(registry[patch.node(node_id(target)).type])
                 yield _Row(name(target), colour, own, partial(do.connect, source, target))
-                if (wire := wire_at(patch, target)) and (adding := sum_for(patch, registry, wire)):
+                if adding and target in wired:
                     by = f"{name(target)}, by {registry[adding].label}"
                     yield _Row(by, colour, own, partial(do.add_up, source, target))
         for wire in [shown.wire for shown in item.wires]:

@@ -88,16 +88,14 @@ def insertion_ports(patch: Patch, registry: Registry, type: str, wire: Wire) -> 
     return InsertionPorts(input, output) if input and output else None
 
 
-def sum_for(patch: Patch, registry: Registry, wire: Wire) -> str:
-    """Return the node type that adds another wire to this one: Mix, or Join for events; "" if there is none.
+def sum_of(registry: Registry, kind: str) -> str:
+    """Return the node type that adds what several wires of a kind bring; "" if there is none.
 
     >>> from underfoot.nodes import REGISTRY
-    >>> patch = Patch().add("noise", REGISTRY).add("tile-output", REGISTRY)
-    >>> wire = ("noise.out", "tile-output.acceleration")
-    >>> sum_for(patch.connect(*wire, REGISTRY), REGISTRY, wire)
-    'mix'
+    >>> sum_of(REGISTRY, "signal"), sum_of(REGISTRY, "event")
+    ('mix', 'join')
     """
-    return next((name for name in types_for_wire(patch, registry, wire) if registry[name].is_sum), "")
+    return next((name for name, type in registry.items() if type.is_sum and type.inputs[0].kind == kind), "")
 
 
 def free_in_sum(patch: Patch, registry: Registry, wire: Wire) -> str:
