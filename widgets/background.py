@@ -17,8 +17,6 @@ class Task:
     def __init__(self, report: Callable[[str], object]) -> None:
         self._stopped = threading.Event()
         self._report = report
-        self.ending = threading.Lock()
-        """Held while it is decided whether the result is still wanted."""
 
     def is_stopped(self) -> bool:
         """Return whether the result is no longer wanted."""
@@ -26,8 +24,7 @@ class Task:
 
     def stop(self) -> None:
         """Request the end of the computation; its result is discarded."""
-        with self.ending:
-            self._stopped.set()
+        self._stopped.set()
 
     def report(self, text: str) -> None:
         """Report the progress."""
@@ -36,55 +33,51 @@ class Task:
 
 
 class BackgroundWorker(QObject):
-    """Runs one computation at a time. `found` carries its result, `failed` its error, and `notified` its progress."""
+    """Runs one computation at a time. `found` carries its result, `failed` its error, and `notified` its progress.
+
+    The result of one that was stopped is not told, and the next one waits for its end: it may have the port that this
+    one opens.
+    """
 
     found = Signal(list)
     failed = Signal(str)
     notified = Signal(str)
+    _ended = Signal(object, object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._task: Task | None = None
-        self._threads: list[threading.Thread] = []
+        self._thread: threading.Thread | None = None
+        self._ended.connect(self._end)
 
     @property
     def is_busy(self) -> bool:
         """Whether a computation is running whose result is still wanted."""
         return self._task is not None
 
-    def compute(self, make: Callable[[Task], list[Any]], discard: Callable[[Any], object] | None = None) -> None:
-        """Start this computation, unless one is running. What it has made is given to `discard` if it was stopped.
-
-        One with `discard` waits for those that were stopped before: they may have the port that it opens.
-        """
+    def compute(self, make: Callable[[Task], list[Any]], discard: Callable[[Any], object] = lambda _: None) -> None:
+        """Start this computation, unless one is running. What it has made is given to `discard` if it was stopped."""
         if self.is_busy:
             return
-        task = self._task = Task(self.notified.emit)
-        before = self._threads if discard is not None else []
+        task, before = Task(self.notified.emit), self._thread
 
         def work() -> None:
-            made: list[Any] = []
-            signal: Any = self.found
-            for thread in before:
-                thread.join()
+            if before is not None:
+                before.join()
             if task.is_stopped():
                 return
+            made: list[Any] | UnderfootError
             try:
-                result: Any = make(task)
-                made = result
+                made = make(task)
             except UnderfootError as error:
-                signal, result = self.failed, str(error)
-            with task.ending:
-                if not task.is_stopped():
-                    self._task, made = None, []
-                    signal.emit(result)
-            if discard is not None:
-                for one in made:
-                    discard(one)
+                made = error
+            if task.is_stopped():
+                self._end(task, made, discard)
+            else:
+                self._ended.emit(task, made, discard)
 
-        self._threads = [thread for thread in self._threads if thread.is_alive()]
-        self._threads.append(threading.Thread(target=work, name="background", daemon=True))
-        self._threads[-1].start()
+        self._task, self._thread = task, threading.Thread(target=work, name="background", daemon=True)
+        self._thread.start()
 
     def stop(self) -> None:
         """Stop the computation; `failed` reports that it was stopped."""
@@ -95,5 +88,17 @@ class BackgroundWorker(QObject):
 
     def join(self) -> None:
         """Wait until no computation is running."""
-        for thread in self._threads:
-            thread.join()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _end(self, task: Task, made: list[Any] | UnderfootError, discard: Callable[[Any], object]) -> None:
+        """Tell what was made, in the window's thread, where nobody stops it meanwhile; or discard it."""
+        if task.is_stopped():
+            for one in made if isinstance(made, list) else ():
+                discard(one)
+            return
+        self._task = None
+        if isinstance(made, UnderfootError):
+            self.failed.emit(str(made))
+        else:
+            self.found.emit(made)

@@ -21,7 +21,7 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
-from underfoot.widgets.background import STOPPED, BackgroundWorker
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import answers_so_far
@@ -96,20 +96,18 @@ class RunningStudy(QObject):
                 file.hold()  # before equipment is opened, which another window may use with this session
                 protocol, folder = file.as_begun(session.registry, study.folder)
                 run = partial(Runner, session, file, protocol, folder)
-                waiting = self._waiting = _Waiting(controller, study, run, unless_begun.pop_all())
+                self._waiting = _Waiting(controller, study, run, unless_begun.pop_all())
         except UnderfootError as error:
             self.failed.emit(str(error))
             return
         sounds, floor, force_hz = protocol.sounds, session.target.floor, session.force_rate_hz
-        self.opener.compute(lambda _: [(waiting, choice.opened(sounds, floor, force_hz))], lambda one: one[1].close())
+        self.opener.compute(lambda _: [choice.opened(sounds, floor, force_hz)], Equipment.close)
 
-    def _run(self, opened: "Sequence[tuple[_Waiting, Equipment]]") -> None:
+    def _run(self, opened: Sequence[Equipment]) -> None:
         """Run the study that waits for its equipment."""
-        ((waiting, equipment),) = opened
-        if waiting is not self._waiting:  # it was stopped at this moment
-            equipment.close()
-            return
-        self._waiting = None
+        (equipment,) = opened
+        waiting, self._waiting = self._waiting, None
+        assert waiting is not None
         try:
             with waiting.unless_begun as unless_begun:
                 unless_begun.callback(equipment.close)
@@ -129,11 +127,6 @@ class RunningStudy(QObject):
         )
         self.begun.emit()
 
-    def _do_not_begin(self) -> None:
-        """Wait for no equipment any more; what is opened by now is closed again."""
-        self.opener.stop()
-        self._give_up(STOPPED)  # also where the equipment was just found
-
     def _give_up(self, why: str) -> None:
         """Begin no session."""
         if self._waiting is not None:
@@ -143,7 +136,7 @@ class RunningStudy(QObject):
 
     def stop(self, why: str) -> None:
         """Silence the output; the current presentation begins again on continuation. Nothing begins after it."""
-        self._do_not_begin()
+        self.opener.stop()
         self._do(lambda runner: runner.stop(why))
 
     def show_participant(self) -> None:
@@ -186,7 +179,7 @@ class RunningStudy(QObject):
 
     def leave(self) -> None:
         """End the session for now, or do not begin it; it can be continued later."""
-        self._do_not_begin()
+        self.opener.stop()
         runner, self.runner = self.runner, None
         self.background.stop()
         if self.window_of_participant is not None:
