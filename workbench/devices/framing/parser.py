@@ -24,7 +24,7 @@ HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
 
 _OPEN, _BINARY, _CSV = range(3)  # forms of the stream
-_SCANNERS = 256  # a power of 2: senders with the same last bits share one
+_SCANNERS = 4096  # a power of 2: senders with the same last bits share one, which is of one form at a time
 _PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
 _JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
 _HALF_TURN = 1 << 31
