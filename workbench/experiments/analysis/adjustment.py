@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from underfoot.drawing import Drawing, ReferenceLine, series
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval, sd_interval, student_interval
+from underfoot.experiments.analysis.estimate import Estimate, sd_interval, student_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table, people_drawn
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.analysis.staircase import over_people
@@ -75,10 +75,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table(f"{title} of each person", "participant", lines, note))
     points = [line for line in lines if line[1].name.startswith(f"{point} ")]
     found.tables.append(over_people(title, points, rows, unit=_unit(rows)))
-    others = dict.fromkeys(one.name for _, one in lines if not one.name.startswith(f"{point} "))
-    values = {name: [one.value for _, one in lines if one.name == name] for name in others}
-    over = [(str(len(of)), mean_interval(name, of, _unit(rows))) for name, of in values.items()]
-    found.tables.append(estimates_table("SDs, effects of the start and constant errors over people", "people", over))
+    others = [line for line in lines if line not in points]
+    found.tables.append(over_people("SDs, effects of the start and constant errors", others, (), unit=_unit(rows)))
     if settings.given and (held := _held(people, settings)):
         what = "PSE" if point == PSE else THRESHOLD
         found.remarks.append(f"Set to an end of what can be set, beyond which the {what} may lie: {held}.")
