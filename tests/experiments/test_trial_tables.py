@@ -159,6 +159,10 @@ def test_the_thesis_stands_beside_curves_over_stiffness_at_its_levels_only(axis,
     (found,) = analysis_of(tmp_path, "\n".join(constant_stimuli(people=4, conditions=levels, columns=columns)))
     (over_people,) = (table for table in found.tables if table.title == "Curves over people")
     assert ("thesis, median" in over_people.columns) == beside
+    of, name, mean, *_, deviation, count, median = over_people.rows[0][:9]
+    values = [row[2] for row in found.tables[0].rows if row[1] == name]
+    told = (np.mean(values), np.std(values, ddof=1), len(values), np.median(values))
+    assert (of, mean, deviation, count, median) == ("all people", *map(pytest.approx, told))
     assert any("Thesis" in table.note for table in found.tables) == beside
 
 

@@ -12,8 +12,8 @@ from underfoot.drawing import Drawing, ReferenceLine, Series, series
 from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval
-from underfoot.experiments.analysis.findings import LINE_COLOURS, Findings, Table, estimates_table
+from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.findings import LINE_COLOURS, Cell, Findings, Table, estimates_table, means_table
 from underfoot.experiments.analysis.preferences import preferences, share_estimates
 from underfoot.experiments.analysis.psychometric import NAMES, Guessed, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
@@ -244,7 +244,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     is_thesis = _is_of_thesis(rows, axis, condition)
-    found.tables.append(_medians(by_name, beside_thesis=is_thesis))
+    units = {one.name: one.unit for _, one in lines}
+    found.tables.append(_over_people(by_name, units, beside_thesis=is_thesis))
     found.tables += [_shares(rows, axis, condition), *false_alarms([{**row, "catch": True} for row in nothing])]
     found.drawings.append(_curves_drawn(rows, nothing, axis, condition, guessed, settings))
     for name in (half, "slope", "intercept"):
@@ -402,18 +403,19 @@ def _lacking(name: str, values: Mapping[str, Sequence[float]], people: Iterable[
 _CALLED = {"pse": "PSE"}
 
 
-def _medians(by_name: Mapping[str, Sequence[float]], *, beside_thesis: bool) -> Table:
+def _over_people(by_name: Mapping[str, Sequence[float]], units: Mapping[str, str], *, beside_thesis: bool) -> Table:
     printed = {"pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
-    rows = []
-    for name, values in by_name.items():
-        word, _, level = name.partition(" ")
-        beside = (printed.get(word, {}).get(_number(level), np.nan),) if beside_thesis else ()
-        mean = mean_interval(name, values)
-        there = [value for value in values if np.isfinite(value)]
-        rows.append((name, float(np.median(there)) if there else np.nan, mean.value, mean.low, mean.high, *beside))
-    columns = ("of", "median", "mean", "95 % from", "to", *(["thesis, median"] if beside_thesis else []))
     note = "Thesis table 6.3: stiffness against vibration." if beside_thesis else ""
-    return Table("Curves over people", columns, tuple(rows), note)
+    lines = [("all people", name, values, units[name]) for name, values in by_name.items()]
+    table, rows = means_table("Curves over people", "of", lines, note), list[tuple[Cell, ...]]()
+    for row, (name, values) in zip(table.rows, by_name.items(), strict=True):
+        word, _, level = name.partition(" ")
+        there = [value for value in values if np.isfinite(value)]
+        beside = (printed.get(word, {}).get(_number(level), np.nan),) if beside_thesis else ()
+        rows.append((*row, float(np.median(there)) if there else np.nan, *beside))
+    return replace(
+        table, columns=(*table.columns, "median", *(["thesis, median"] if beside_thesis else [])), rows=tuple(rows)
+    )
 
 
 def _number(text: str) -> float:
