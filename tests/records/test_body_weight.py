@@ -77,11 +77,11 @@ def test_every_table_of_a_recording_has_what_is_noted_of_its_steps(underfoot, pa
 
 
 def test_feet_that_stand_too_briefly_for_no_step_are_left_out_with_the_weight_they_give(underfoot, folder):
-    path = stood_and_walked(folder / "ann.underfoot", 500, stands_s=3.0)
-    assert len(listed(underfoot, path)) == 10
+    path = stood_and_walked(folder / "ann.underfoot", 500, stands_s=3.0, stops_s=2.5)
+    assert len(listed(underfoot, path)) == 12
     said = underfoot("steps", path, "--body-weight", "standing").out
-    assert said.startswith("left out: 1, 2 (standing)\nbody weight of who walks: 500.")
-    assert [line["left_out"] for line in listed(underfoot, path)] == ["standing"] * 2 + [""] * 8
+    assert said.startswith("left out: 1, 2, 11, 12 (standing)\nbody weight of who walks: 500.")
+    assert [line["left_out"] for line in listed(underfoot, path)] == ["standing"] * 2 + [""] * 8 + ["standing"] * 2
 
 
 def test_a_weight_of_a_person_stands_before_that_of_all(underfoot, paths):

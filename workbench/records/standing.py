@@ -1,6 +1,7 @@
 """The body weight of a recording's standing phase."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,21 +19,23 @@ STILL = 0.02
 
 
 class Standing(Struct, frozen=True):
-    """The mean load and its standard deviation, N, in `STILL_S` from a second of the recording on."""
+    """The mean load and its standard deviation, N, in `STILL_S` from a second of the recording on; and all seconds,
+    ascending, from which on somebody stands as long."""
 
     begin_s: float
     weight_n: float
     sd_n: float
+    all_s: Sequence[float]
 
     def is_in(self, step: Step) -> bool:
-        """Return whether a step that counts is a foot that stands there: for up to some seconds that is a step.
+        """Return whether a step that counts is a foot that stands: for up to some seconds that is a step.
 
-        >>> phase = Standing(1.0, 700.0, 2.0)
+        >>> phase = Standing(1.0, 700.0, 2.0, [1.0, 9.0])
         >>> [phase.is_in(Step(1, "t1", "left", 0.5, ms, *[0.0] * 7)) for ms in (3000.0, 600.0)]
         [True, False]
         """
-        stands = step.start_s <= self.begin_s + PLACES_S and step.end_s >= self.begin_s + STILL_S - PLACES_S
-        return stands and not step.left_out
+        after = self.all_s[bisect_left(self.all_s, step.start_s - PLACES_S) :][:1]
+        return not step.left_out and any(begin_s + STILL_S <= step.end_s + PLACES_S for begin_s in after)
 
     def __str__(self) -> str:
         return f"standing at {self.begin_s:.1f} to {self.begin_s + STILL_S:.1f} s, ± {self.sd_n:.1f} N"
@@ -56,5 +59,5 @@ def standing_phase(contacts: Sequence[ContactSpan]) -> Standing | None:
     mean_n, square = (sums[:, width:] - sums[:, :-width]) / width
     sd_n = np.sqrt(np.maximum(square - mean_n**2, 0.0))
     share = np.where(mean_n >= LEAST_N, sd_n / np.maximum(mean_n, LEAST_N), math.inf)
-    at = int(np.argmin(share))
-    return Standing(at * PLACES_S, float(mean_n[at]), float(sd_n[at])) if share[at] <= STILL else None
+    at, all_s = int(np.argmin(share)), PLACES_S * np.flatnonzero(share <= STILL)
+    return Standing(at * PLACES_S, float(mean_n[at]), float(sd_n[at]), all_s.tolist()) if len(all_s) else None
