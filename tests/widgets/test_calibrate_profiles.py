@@ -116,6 +116,14 @@ def test_what_is_noted_of_instruments_and_temperature_goes_with_results_and_is_k
     assert driver.settings.conditions == "cell no. 88, 21 degrees"
 
 
+def test_conditions_that_are_still_so_are_noted_anew_by_return(driver, qtbot):
+    """An instrument stays for months: the day of its first note could be taken away by typing something else only."""
+    driver.settings.conditions_on = "2024-05-01"
+    driver.click(driver.workspace.choice.conditions)
+    qtbot.keyClick(driver.workspace.choice.conditions, Qt.Key.Key_Return)
+    assert driver.settings.conditions_on == date.today().isoformat()
+
+
 def test_a_measurement_without_a_result_says_its_conditions_and_the_tile_s_serial_number(driver, tmp_path):
     driver.click(driver.workspace.choice.serial)
     driver.qtbot.keyClicks(driver.workspace.choice.serial, "A9\r")

@@ -54,7 +54,7 @@ class ChoicePanel(QWidget):
         self.conditions = Field(role="")
         self.conditions.setPlaceholderText("Instruments, temperature")
         self.conditions.setAccessibleName("Conditions of calibrations")
-        self.conditions.setToolTip("Instruments with their serial numbers, temperature: goes with the next results")
+        self.conditions.setToolTip("Instruments, temperature: goes with the next results. Return: it is so today")
         self.cards: dict[str, KindCard] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()

@@ -415,6 +415,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.choice.restore_requested.connect(lambda index: self.profiles.restore(self.tile.id, index))
         self.choice.conditions.show_text(self._settings.conditions)
         self.choice.conditions.committed.connect(self._note)
+        self.choice.conditions.returnPressed.connect(lambda: self._note(self.choice.conditions.text()))
         self.choice.serial_given.connect(lambda serial: self.profiles.set_serial(self.tile.id, serial))
         self.overview.begin_requested.connect(self.begin)
         self.overview.reference_given.connect(self._save_reference)
