@@ -14,6 +14,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 import soundfile
+from long_recording import walked
+from made_recordings import ABOUT
 from msgspec.structs import replace
 
 from underfoot import monitoring
@@ -26,6 +28,7 @@ from underfoot.patch import preset_files
 from underfoot.records.forces import read_forces
 from underfoot.records.forces import walk as simulated_walk
 from underfoot.records.recording import Recording
+from underfoot.records.recording_writer import Writer
 
 SINE = preset_files.patches()["stimulus-sp"]
 
@@ -294,6 +297,25 @@ def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot,
     Floor(tuple(replace(tile, centre_m=(9.0 + tile.centre_m[0], tile.centre_m[1])) for tile in tiles)).save("far.json")
     assert underfoot("monitor", "rec", "--floor", "far.json", "--contacts", "contacts.csv").status == 0
     assert (np.loadtxt("contacts.csv", delimiter=",", skiprows=1, usecols=2) > 8.0).all()
+
+
+def test_a_recording_that_does_not_fit_into_memory_is_monitored(underfoot, folder):
+    """One of hours: 2 h 20 min of four tiles are 1 GB. Here they are a walk, and the same again after a long gap."""
+    floor, later = default_floor(), 48_000 * 8400
+    samples = walked(floor, 3.0)
+    writer = Writer(folder / "long.underfoot", ABOUT | {"floor": floor.dumps().decode()})
+    writer.put("force", 0, samples)
+    samples[:, :2] += later
+    writer.put("force", len(samples), samples)
+    writer.close()
+    said = underfoot("monitor", "long.underfoot", "--json")
+    starts_s = np.array([json.loads(line)["start_s"] for line in said.out.splitlines()])
+    assert said.status == 0
+    first, again = starts_s[starts_s < 8400.0], starts_s[starts_s >= 8400.0]
+    assert len(first) >= 3
+    np.testing.assert_allclose(again - 8400.0, first, atol=2e-3)
+    said = underfoot("monitor", "long.underfoot", "--json", "--seconds", "8400")
+    assert len(said.out.splitlines()) == len(first)
 
 
 def test_a_simulator_with_non_ideal_sensors_is_monitored(underfoot, folder):

@@ -3,13 +3,15 @@
 import math
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import target_forms
@@ -33,18 +35,19 @@ from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.files import no_file
 from underfoot.floor.contacts import SILENT_S
 from underfoot.floor.footsteps import Step
-from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import CHUNK, Detections, StepFinder
 from underfoot.floor.tile_response import ResponseTotals
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.records.force_files import forms_or_walks, notes_of, read_force_file
-from underfoot.records.notes import Notes
-from underfoot.records.recording import is_recording
+from underfoot.records.force_files import forms_or_walks, read_force_file, require_as_many_tiles
+from underfoot.records.recording import Recording, is_recording
+from underfoot.records.survey import RecordedForces
 from underfoot.records.tables import step_columns
 
 _WAIT_S = 0.02
+_Piece = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Times (n,) in seconds, and corner forces (n, tiles, 4) in newtons."""
 _TURNED_N = 100.0
 """Below minus this load, and with a fifth of it above 0, forces are probably those on the foot."""
 
@@ -70,30 +73,51 @@ class StreamOptions:
 
 
 class FileStream:
-    """Stream of a force table, or of a recording with what is noted of its steps, as fast as possible."""
+    """Stream of a force table, or of a `recording` with what is noted of its steps, as fast as possible."""
 
     is_live = False
     """Whether it cannot be had again."""
     failure = ""
     """Failure that did not end the stream, reported at the end."""
 
-    def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None, notes: Notes | None = None) -> None:
+    def __init__(
+        self,
+        pieces: Iterable[_Piece],
+        floor: Floor,
+        rate_hz: float,
+        seconds: float | None,
+        recording: Recording | None = None,
+    ) -> None:
         self.floor = floor
-        self.notes = notes
-        end = len(forces.time_s)
-        if seconds is not None:
-            end = int(np.searchsorted(forces.time_s, forces.time_s[0] + seconds))
-        self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
-        self._finder = StepFinder(floor, forces.rate_hz)
+        self._recording = recording
+        self.notes = None if recording is None else recording.notes()
+        self._pieces, self._seconds = pieces, math.inf if seconds is None else seconds
+        self._finder = StepFinder(floor, rate_hz)
         self._stopped = False
         self._steps = 0
+        self._range_n: tuple[float, float] | None = None
+        """The least and the largest load of a tile."""
 
     def __iter__(self) -> Iterator[Detections]:
-        for at in range(0, len(self._time_s), CHUNK):
-            if self._stopped:
-                break
-            yield self._counted(self._finder.feed(self._time_s[at : at + CHUNK], self._force_n[at : at + CHUNK]))
+        for time_s, force_n in self._chunks():
+            loads = force_n.sum(axis=2)
+            known, (least_n, most_n) = loads[np.isfinite(loads)], self._range_n or (0.0, 0.0)
+            self._range_n = float(known.min(initial=least_n)), float(known.max(initial=most_n))
+            yield self._counted(self._finder.feed(time_s, force_n))
         yield self._counted(self._finder.finish())
+
+    def _chunks(self) -> Iterator[_Piece]:
+        end_s = math.inf
+        for time_s, force_n in self._pieces:
+            end_s = min(end_s, float(time_s[0]) + self._seconds)
+            kept = int(np.searchsorted(time_s, end_s))
+            for at in range(0, kept, CHUNK):
+                if self._stopped:
+                    return
+                end = min(at + CHUNK, kept)
+                yield time_s[at:end], force_n[at:end]
+            if kept < len(time_s):
+                return
 
     def _counted(self, found: Detections) -> Detections:
         self._steps += len(found.steps)
@@ -104,7 +128,9 @@ class FileStream:
         self._stopped = True
 
     def close(self) -> None:
-        """Do nothing: no resources are held."""
+        """Close the recording."""
+        if self._recording is not None:
+            self._recording.close()
 
     def warnings(self) -> list[str]:
         """Return warnings about the data."""
@@ -112,11 +138,9 @@ class FileStream:
 
     def _doubts(self) -> Iterator[str]:
         """Yield what speaks for another unit or the other sign: forces that no walk has."""
-        if self._stopped or not len(self._time_s):
+        if self._stopped or self._range_n is None:
             return
-        loads = self._force_n.sum(axis=2)
-        known = loads[np.isfinite(loads)]
-        least, most = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+        least, most = self._range_n
         loaded = f"the tiles' loads are {least:.4g} to {most:.4g} N"
         if -least > _TURNED_N and -least > 5.0 * most:
             yield f"{loaded}: a press is positive; are these of the other sign?"
@@ -252,12 +276,25 @@ def open_stream(
         if pace or record is not None or patch is not None:
             allowed = "--floor, --steps, --contacts, --seconds and --json"
             raise BadValue(f"{source} is a recording; allowed with it: {allowed}")
-        return FileStream(*read_force_file(path, given), seconds, notes_of(path))
+        return _recorded(path, given, seconds)
     forces, layout = read_force_file(path, given)
     if pace or record is not None or patch is not None:
         target = Target(layout, kind="replay", source=str(path), repeats=False)
         return SessionStream(target, min(forces.seconds, seconds or math.inf), record, patch)
-    return FileStream(forces, layout, seconds)
+    return FileStream([(forces.time_s, forces.force_n)], layout, forces.rate_hz, seconds)
+
+
+def _recorded(path: Path, floor: Floor | None, seconds: float | None) -> FileStream:
+    """Open a recording, of any length, as a stream; `BadFile` for none, and for another number of tiles."""
+    with ExitStack() as unless_read:
+        recording = unless_read.enter_context(Recording(path))
+        forces = RecordedForces(recording)
+        require_as_many_tiles(path, forces.floor, floor)
+        if recording.ends("force")[1] is None:
+            raise BadFile(f"{path} holds no force samples: it was ended before the first")
+        stream = FileStream(forces.pieces(), floor or forces.floor, forces.rate_hz, seconds, recording)
+        unless_read.pop_all()
+    return stream
 
 
 def step_line(step: Step) -> str:

@@ -39,9 +39,14 @@ def read_force_file(
     else:
         own = floor or load_floor_beside(path)
         forces = read_forces(path, own)
+    require_as_many_tiles(path, own, floor)
+    return (forces if stretch_s is None else _cut(path, forces, stretch_s)), floor or own
+
+
+def require_as_many_tiles(path: Path, own: Floor, floor: Floor | None) -> None:
+    """Raise `BadFile` if the floor that is given for a file's forces, if any, has not as many tiles as its own."""
     if floor is not None and len(floor.tiles) != len(own.tiles):
         raise BadFile(f"{path} has {counted(len(own.tiles), 'tile')}; allowed: {len(floor.tiles)}, as the floor has")
-    return (forces if stretch_s is None else _cut(path, forces, stretch_s)), floor or own
 
 
 def forms_or_walks() -> str:
