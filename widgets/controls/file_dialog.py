@@ -18,10 +18,8 @@ _BUTTON_ICONS = {
     "detailModeButton": "details",
 }
 """Qt's names of its buttons, and their pictures."""
-_ENDED_IN = "files_ended_in"
-"""The property of the outermost window with the folder of what was chosen last; Qt itself remembers where a dialog
-began.
-"""
+ended_in: list[Path] = []
+"""The folders of what was chosen, the last one first; Qt itself remembers where a dialog began."""
 
 
 def documents_folder() -> Path:
@@ -53,13 +51,9 @@ def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "")
     of the first one in the documents', as far as that is there: the working directory may be any.
     """
     documents = documents_folder()
-    outermost = parent.window()
-    while above := outermost.parentWidget():
-        outermost = above.window()
-    ended_in = [Path(place)] if (place := outermost.property(_ENDED_IN)) else []
     there = (place for place in (*ended_in, documents, *documents.parents) if place.is_dir())
     dialog = QFileDialog(parent, title, str(next(there, documents) / folder), filter)
-    dialog.filesSelected.connect(lambda paths: outermost.setProperty(_ENDED_IN, str(Path(paths[0]).parent)))
+    dialog.filesSelected.connect(lambda paths: ended_in.insert(0, Path(paths[0]).parent))
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for name, icon in _BUTTON_ICONS.items():
         button = dialog.findChild(QToolButton, name)

@@ -307,6 +307,7 @@ def test_the_name_offered_for_a_patch_can_be_a_file_s_whatever_its_title(qtbot, 
 
 def test_the_first_save_offers_the_documents_and_the_next_where_that_ended(qtbot, tmp_path, monkeypatch):
     """A desktop starts it anywhere; Qt offered where a dialog had begun, again and again."""
+    monkeypatch.setattr("underfoot.widgets.controls.file_dialog.ended_in", [])
     monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))  # nothing was recorded there yet
     window = quiet_window(qtbot, tmp_path / "kept")
     design(window).document.edit(noise_patch("Ice"), "All")
