@@ -154,3 +154,4 @@ class Manifest:
         table.writeheader()
         table.writerows(self._rows[number] for number in sorted(self._rows))
         write_file(self._path, text.getvalue().encode())
+        self._is_due = once_in(_EVERY_S)  # from now on: a slow disk would have it written after each file
