@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QApplication, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QDialogButtonBox, QLabel, QWidget
 
 import underfoot
 from underfoot.files import cache_folder
@@ -24,9 +24,7 @@ class AboutDialog(Dialog):
     def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
         super().__init__("About Underfoot", parent)
         self._text = "\n".join((f"Underfoot {__version__}", *_system(), *_folders(folder)))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(*[3 * theme.GRID] * 4)
-        layout.setSpacing(theme.GRID)
+        layout = self.column(theme.GRID)
         layout.addWidget(theme.label(f"Underfoot {__version__}", "title"))
         layout.addWidget(theme.label("A workbench for vibrotactile floors: design, calibrate, monitor, experiment."))
         layout.addWidget(theme.label("Its systems are those of Yon Visell's thesis “Walking on virtual ground”."))

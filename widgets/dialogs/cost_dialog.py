@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -63,8 +62,7 @@ class CostDialog(Dialog):
         for widget in (theme.label("A foot steps on"), self.feet, self.start_button):
             top.addWidget(widget)
         top.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(theme.MARGINS)
+        column = self.column(theme.GRID)
         column.addLayout(top)
         column.addWidget(self.summary)
         column.addWidget(self.table)

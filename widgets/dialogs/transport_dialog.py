@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtWidgets import QComboBox, QDialogButtonBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QDialogButtonBox, QWidget
 
 from underfoot.devices.transport import Transport
 from underfoot.quantities import pretty_text
@@ -45,9 +45,7 @@ class TransportDialog(Dialog):
         self._connect.setDefault(True)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(*[3 * theme.GRID] * 4)
-        column.setSpacing(2 * theme.GRID)
+        column = self.column()
         for widget in (
             theme.label(transport.title, "title"),
             self.address,
