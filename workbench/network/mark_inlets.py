@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from underfoot.devices.transports.serial import opening, port_reason
+from underfoot.devices.transports.serial import opening
 from underfoot.errors import DeviceError
 from underfoot.studies.markers import BAUD, lsl_library
 
 if TYPE_CHECKING:
-    import serial
+    from serial import Serial
 
 Take = Callable[[str, float], None]
 """Receives the text of a mark, and its time by `time.perf_counter`."""
@@ -175,23 +175,19 @@ class SerialMarks:
         self._thread.join(_RELEASE_S)
 
     def _run(self) -> None:
-        import serial
+        from serial import Serial
 
         refusal = f"marks cannot be read from {self._name}"
         while not self._end.is_set():
             try:
-                with opening(refusal):
-                    port = serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S, exclusive=True)
-                with port:
+                with opening(refusal), Serial(self._name, BAUD, timeout=LINE_ENDS_S, exclusive=True) as port:
                     self.problem = ""
                     self._read(port)
             except DeviceError as error:
                 self.problem = str(error)
-            except (OSError, TypeError) as error:
-                self.problem = f"{refusal}: {port_reason(error)}"
             self._end.wait(_AGAIN_S)
 
-    def _read(self, port: "serial.Serial") -> None:
+    def _read(self, port: "Serial") -> None:
         """Take marks until told to end; raise what pyserial does where the port is gone."""
         text, at_s, was_silent = b"", 0.0, True
         while not self._end.is_set():

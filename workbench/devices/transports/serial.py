@@ -305,7 +305,7 @@ def _files_in(folder: Path) -> list[Path]:
 
 @contextmanager
 def opening(refusal: str) -> Iterator[None]:
-    """Raise `DeviceError`, the refusal with the reason, where pyserial cannot open a port in this block.
+    """Raise `DeviceError`, the refusal with the reason, where pyserial cannot open or read a port in this block.
 
     If the port goes away meanwhile, pyserial passes on an error of `termios`, a module that not all systems have.
     """
