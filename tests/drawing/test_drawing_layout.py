@@ -64,6 +64,17 @@ def test_the_name_of_an_axis_without_room_loses_its_end_not_its_beginning():
     assert name.x - measure(name.text, 11) >= 0.0
 
 
+def test_names_in_place_of_numbers_stand_below_what_they_are_of_as_far_as_there_is_room():
+    names = ("TD", "carpet of wool", "X")
+    drawing = Drawing("", "stimulus", "y", (series("", [1, 2, 3], [0, 1, 0], "dots"),), x_names=names)
+    frame = framed(drawing, 640, 400)
+    words = texts(frame)
+    assert [words[name].x for name in names] == pytest.approx(frame.x.place([1.0, 2.0, 3.0]).tolist())
+    narrow = texts(framed(drawing, 240, 400))
+    assert {"TD", "X"} < narrow.keys()
+    assert any(word.startswith("c") and word.endswith("…") for word in narrow)
+
+
 def test_a_compact_plot_has_the_unit_behind_the_last_tick_and_no_title():
     words = texts(framed(LIVE, margins=Margins()))
     assert {"1\u202f000 N", "800", "0 s"} <= words.keys()

@@ -29,6 +29,11 @@ def test_a_band_has_its_mean_and_how_far_it_reaches():
     assert body[:3] == [["± 1 SD", "0", "20", "5"], ["± 1 SD", "50", "700", "40"], ["mean", "0", "20", ""]]
 
 
+def test_what_is_drawn_beside_a_name_has_it():
+    drawing = Drawing("T", "stimulus", "dB", (series("each", [0.85, 1.85], [3, 4], "dots"),), x_names=("TD", "a, b"))
+    assert rows(drawing)[1:] == [["each", "TD", "3"], ["each", "a, b", "4"]]
+
+
 def test_levels_of_a_heat_map_stand_at_the_middles_of_their_cells():
     heat = HeatMap(np.array([[1, 2], [3, 4]], np.uint8), (0.0, 4.0), (10.0, 1000.0))
     *_, last = rows(Drawing("T", "time, ms", "frequency, Hz", heat=heat, y_log=True))

@@ -84,8 +84,8 @@ class HeatMap(Struct, frozen=True):
 class Drawing(Struct, frozen=True):
     """Plot. `x`, `y` and `right` are the axes' labels, "name, unit"; `right` is "" without a right axis.
 
-    A range of None is that of the data. `equal` gives both axes the same scale. `note` is written in the centre if
-    there is nothing else to show.
+    A range of None is that of the data. `x_names` are those of 1, 2, … on the x axis, and of what is nearest. `equal`
+    gives both axes the same scale. `note` is written in the centre if there is nothing else to show.
     """
 
     title: str
@@ -96,6 +96,7 @@ class Drawing(Struct, frozen=True):
     y_log: bool = False
     equal: bool = False
     x_range: Range | None = None
+    x_names: tuple[str, ...] = ()
     y_range: Range | None = None
     right: str = ""
     right_range: Range | None = None

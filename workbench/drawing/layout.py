@@ -69,6 +69,8 @@ def frame_of(drawing: Drawing, width: float, height: float, measure: Measure, ma
     else:
         area, head = _head(drawing, width, height, measure)
     x, y, right = _axes(drawing, area, TICK_PX if margins is None else COMPACT_TICK_PX)
+    if drawing.x_names:
+        x = _named_axis(drawing.x_names, area, measure)
     shapes = [*head, *_grid(area, x, y), *_tick_texts(drawing, width, area, x, y, measure, margins)]
     if right is not None:
         shapes += _right_texts(drawing, area, right, margins)
@@ -236,6 +238,13 @@ def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Ax
     )
     right_make = fixed_axis if drawing.right_range else round_axis
     return x, y, right_make(right_shown, area.bottom, area.top, up, log=False)
+
+
+def _named_axis(names: Sequence[str], area: Box, measure: Measure) -> Axis:
+    """Return the horizontal axis with a name below each of 1, 2, …, as much of it as there is room for."""
+    room = area.width / len(names) - 2.0 * _PAD
+    ticks = tuple((float(place), _cut(pretty_text(name), room, measure)) for place, name in enumerate(names, 1))
+    return Axis(0.5, len(names) + 0.5, False, area.left, area.right, ticks)
 
 
 def _joined(values: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -25,6 +25,8 @@ def csv(drawing: Drawing) -> str:
         name = _quoted(series.name or (drawing.right if series.right else drawing.y).partition(",")[0])
         columns = [series.x, series.y, *map(known.get, further)]
         cells = [[""] * len(series.x) if one is None else [f"{v:.9g}" for v in one.tolist()] for one in columns]
+        if drawing.x_names:
+            cells[0] = [_quoted(drawing.x_names[round(at) - 1]) for at in series.x.tolist()]
         lines += [",".join([name, *row]) for row in zip(*cells, strict=True)]
     heat = drawing.heat
     if heat is not None:

@@ -39,7 +39,7 @@ def test_ratings_are_drawn_along_a_factor_that_is_a_number():
     drawing = drawing_of("rating", rows, "Rating by hz")
     assert (drawing.x, list(drawing.series[0].x), list(drawing.series[0].y)) == ("hz", [5, 20, 100], [15, 30, 110])
     words = [{"stimulus": name, "wave": name, "rating": 10} for name in "ba"]
-    assert drawing_of("rating", words, "Rating by wave").x == "1 a, 2 b"
+    assert drawing_of("rating", words, "Rating by wave").x_names == ("a", "b")
 
 
 def test_learning_is_drawn_of_each_of_four_sets():

@@ -61,7 +61,7 @@ def test_conditions_without_factors_are_compared_with_each_other_in_the_order_of
     apart = stats.ttest_rel(first, scores[:, 2]).confidence_interval()
     assert pairs.rows[1][-3:] == pytest.approx(((first - scores[:, 2]).mean(), *apart))
     (drawing,) = found.drawings
-    assert (drawing.title, drawing.x) == ("Rating by stimulus", "1 wool, 2 felt, 3 cork, 4 ash")
+    assert (drawing.title, drawing.x_names) == ("Rating by stimulus", ("wool", "felt", "cork", "ash"))
 
 
 def test_ratings_of_some_combinations_say_why_their_factors_are_not_tested():

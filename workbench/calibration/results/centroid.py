@@ -184,7 +184,7 @@ def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
         *vectors,
         Drawing("Cumulative distribution of the error", "error, mm", "% of presses below", below),
         Drawing("Error over load", "load, N", "error, mm", over_load),
-        Drawing("Error of the candidates on places left out", ", ".join(names), "RMS, mm", (candidates,)),
+        Drawing("Error of the candidates on places left out", "model", "RMS, mm", (candidates,), x_names=names),
     )
 
 

@@ -80,7 +80,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if settings.given and (held := _held(people, settings)):
         what = "PSE" if point == PSE else THRESHOLD
         found.remarks.append(f"Set to an end of what can be set, beyond which the {what} may lie: {held}.")
-    found.drawings += people_drawn(f"{title} over people", _axis(rows), points)
+    found.drawings += people_drawn(f"{title} over people", "stimulus", _axis(rows), points)
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 

@@ -83,7 +83,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             f"The interval of {', '.join(cut)} reaches the lowest or highest threshold that is considered: theirs may "
             "lie beyond, and counts over people as it is. A wider range_db tells."
         )
-    found.drawings += people_drawn("Thresholds over people", "level, dB", thresholds)
+    found.drawings += people_drawn("Thresholds over people", "stimulus", "level, dB", thresholds)
     for (person,), part in people.items():
         levels = [float(row["level_db"]) for row in part if not row.get("catch")]
         marks = (

@@ -72,28 +72,28 @@ def means_table(title: str, first: str, rows: Sequence[tuple[str, str, Sequence[
     return Table(title, (*table.columns, "SD of people", "people"), lines, note)
 
 
-def people_drawn(title: str, y: str, lines: Sequence[tuple[str, Estimate]]) -> list[Drawing]:
+def people_drawn(title: str, x: str, y: str, lines: Sequence[tuple[str, Estimate]]) -> list[Drawing]:
     """Plot each person's estimates, and the mean of each over people with Student's interval; [] of one person.
 
-    `y` is the label of their axis, with the unit. A name is that of an estimate behind its first word: "pse TD" is TD.
+    `y` is the label of their axis, with the unit, and `x` that of what they are of, by the words behind an estimate's
+    first one: "pse TD" is of TD.
 
     >>> lines = [("P1", Estimate("pse TD", 1.0)), ("P2", Estimate("pse TD", 3.0))]
-    >>> (drawing,) = people_drawn("PSE", "level, dB", lines)
-    >>> drawing.x, [one.name for one in drawing.series], drawing.series[2].y
-    ('1 TD', ['each person', '95 %', 'mean'], array([2.]))
+    >>> (drawing,) = people_drawn("PSE", "stimulus", "level, dB", lines)
+    >>> drawing.x_names, [one.name for one in drawing.series], drawing.series[2].y
+    (('TD',), ['each person', '95 %', 'mean'], array([2.]))
     """
     names = list(dict.fromkeys(one.name for _, one in lines))
     if len({person for person, _ in lines}) < 2:
         return []
     several = [[one.value for _, one in lines if one.name == name] for name in names]
-    means, x = [mean_interval("", of) for of in several], np.arange(1.0, len(names) + 1.0)
-    label = ", ".join(f"{k:g} {name.partition(' ')[2]}" for k, name in zip(x, names, strict=True))
+    means, at = [mean_interval("", of) for of in several], np.arange(1.0, len(names) + 1.0)
     drawn = (
-        series("each person", np.repeat(x - 0.15, [*map(len, several)]), np.concatenate(several), "dots", "muted"),
-        bars("95 %", x, [mean.low for mean in means], [mean.high for mean in means]),
-        series("mean", x, [mean.value for mean in means], "dots"),
+        series("each person", np.repeat(at - 0.15, [*map(len, several)]), np.concatenate(several), "dots", "muted"),
+        bars("95 %", at, [mean.low for mean in means], [mean.high for mean in means]),
+        series("mean", at, [mean.value for mean in means], "dots"),
     )
-    return [Drawing(title, label, y, drawn, x_range=(0.5, len(names) + 0.5))]
+    return [Drawing(title, x, y, drawn, x_names=tuple(name.partition(" ")[2] for name in names))]
 
 
 def bars(name: str, x: ArrayLike, low: ArrayLike, high: ArrayLike) -> Series:

@@ -100,11 +100,8 @@ def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
         values = [np.mean([float(row["rating"]) for row in p]) for p in grouped(part, "participant").values()]
         means.append(float(np.mean(values)))
         errors.append(float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0)
-    if are_numbers:
-        x, label, shown = np.array([float(value) for value, _ in parts]), axis_label(factor), None
-    else:  # told below
-        x, shown = np.arange(1.0, len(parts) + 1.0), (0.5, len(parts) + 0.5)
-        label = ", ".join(f"{k:g} {value}" for k, (value, _) in zip(x, parts, strict=True))
+    x = [float(value) for value, _ in parts] if are_numbers else np.arange(1.0, len(parts) + 1.0)
+    names = () if are_numbers else tuple(str(value) for value, _ in parts)
     low, high = np.subtract(means, errors), np.add(means, errors)
     lines = (series("mean", x, means, "dots"), bars("1 SE", x, low, high))
-    return Drawing(f"Rating by {factor}", label, "rating", lines, x_range=shown)
+    return Drawing(f"Rating by {factor}", axis_label(factor), "rating", lines, x_names=names)

@@ -105,7 +105,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks.append(
             f"Held by answers at the highest or lowest level, beyond which the {point} may lie: {held}."
         )
-    found.drawings += people_drawn(f"{title} over people", "level, dB", lines)
+    found.drawings += people_drawn(f"{title} over people", "stimulus", "level, dB", lines)
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
 
