@@ -163,6 +163,9 @@ def test_the_thesis_stands_beside_curves_over_stiffness_at_its_levels_only(axis,
     values = [row[2] for row in found.tables[0].rows if row[1] == name]
     told = (np.mean(values), np.std(values, ddof=1), len(values), np.median(values))
     assert (of, mean, deviation, count, median) == ("all people", *map(pytest.approx, told))
+    (drawing,) = (one for one in found.drawings if one.title == "Thresholds over people")
+    assert drawing.x_names == tuple(dict.fromkeys(row[1].partition(" ")[2] for row in found.tables[0].rows))
+    assert list(drawing.series[0].y[: len(values)]) == values
     assert any("Thesis" in table.note for table in found.tables) == beside
 
 

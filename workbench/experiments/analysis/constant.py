@@ -13,7 +13,15 @@ from underfoot.errors import BadMeasurement
 from underfoot.experiments.analysis import thesis
 from underfoot.experiments.analysis.comparisons import Test, friedman, paired_t
 from underfoot.experiments.analysis.estimate import Estimate
-from underfoot.experiments.analysis.findings import LINE_COLOURS, Cell, Findings, Table, estimates_table, means_table
+from underfoot.experiments.analysis.findings import (
+    LINE_COLOURS,
+    Cell,
+    Findings,
+    Table,
+    estimates_table,
+    means_table,
+    people_drawn,
+)
 from underfoot.experiments.analysis.preferences import preferences, share_estimates
 from underfoot.experiments.analysis.psychometric import NAMES, Guessed, fit, lapses_p
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
@@ -248,6 +256,9 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(_over_people(by_name, units, beside_thesis=is_thesis))
     found.tables += [_shares(rows, axis, condition), *false_alarms([{**row, "catch": True} for row in nothing])]
     found.drawings.append(_curves_drawn(rows, nothing, axis, condition, guessed, settings))
+    halves = [line for line in lines if line[1].name.split(" ")[0] == half]
+    title, apart = "PSE" if half == "pse" else "Thresholds", axis_label(condition or "all stimuli")
+    found.drawings += people_drawn(f"{title} over people", apart, axis_label(axis), halves)
     for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
         if len(compared) > 1:
