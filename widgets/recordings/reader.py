@@ -254,15 +254,18 @@ class RecordingReader(QObject):
         recording = self._recording
         if recording is None:
             return
-        state, span = recording.state, self._span
-        if state != self._state:
-            self._state, self._span = state, recording.span
-            if self._span != span:
-                self.extended.emit(_opened(recording, self._floor))
-                self._read_overview()
-                return
+        state = recording.state
+        if state == self._state:
+            self.unchanged.emit()
+            return
+        span = recording.span
+        if span == self._span:
             self._tell_notes(recording)
-        self.unchanged.emit()
+            self.unchanged.emit()
+        else:
+            self.extended.emit(_opened(recording, self._floor))
+            self._read_overview()
+        self._state, self._span = state, span  # if all of it could be read
 
     def _find_base(self) -> None:
         """Find the envelopes: in the recording, else in the cache, where they are made if missing."""

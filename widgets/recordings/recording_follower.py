@@ -30,6 +30,7 @@ class RecordingFollower(QObject):
         self._timer.timeout.connect(reader.read_new)
         reader.extended.connect(self._go_on)
         reader.unchanged.connect(self._note_unchanged)
+        reader.failed.connect(lambda _: self._timer.start())  # a disk, or who holds the file, may be slow once
 
     def attach(self, controller: SessionController) -> None:
         """Follow the recordings of this controller."""

@@ -1,6 +1,8 @@
 """Steps of the open recording are left out of means by a key and by a menu, shown so, and taken in again."""
 
 import csv
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -99,11 +101,20 @@ def test_several_steps_are_left_out_by_the_menu_of_the_table_and_copied_with_the
     assert [(line["step"], line["left_out"]) for line in lines] == [("2", "a turn, sharp"), ("3", "a turn, sharp")]
 
 
-def test_what_another_program_notes_is_seen_without_a_note_of_the_windows_own(opened, qtbot):
+@pytest.fixture
+def often(monkeypatch):
+    """Notes of other programs are looked for at once, and not once a second."""
+    monkeypatch.setattr("underfoot.widgets.recordings.recording_follower.POLL_MS", 10)
+
+
+def test_what_another_program_notes_is_seen_also_after_what_cannot_be_read(often, opened, qtbot):
     path, step = opened.axis.content.opened.path, opened.steps.visible_steps()[1]
-    with Recording(path) as other:
+    with Recording(path) as other, closing(sqlite3.connect(path)) as damaged:
         other.leave_out([(opened.axis.content.opened.first + round(step.start_s * 48_000.0), step.tile)], "turned")
+        qtbot.waitUntil(lambda: reasons(opened)[:3] == ["", "turned", ""])
+        with qtbot.waitSignal(opened.reader.failed), damaged:
+            damaged.execute("insert into left_out values ('soon', 't1', 'no frame', 'anna', '')")
+        with damaged:
+            damaged.execute("delete from left_out where why = 'no frame'")
         other.add_mark(48_000, "door")
-    opened.reader.read_new()  # as the window does once a second
-    qtbot.waitUntil(lambda: reasons(opened)[:3] == ["", "turned", ""])
-    assert [mark.text for mark in opened.axis.content.opened.marks] == ["door"]
+        qtbot.waitUntil(lambda: [mark.text for mark in opened.axis.content.opened.marks] == ["door"])
