@@ -1,12 +1,15 @@
-"""A study that does not begin while the drive of its sessions is away, or a sound card."""
+"""A study whose drive is away when it begins, or a sound card, or whose floor has a faulty sensor."""
 
 import os
 import signal
 
 from made_studies import TD
 
+from underfoot.engine.reports import SensorFaults
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.studies.phase import Phase
+
+RATING = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
 
 
 def test_a_session_whose_drive_is_away_is_not_begun_all_the_same(bench, null_sink):
@@ -36,11 +39,17 @@ def test_a_session_whose_drive_is_away_is_not_begun_all_the_same(bench, null_sin
 def test_a_study_that_is_begun_while_a_sound_card_is_away_is_stopped_until_it_is_back(bench, monkeypatch):
     """A card that went away before was not known: what nobody felt was asked, and counted."""
     monkeypatch.setattr(bench.window.controller.session, "silence", "card B is not there; silent: t2")
-    rating = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
-    bench.choose(stages=[rating], stimuli={"TD": TD})
+    bench.choose(stages=[RATING], stimuli={"TD": TD})
     bench.until(Phase.STOPPED, Phase.READY)
     assert bench.runner.phase is Phase.STOPPED
     assert bench.runner.messages == ["card B is not there; silent: t2"]
     monkeypatch.undo()
     bench.click(bench.workspace.experimenter.pause)
     bench.until(Phase.READY)
+
+
+def test_a_faulty_sensor_is_on_the_map_of_whoever_runs_a_study(bench):
+    """They look there, and not into Monitor, which the study covers."""
+    bench.choose(stages=[RATING], stimuli={"TD": TD})
+    bench.window.bridge.reported.emit([SensorFaults({("t1", 3): "sensor 3 is dead"})])
+    assert "t1: sensor 3 is dead." in bench.workspace.experimenter.map.accessibleDescription()

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Report
+from underfoot.engine.reports import Report, SensorFaults
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.experiments.analysis.findings import Findings
@@ -197,9 +197,13 @@ class RunningStudy(QObject):
         self.ended.emit(self._study, runner.study.participant if runner.study.has_all_answers else "")
 
     def take(self, reports: list[Report]) -> None:
-        """Pass the session's reports to the runner."""
-        if self.runner is not None:
-            self._do(lambda runner: runner.poll(reports))
+        """Pass the session's reports to the runner, and show faulty sensors."""
+        if self.runner is None:
+            return
+        self._do(lambda runner: runner.poll(reports))
+        for report in reports:
+            if isinstance(report, SensorFaults):
+                self.experimenter.map.set_faults(report.faults)
 
     def tick(self) -> None:
         """Advance the study, and show its state."""
