@@ -165,6 +165,7 @@ def test_faults_are_there_for_as_long_as_they_last():
     known = [fed(floor, np.concatenate(parts[:n])).faults for n in (1, 2, 3, 4)]
     assert [list(faults) for faults in known] == [[("t1", 2)], [], [("t1", 3)], []]
     assert known[0]["t1", 2].startswith("sensor 2 is noisy (swings by 8 N 50 times")
+    assert len(found(floor, np.concatenate([hum, parts[1], hum]))) == 1  # shakers come and go: it is told once
 
 
 def test_all_sensors_of_which_some_are_swapped_are_faulty():

@@ -134,6 +134,7 @@ class SensorHealth:
             found=np.zeros((count, 4), np.int64),
         )
         self._state.sensors["fell_s"] = self._state.sensors["first_fall_s"] = -np.inf
+        self._state.sensors["lowest"] = np.iinfo(np.int64).max
         self._named = np.zeros((count, 4), np.int64)
         self._words: list[dict[tuple[int, int], str]] = [{} for _ in floor.tiles]
         self.faults: dict[tuple[str, int], str] = {}
@@ -251,8 +252,8 @@ def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
         _find_noise(tile, sensors, force_n, total_n, step_s, found)
         for j in range(4):
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
-            sensors[j].lowest = min(sensors[j].lowest, reading[j]) if tile.is_known else reading[j]
-            sensors[j].highest = max(sensors[j].highest, reading[j]) if tile.is_known else reading[j]
+            sensors[j].lowest = min(sensors[j].lowest, reading[j])
+            sensors[j].highest = max(sensors[j].highest, reading[j])
         tile.time_s, tile.is_known = now_s, True
         at += 1
         if (found[0], found[1], found[2], found[3]) != known:
