@@ -14,6 +14,7 @@ from windows import dialog_of
 from underfoot.engine.commands import PressTile
 from underfoot.network.server import Counts
 from underfoot.widgets.design.blind_test import BlindTest
+from underfoot.widgets.design.driving import with_driver
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.session import network_link
 from underfoot.widgets.session.network_link import LENT_MESSAGE
@@ -82,11 +83,15 @@ def test_a_cue_is_played_and_leaves_the_document_as_it_is(window, served, client
 
 def test_cues_end_when_nothing_is_served_any_more(window, served, client, qtbot):
     client.send_message(served, "/underfoot/play", "wood", "t1", -6.0, 7)
-    answer(client, qtbot, "/underfoot/played", 7)
+    client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, 8)
+    for number in (7, 8):
+        answer(client, qtbot, "/underfoot/played", number)
     window.network.apply(window.settings.network_addresses, ["tuio"])
     assert window.controller.session.patch != window.open_patch.patch, "a session that is served keeps its cues"
+    assert window.network.values
     window.network.apply(window.settings.network_addresses, [])
     assert window.controller.session.patch == window.open_patch.patch
+    assert not window.network.values
 
 
 def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, client, qtbot):
@@ -222,6 +227,11 @@ def test_a_value_that_is_set_from_outside_moves_its_control_and_the_hand_takes_i
     assert (editor.value(), played()) == (by_hand, 5000.0), "it does not leave the hand that holds it"
     QTest.mouseRelease(editor.slider, Qt.MouseButton.LeftButton, pos=middle)
     assert editor.value() == 5000.0
+    QTest.mousePress(editor.field, Qt.MouseButton.LeftButton)
+    fader(5500.0, 26)
+    assert editor.value() == 5000.0
+    QTest.mouseRelease(editor.field, Qt.MouseButton.LeftButton)
+    assert editor.value() == 5500.0
 
     next(action for action in editor.actions() if action.text().startswith("Back to")).trigger()
     assert editor.value() == played() == by_hand
@@ -234,6 +244,15 @@ def test_a_value_that_is_set_from_outside_moves_its_control_and_the_hand_takes_i
     client.send_message(served, "/underfoot/stop", "all", 25)
     answer(client, qtbot, "/underfoot/played", 25)
     assert editor.value() == 6000.0
+
+
+def test_osc_is_not_said_to_set_what_a_wire_drives(window, served, client, tuned, qtbot):
+    client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, 27)
+    answer(client, qtbot, "/underfoot/played", 27)
+    tuned.document.edit(with_driver(tuned.patch(), tuned.registry, "noise", "high", "lfo"), "Drive")
+    editor = tuned.inspector.editors["high"]
+    assert editor.label.text() == "High"
+    assert not [action.text() for action in editor.actions() if action.isVisible()]
 
 
 def test_the_first_of_many_refused_messages_is_said(window, served, client, qtbot, monkeypatch):

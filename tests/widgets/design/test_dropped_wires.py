@@ -56,6 +56,10 @@ def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspa
     QTest.keyClicks(canvas.connection_search.field, "by mix")
     QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
     assert {*workspace.patch().wires} == added
+    two = workspace.patch().add("tile-output", REGISTRY).connect("mix.out", "tile-output1.acceleration", REGISTRY)
+    workspace.set_patch(two)
+    canvas.add_up("texture.out", "tile-output1.acceleration")
+    assert ("texture.out", "mix1.b") in workspace.patch().wires, "the other output has no more than before"
     events = Patch().add("footfall", REGISTRY).add("poisson", REGISTRY, (0, 160)).add("impact", REGISTRY, (320, 0))
     workspace.set_patch(events.connect("footfall.onset", "impact.strike", REGISTRY))
     canvas.add_up("poisson.out", "impact.strike")
