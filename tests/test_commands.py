@@ -115,6 +115,7 @@ def test_tab_completes_what_has_a_name_and_leaves_files_to_the_shell(underfoot, 
         ("monitor sim", ["file,sim", "plain,simulator"]),
         ("--target udp", ["file,udp", "plain,udp:0.0.0.0:9000"]),
         ("scene footprints --target tcp", ["plain,tcp:127.0.0.1:9001"]),
+        ("calibrate forces --target tcp", ["plain,tcp:127.0.0.1:9001"]),
     ):
         monkeypatch.setenv("COMP_WORDS", f"underfoot {words}")
         monkeypatch.setenv("COMP_CWORD", str(len(words.split())))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING
+from underfoot.commands.files import complete_names, live_targets
 from underfoot.devices.transports import split_target, target_forms, transport_of
 from underfoot.errors import BadValue
 from underfoot.options import option
@@ -57,7 +58,11 @@ class _LoadedRig:
 class PressingRig(_LoadedRig):
     """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
 
-    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.", "")
+    target: str = option(
+        f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.",
+        "",
+        shell_complete=complete_names(live_targets),
+    )
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, such as 9.1:0.05:120.", "")
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
@@ -119,7 +124,11 @@ class ShakingRig:
 class SteppingRig(_LoadedRig):
     """Options of a rig with a variable stiffness plate on a tile: the simulator steps on it, or a person."""
 
-    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which steps), {target_forms()}.", "")
+    target: str = option(
+        f"Measure on this target: simulator[:PARAMETERS.json] (which steps), {target_forms()}.",
+        "",
+        shell_complete=complete_names(live_targets),
+    )
     plate: str = option('Serial port of the plate, or "simulated".', "simulated")
     displacement: str = option(
         "Displacement sensor on the target: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.001:120.", ""
