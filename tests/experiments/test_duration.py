@@ -1,7 +1,7 @@
 """About how long a study takes: as many trials as people need, and the pauses that they get."""
 
 import pytest
-from made_studies import preset_protocol, trials, walked
+from made_studies import made_protocol, preset_protocol, trials, walked
 from msgspec import structs
 
 from underfoot.experiments.duration import usual_s, usual_trials
@@ -41,3 +41,13 @@ def test_what_is_done_is_told_in_time_not_in_stages():
     pages = walked(study)
     first = next(page for page in pages if page.stage == "main")
     assert first.share == pytest.approx(1 / 6, abs=0.03)
+
+
+def test_a_long_pause_alone_begins_the_count_of_rests_anew():
+    stimuli = {f"S{k}": {"patch": "stimulus-td"} for k in range(7)}
+    pauses = {"long_pause_s": 60.0, "long_pause_every": 2, "rest_s": 20.0, "rest_every": 7}
+    protocol = made_protocol("rating", {"blocks": 4}, stimuli, **pauses)
+    (stage,) = protocol.stages
+    bare = structs.replace(stage, long_pause_s=0.0, rest_s=0.0)
+    come = sum(page.seconds for page in walked(Study(protocol, "P1")))
+    assert usual_s(protocol, stage) - usual_s(protocol, bare) == pytest.approx(come)

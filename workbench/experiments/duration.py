@@ -43,21 +43,11 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
     else:
         trial_s = given["visible_s"] + given["pause_s"]
     trials, blocks = usual_trials(protocol, stage)
-    pauses = max(blocks - 1, 0)
-    long = pauses // stage.long_pause_every if stage.long_pause_every else 0
-    return (
-        trials * trial_s
-        + (pauses - long) * stage.block_pause_s
-        + long * stage.long_pause_s
-        + _rests_s(stage, trials, blocks)
-    )
-
-
-def _rests_s(stage: Stage, trials: int, blocks: int) -> float:
-    """Return the duration of the rests of a stage, which are counted anew behind the pauses between blocks."""
-    stretches = blocks if stage.block_pause_s else 1
-    rests = stretches * ((trials // stretches - 1) // stage.rest_every) if stage.rest_every else 0
-    return max(rests, 0) * stage.rest_s
+    long = max(blocks - 1, 0) // stage.long_pause_every if stage.long_pause_every else 0
+    pauses = ((max(blocks - 1, 0) - long, stage.block_pause_s), (long, stage.long_pause_s))
+    stretches = 1 + sum(count for count, seconds in pauses if seconds)  # rests are counted anew in each
+    rests = stretches * (max(trials // stretches - 1, 0) // stage.rest_every) if stage.rest_every else 0
+    return trials * trial_s + rests * stage.rest_s + sum(count * seconds for count, seconds in pauses)
 
 
 def about(seconds: float) -> str:
