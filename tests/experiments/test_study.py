@@ -45,6 +45,8 @@ def test_a_rest_comes_after_so_many_trials_without_a_pause_also_within_a_block()
     paused = {k: page.seconds for k, page in enumerate(pages) if page.kind == "pause"}
     assert paused == {4: 20.0, 8: 60.0, 13: 20.0}
     assert walked(Study(study.protocol, "P1", study.entries[:5])) == pages[5:]
+    unpaused = walked(Study(made_protocol("rating", {"blocks": 2}, stimuli, rest_s=20.0, rest_every=7), "P1"))
+    assert [k for k, page in enumerate(unpaused) if page.kind == "pause"] == [7]
 
 
 def test_who_does_not_agree_does_not_take_part():

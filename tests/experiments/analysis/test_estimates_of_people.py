@@ -1,6 +1,7 @@
 """A table of people for statistics programs: what they were asked, and what came of their trials."""
 
 import csv
+import math
 
 import numpy as np
 import pytest
@@ -14,7 +15,13 @@ pytest.importorskip("statsmodels")
 
 def rating(person, trial, stimulus, value, **more):
     row = {"participant": person, "stage": "main", "method": "rating", "trial": trial, "stimulus": stimulus}
-    return {**row, "rating": value, "participant.age": 20 + int(person[1:]), **more}
+    asked = {"participant.age": 20 + int(person[1:])} | ({} if person == "P1" else {"participant.shoes": "soft"})
+    return {**row, "rating": value, **asked, **more}
+
+
+def setting(person, trial, level_db):
+    row = {"participant": person, "stage": "set", "method": "adjustment", "trial": trial, "series": "ascending"}
+    return {**row, "comparison": "TD", "level_db": level_db}
 
 
 def test_who_has_estimates_is_a_row_and_an_estimate_that_is_lacking_an_empty_cell(tmp_path):
@@ -31,14 +38,17 @@ def test_who_has_estimates_is_a_row_and_an_estimate_that_is_lacking_an_empty_cel
         rating("P1", 10, "TD", 100.0, practice=True),
         rating("P4", 1, "TD", 100.0, spoiled="left out: loose shoe"),
     ]
-    write_csv(tmp_path / "trials.csv", [*rows, *aside])
+    set_to = [setting("P1", 1, 2.0), setting("P2", 1, 2.0), setting("P2", 2, 4.0)]  # one alone has no deviation
+    write_csv(tmp_path / "trials.csv", [*rows, *aside, *set_to])
     trials, people = str(tmp_path / "trials.csv"), str(tmp_path / "people.csv")
     done = CliRunner().invoke(cli, ["analyse", trials, "--estimates", people])
     assert done.exit_code == 0, done.exception
     header, *lines = csv.reader((tmp_path / "people.csv").read_text().splitlines())
-    assert header == ["participant", "participant.age", "main.rating TD", "main.rating X"]
+    asked, estimates = ["age", "shoes"], ["main.rating TD", "main.rating X", "set.threshold TD", "set.SD TD"]
+    assert header == ["participant", *(f"participant.{name}" for name in asked), *estimates]
     assert [line[:2] for line in lines] == [["P1", "21"], ["P2", "22"], ["P3", "23"]]
-    for person, *_, of_td, of_x in lines:
+    assert [line[-2:] for line in lines] == [["2.0", ""], ["3.0", repr(math.sqrt(2.0))], ["", ""]]
+    for person, _, _, of_td, of_x, *_ in lines:
         for cell, name in ((of_td, "TD"), (of_x, "X")):
             of = [row["rating"] for row in rows if (row["participant"], row["stimulus"]) == (person, name)]
             assert (float(cell) == pytest.approx(np.mean(of))) if of else cell == ""
