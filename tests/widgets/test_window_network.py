@@ -255,6 +255,17 @@ def test_osc_is_not_said_to_set_what_a_wire_drives(window, served, client, tuned
     assert not [action.text() for action in editor.actions() if action.isVisible()]
 
 
+def test_what_is_set_of_one_of_several_selected_nodes_is_shown(window, served, client, tuned, qtbot):
+    tuned.document.edit(tuned.patch().add("noise", tuned.registry), "Add")
+    tuned.canvas.patch_scene.select(["noise1", "noise"])
+    client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, 28)
+    answer(client, qtbot, "/underfoot/played", 28)
+    editor = tuned.inspector.editors["high"]
+    assert editor.label.text() == "High: 700 Hz to 4 kHz, by OSC"
+    editor.reset()
+    assert (editor.label.text(), window.network.values) == ("High", {})
+
+
 def test_the_first_of_many_refused_messages_is_said(window, served, client, qtbot, monkeypatch):
     """It was told in a dialog that nobody has open while they play."""
     said = []

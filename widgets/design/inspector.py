@@ -27,7 +27,7 @@ from underfoot.widgets.design.distribution_view import DistributionView
 from underfoot.widgets.design.error_view import ErrorView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
-from underfoot.widgets.design.osc_actions import Answers, OscActions
+from underfoot.widgets.design.osc_actions import REMARK, Answers, OscActions
 from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.pictured_editor import pictured_editor_for
 from underfoot.widgets.design.rhythm_editor import RhythmEditor
@@ -406,7 +406,9 @@ class Inspector(QScrollArea):
         elif self._ids:
             for name, editor in self.editors.items():
                 driven = sum(name in wires.get(id, {}) for id in self._ids)
-                self._show_values(editor, values_of(self._patch, self._registry, self._ids, name), driven)
+                values = values_of(self._patch, self._registry, self._ids, name, self._set_values)
+                is_set = any((id, name) in self._set_values for id in self._ids)
+                self._show_values(editor, values, driven, is_set=is_set)
         else:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
@@ -430,13 +432,15 @@ class Inspector(QScrollArea):
         if isinstance(editor, NumberEditor):
             self._show_driver(editor, source)
 
-    def _show_values(self, editor: ParameterEditor, values: list[object], driven: int) -> None:
-        """Show the common value of several nodes, or that their values differ, and in how many it is driven."""
+    def _show_values(self, editor: ParameterEditor, values: list[object], driven: int, *, is_set: bool) -> None:
+        """Show the common value of several nodes, or that their values differ, in how many it is driven, and whether
+        OSC has set any.
+        """
         value = shown_value(editor.parameter, values)
         differing = _range_text(editor.parameter, values) if len(values) > 1 else ""
         wired = f"driven in {driven} of {len(self._ids)}" if driven else ""
-        editor.set_mixed(differing, wired)
-        if value != editor.value():
+        editor.set_mixed(differing, ", ".join(filter(None, (wired, REMARK if is_set else ""))))
+        if value != editor.value() and not editor.is_held:
             editor.set_value(value)
 
     def _show_driver(self, editor: NumberEditor, source: str) -> None:

@@ -1,6 +1,6 @@
 """Parameters that several nodes have in common, and that can be set for all together. Without Qt."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -39,14 +39,19 @@ def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:
     return a if alike else None
 
 
-def values_of(patch: Patch, registry: Registry, ids: Sequence[str], name: str) -> list[Any]:
-    """Return the distinct values of a parameter in these nodes, in their order."""
+def values_of(
+    patch: Patch, registry: Registry, ids: Sequence[str], name: str, instead: Mapping[tuple[str, str], object]
+) -> list[Any]:
+    """Return the distinct values of a parameter in these nodes, in their order; `instead`, by node and parameter, stand
+    for the patch's own.
+    """
     found: list[Any] = []
     there = {node.id: node for node in patch.nodes}
     for id in ids:
         node = there[id]
         parameter = registry[node.type].parameters[name]
-        value = parameter.check(node.parameters.get(name, parameter.default))
+        own = node.parameters.get(name, parameter.default)
+        value = shown_value(parameter, [instead.get((id, name), own), own])
         if value not in found:
             found.append(value)
     return found
