@@ -115,6 +115,26 @@ def test_a_strike_behind_a_preset_waits_until_that_plays(stage):
     assert np.abs(played[:, 1]).max() > 0.01
 
 
+def test_a_strike_behind_a_preset_does_not_wait_for_the_faders_behind_itself(stage):
+    """One of them waited all the time, as long as they moved."""
+    swaps, strikes = (len([one for one in stage.playing.of(CommandApplied) if isinstance(one.command, kind)]) + 1
+                      for kind in (Swap, Strike))  # fmt: skip
+    received = stage.server.counts.received
+    stage.send_message("/underfoot/play", "tacton-ws1", "t3", 0.0, 23)
+    stage.send_message("/underfoot/strike", "t3", 1.0, 24)
+    stage.until(lambda: stage.server.counts.received == received + 2, "both came")
+    stage.playing.done(Swap, swaps)  # reported, but not yet to the player
+    stage.send_message("/underfoot/set", "tone", "frequency", 81.0, 25)
+    stage.playing.until(lambda: stage.server.counts.received == received + 3, "the fader moves")
+    stage.player.tick(())
+    stage.player.tick([one for one in stage.playing.of(CommandApplied) if isinstance(one.command, Swap)])
+    stage.playing.done(Strike, strikes)
+    for number in (23, 24, 25):
+        stage.answer("/underfoot/played", number)
+    stage.send_message("/underfoot/stop", "all", 26)
+    stage.answer("/underfoot/played", 26)
+
+
 def test_another_gain_moves_in_a_ramp_without_a_new_program(stage):
     stage.send_message("/underfoot/play", "tacton-ws1", "t2", 0.0, 30)
     stage.answer("/underfoot/played", 30)

@@ -5,6 +5,7 @@ Everything goes to the engine as commands, so that recordings have it. Cues take
 strike waits for the preset that was requested before it.
 """
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
@@ -54,7 +55,8 @@ class CuePlayer:
         self._edits = 0
         self._texts: deque[tuple[int, bytes]] = deque(maxlen=_REMEMBERED)
         self._pending: list[_Pending] = []
-        self._strikes: list[Received] = []
+        self._strikes: list[tuple[int, tuple[str, ...], float, Received]] = []
+        """Those that wait: the number of the last edit before them, tiles, strength, and the cue."""
 
     def set_base_patch(self, base: Patch) -> Patch:
         """Set the floor's own patch; return the patch to play. Changes by cues end if they do not fit the new patch."""
@@ -156,13 +158,17 @@ class CuePlayer:
 
     def _strike(self, one: Received) -> None:
         assert isinstance(one.cue, StrikeCue)
-        rows = self._rows(one.cue.tile)
-        if any(pending.edit for pending in self._pending):
-            self._strikes.append(one)
-            return
-        for tile in rows[:-1]:
-            self.session.send(Strike("", tile, one.cue.strength))
-        self._send(Strike("", rows[-1], one.cue.strength), one)
+        self._strikes.append((self._edits, self._rows(one.cue.tile), one.cue.strength, one))
+        self._strike_all_due()
+
+    def _strike_all_due(self) -> None:
+        """Carry out the strikes before which no edit waits: behind them one may wait as long as a fader moves."""
+        waiting = min((pending.edit for pending in self._pending if pending.edit), default=math.inf)
+        while self._strikes and self._strikes[0][0] < waiting:
+            _, rows, strength, one = self._strikes.pop(0)
+            for tile in rows[:-1]:
+                self.session.send(Strike("", tile, strength))
+            self._send(Strike("", rows[-1], strength), one)
 
     def _send(self, command: Command, one: Received) -> None:
         self.session.send(command)
@@ -196,7 +202,7 @@ class CuePlayer:
             case CommandApplied(frame, Swap(patch)):
                 edit = max((number for number, text in self._texts if text == patch), default=0)
                 self._answer(self._taken(lambda one: 0 < one.edit <= edit), frame)
-                self._strike_held()
+                self._strike_all_due()
             case CommandApplied(frame, command):
                 if isinstance(command, Mark):
                     marked = command.frame(frame, self.session.target.rate)
@@ -204,7 +210,7 @@ class CuePlayer:
                 done = next((one for one in self._pending if one.command == command), None)
                 if done is not None and not any(0 < one.edit < done.edit for one in self._pending):
                     self._answer(self._taken(lambda one: one is done), frame)
-                    self._strike_held()
+                    self._strike_all_due()
             case PatchRefused(text):
                 refused = next((one for one in self._pending if one.edit), None)
                 if refused is not None:
@@ -221,15 +227,9 @@ class CuePlayer:
         self._pending = [one for one in self._pending if not holds(one)]
         return taken
 
-    def _strike_held(self) -> None:
-        if not any(pending.edit for pending in self._pending):
-            held, self._strikes = self._strikes, []
-            for one in held:
-                self._strike(one)
-
     def _refuse(self, holds: Callable[[_Pending], bool], reason: str) -> None:
         """Refuse waiting cues of which something holds, and strikes that wait for a patch."""
-        failed = self._taken(holds) + self._strikes
+        failed = self._taken(holds) + [one for *_, one in self._strikes]
         self._strikes = []
         for one in failed:
             self.server.answer_refused(one, reason)
