@@ -2,6 +2,7 @@
 
 import csv
 import math
+from dataclasses import replace
 
 import ezc3d
 import h5py
@@ -20,6 +21,7 @@ from underfoot.records.exports import DECIDED_S, ExportSource, write_export
 from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
+from underfoot.records.survey import cache_survey, cached_files, survey
 
 FLOOR = default_floor(1, 2)
 SECONDS = 12.0
@@ -146,6 +148,25 @@ def test_c3d(exported, recorded, stretch, whole_steps):
     strikes_s = [at for at, label in zip(times_s, events["LABELS"]["value"], strict=True) if label == "Foot Strike"]
     np.testing.assert_allclose(strikes_s, [step.start_s - stretch[0] for step in whole_steps], atol=2e-3)
     assert content["parameters"]["UNDERFOOT"]["FIRST_S"]["value"][0] == pytest.approx(stretch[0], abs=1e-3)
+
+
+def test_steps_of_a_survey_are_those_that_an_export_finds(path, stretch, tmp_path):
+    """What is in a C3D file beside forces is known once it was looked for: of an hour that takes minutes."""
+    with Recording(path) as recording:
+        for file in cached_files(recording):
+            file.unlink(missing_ok=True)
+        source = ExportSource(recording, stretch_s=stretch)
+        write_export(source, tmp_path / "found.c3d")
+        made = survey(recording, lambda so_far: True)
+        cache_survey(recording, made)
+        told = []
+        write_export(replace(source, progress=lambda text, share: told.append(text) or True), tmp_path / "known.c3d")
+        assert (tmp_path / "known.c3d").read_bytes() == (tmp_path / "found.c3d").read_bytes()
+        assert "Looking for steps" not in told
+        for step in (one.step for one in made.steps):  # of which a step is chosen and exported
+            [alone] = ExportSource(recording, stretch_s=(step.start_s, step.end_s)).steps("")
+            assert alone.step == step.step
+        cached_files(recording)[0].unlink()
 
 
 def test_one_end_is_enough(path, tmp_path):

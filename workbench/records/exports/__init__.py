@@ -4,7 +4,7 @@ A new file is a new format; `underfoot export` and the window offer what is here
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import chain
@@ -15,12 +15,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.floor.footsteps import Step
 from underfoot.floor.profile_parts import PARTS
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.plugins import values_in
 from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
-from underfoot.records.survey import RecordedForces
+from underfoot.records.survey import RecordedForces, load_cached_survey
 
 VIBRATION = ("commanded", "measured", "vibration")
 """Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
@@ -95,7 +96,8 @@ class ExportSource:
     def pieces(self, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield times (n,) and corner forces (n, tiles, 4), piece by piece."""
         begin, end = (-math.inf, math.inf) if self.stretch_s is None else (self.first, self.end)
-        return self._pieces(begin, end, text, self.length_s)
+        for time_s, force_n in self._pieces(begin, end, text):
+            yield self._from_first(time_s), force_n
 
     def found(self, text: str) -> Iterator[Detections]:
         """Yield contacts and footsteps, piece by piece.
@@ -103,18 +105,20 @@ class ExportSource:
         Those of a stretch are what is found in the whole recording: all samples of contacts in it, and the steps that
         begin and end in it, with their numbers.
         """
-        floor, rate_hz = self.forces.floor, self.forces.rate_hz
-        if self.stretch_s is None:
-            for found in find_steps(self._pieces(-math.inf, math.inf, text, self.length_s), floor, rate_hz):
-                yield Detections(found.rows, self._notes.on(found.steps))
-            return
-        length_s = self.length_s
-        until = self.end + DECIDED_S * self.forces.rate
-        for found in find_steps(self._pieces(-math.inf, until, text, length_s + DECIDED_S), floor, rate_hz):
-            time_s = found.rows.time_s
-            rows = found.rows.select((time_s >= 0.0) & (time_s < length_s))
-            steps = [s for s in found.steps if s.start_s >= 0.0 and s.end_s <= length_s]
-            yield Detections(rows, self._notes.on(steps))
+        until = math.inf if self.stretch_s is None else self.end + DECIDED_S * self.forces.rate
+        pieces = self._pieces(-math.inf, until, text)
+        for found in find_steps(pieces, self.forces.floor, self.forces.rate_hz):
+            rows = replace(found.rows, time_s=self._from_first(found.rows.time_s))
+            if self.stretch_s is not None:
+                rows = rows.select((rows.time_s >= 0.0) & (rows.time_s < self.length_s))
+            yield Detections(rows, self._within(found.steps))
+
+    def steps(self, text: str) -> list[Step]:
+        """Return the footsteps alone: those of the recording's survey where there is one, else what is found now."""
+        known = load_cached_survey(self.recording)
+        if known is None:
+            return [step for found in self.found(text) for step in found.steps]
+        return self._within([one.step for one in known.steps])
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps."""
@@ -146,19 +150,31 @@ class ExportSource:
         ends = [(max(gap.first, self.first), min(gap.first + gap.count, self.end)) for gap in self.recording.gaps()]
         return [(self._time_s(begin), (end - begin) / self.forces.rate) for begin, end in ends if begin < end]
 
-    def _pieces(
-        self, begin: float, end: float, text: str, until_s: float
-    ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Yield times and corner forces between two session frames."""
-        first, rate, before_s = self.first, self.forces.rate, 0.0 if begin > -math.inf else self.from_s
+    def _pieces(self, begin: float, end: float, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Yield times from the recording's first frame on, and corner forces, between two session frames."""
+        first, last = max(begin, self.forces.first), min(end, self.forces.end)
         for rows in self.recording.force_blocks_between(begin, end):
-            time_s = (rows[:, 0] - first) / rate
-            self.report_progress(text, (float(time_s[-1]) + before_s) / max(until_s + before_s, 1e-9))
-            yield time_s, rows[:, 2:].reshape(len(rows), -1, 4)
+            self.report_progress(text, float(rows[-1, 0] - first) / max(last - first, 1.0))
+            yield (rows[:, 0] - self.forces.first) / self.forces.rate, rows[:, 2:].reshape(len(rows), -1, 4)
+
+    def _from_first(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return times from the stretch's first frame on, of times from the recording's."""
+        return time_s if self.stretch_s is None else np.round(time_s - self.from_s, 9) + 0.0  # no -0
+
+    def _within(self, steps: Sequence[Step]) -> list[Step]:
+        """Return the steps that begin and end here, to a frame: a stretch may be that of a step."""
+        noted, frame_at = self._notes.on(steps), self.forces.frame_at
+        if self.stretch_s is None:
+            return noted
+        return [
+            replace(step, start_s=float(self._from_first(np.array(step.start_s))))
+            for step in noted
+            if self.first <= frame_at(step.start_s) and frame_at(step.end_s) <= self.end
+        ]
 
     @cached_property  # for each piece of the steps
     def _notes(self) -> Notes:
-        return replace(self.recording.notes(), first=self.first)
+        return self.recording.notes()
 
     def _frame_at(self, second: float | None, otherwise: int) -> int:
         return otherwise if second is None else self.forces.first + round(second * self.forces.rate)

@@ -54,7 +54,7 @@ def _write(export: ExportSource, path: Path) -> None:
         raise BadFile(f"{path} would have {len(floor.tiles)} force plates; allowed: up to {MOST}")
     sensors = [_sensors(tile, path) for tile in floor.tiles]
     first_s, rate_hz, shape = _even(export, path)
-    steps = [step for found in export.found("Looking for steps") for step in found.steps]
+    steps = export.steps("Looking for steps")
     groups: dict[str, Parameters] = {
         "ANALOG": _analogs(floor, rate_hz),
         "FORCE_PLATFORM": _plates(floor, sensors),
