@@ -19,9 +19,11 @@ from underfoot.records import envelopes
 from underfoot.records.exports import ExportSource, write_export
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
+from underfoot.records.summary import summary_of
 from underfoot.records.survey import (
     RecordedForces,
     cache_survey,
+    cached_files,
     has_envelopes,
     load_cached_survey,
     make_envelopes,
@@ -187,6 +189,11 @@ def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlie
         assert load_cached_survey(other) is None
         peaks = [max(step.force_n) for step in kept.steps]
         np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
+        assert summary_of(earlier).steps == len(kept.steps)
+        kept_file = cached_files(old)[0]
+        kept_file.write_bytes(kept_file.read_bytes()[:-9])  # damaged
+        assert (load_cached_survey(old), summary_of(earlier).steps) == (None, None)
+        cache_survey(old, made)
     with closing(sqlite3.connect(earlier)) as base, base:
         base.execute("insert into about values ('begun', '2026-11-24T10:00:00')")
     with Recording(earlier) as again:  # on the same floor, as long, and in the place of the one before

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from underfoot.floor.layout import Floor
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
-from underfoot.records.survey import load_cached_survey
+from underfoot.records.survey import cached_step_count
 
 POINTS = 72
 """Values in the small picture."""
@@ -34,13 +34,12 @@ def summary_of(path: Path) -> Summary:
     with Recording(path) as recording:
         floor = recording.floor
         first, end = recording.span
-        found = load_cached_survey(recording)
         return Summary(
             path,
             _begun(recording),
             (end - first) / recording.rate_hz,
             floor,
-            None if found is None else len(found.steps),
+            cached_step_count(recording),
             _force(recording, first, end, len(floor.tiles)),
         )
 

@@ -10,6 +10,7 @@ import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -166,14 +167,30 @@ def _span(contact: Contact) -> ContactSpan:
 
 def load_cached_survey(recording: Recording) -> Survey | None:
     """Return the cached survey of a recording in its present state; None if there is none."""
-    notes = recording.notes()
-    with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
-        raw = msgspec.json.decode(_place(recording, "json").read_bytes())
-        for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
-            one["step"] = {name: math.nan if value is None else value for name, value in one["step"].items()}
-        found = msgspec.convert(raw, Survey)  # with what was noted when it was made
-        found.steps = noted_stances(found.steps, notes)
-        return found
+    found = _cached(recording, Survey)  # with what was noted when it was made
+    if found is not None:
+        found.steps = noted_stances(found.steps, recording.notes())
+    return found
+
+
+def cached_step_count(recording: Recording) -> int | None:
+    """Return how many footsteps are in the cached survey of a recording; None if there is none. It is not all read."""
+    found = _cached(recording, _Counted)
+    return None if found is None else len(found.steps)
+
+
+class _Counted(msgspec.Struct):
+    """Of a `Survey`, what is read to count its steps."""
+
+    steps: list[msgspec.Raw]
+
+
+_Kind = TypeVar("_Kind", Survey, _Counted)
+
+
+def _cached(recording: Recording, kind: type[_Kind]) -> _Kind | None:
+    with suppress(OSError, msgspec.DecodeError):
+        return msgspec.msgpack.decode(_place(recording, "survey").read_bytes(), type=kind)
     return None
 
 
@@ -183,18 +200,18 @@ def cache_survey(recording: Recording, made: Survey) -> None:
     if made.until_s != RecordedForces(recording).length_s:
         return
     with suppress(BadFile, OSError):
-        path = _place(recording, "json")
+        path = _place(recording, "survey")
         make_folder(path.parent)
         with suppress(OSError):  # another program may remove the same ones
             files = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
             for old in files[: max(0, len(files) - 3 * KEPT)]:
                 old.unlink(missing_ok=True)
-        write_file(path, msgspec.json.encode(made))
+        write_file(path, msgspec.msgpack.encode(made))
 
 
 def cached_files(recording: Recording) -> tuple[Path, ...]:
     """Return the files of a recording in the cache, which may be missing; they are found by its path."""
-    return tuple(_place(recording, suffix) for suffix in ("json", "envelopes"))
+    return tuple(_place(recording, suffix) for suffix in ("survey", "envelopes"))
 
 
 def envelope_file(recording: Recording) -> Path:
