@@ -51,8 +51,6 @@ class CalibrateWorkspace(ProjectingWorkspace):
     """The session should release the tiles; `begin_released` follows."""
     reopen_requested = Signal()
     """The tiles are free again."""
-    hardware_taken = Signal(bool)
-    """Whether the hardware is taken from the session."""
     profile_changed = Signal(object, str, object)
     """A `Profile` that was written, which part of it, and its folder: for use by the engine."""
 
@@ -108,7 +106,6 @@ class CalibrateWorkspace(ProjectingWorkspace):
         controller.released.connect(self.begin_released)
         self.release_requested.connect(controller.release)
         self.reopen_requested.connect(controller.reopen)
-        self.hardware_taken.connect(controller.target_locked)
         self.profile_changed.connect(controller.use_profile)
         self.wizard.ready.connect(self.loaded)
 
@@ -268,7 +265,6 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def _take_hardware(self) -> None:
         """Ask the session to release the tiles."""
         self._is_waiting = True
-        self.hardware_taken.emit(True)
         waits = "Waiting until the session releases the tile…"
         self.overview.show_availability(waits, can_run_automatically=False)
         self.release_requested.emit()
@@ -319,7 +315,6 @@ class CalibrateWorkspace(ProjectingWorkspace):
                 self.wizard.end()
             measurement.deleteLater()
             if measurement.by_hand:
-                self.hardware_taken.emit(False)
                 self.reopen_requested.emit()
         self._show()
 

@@ -52,7 +52,7 @@ class SessionController(QObject):
     recording_file_changed = Signal(object)
     """The `Path` of a recording whose file is there now, or has been closed."""
     target_locked = Signal(bool)
-    """Whether the target must not change, because something else uses its devices."""
+    """`target_is_locked`, which may have changed."""
     equaliser_changed = Signal(str)
     """Carries the tile whose calibration has changed, and with it the tile's response."""
 
@@ -92,8 +92,6 @@ class SessionController(QObject):
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
         self._written: set[Path] = set()
-        self.target_is_locked = False
-        self.target_locked.connect(self._set_locked)
         self._opener.noted.connect(self.notified)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
@@ -147,6 +145,11 @@ class SessionController(QObject):
         """Whether a study uses the session."""
         return bool(self._lent)
 
+    @property
+    def target_is_locked(self) -> bool:
+        """Whether the target must not change, because something else uses the session or its devices."""
+        return self.is_lent or self._is_released
+
     def set_target(self, target: Target) -> None:
         """Close the session and open one on another target, without waiting for the old one to end.
 
@@ -168,6 +171,7 @@ class SessionController(QObject):
     def release(self) -> None:
         """Close the session, so that its devices are free for something else; `released` follows."""
         self._is_released = True
+        self.target_locked.emit(True)
         if self.session is not None:
             self._drop(self.session)
         elif not self._opener.is_busy:
@@ -177,6 +181,7 @@ class SessionController(QObject):
         """Open a session again after `release`; an open one is reopened, and reads the profiles again."""
         if self._is_released:
             self._is_released = False
+            self.target_locked.emit(False)
             self._open()
         else:
             self.set_target(self.target)
@@ -190,7 +195,7 @@ class SessionController(QObject):
             return None
         if self.session is not None:
             self._lent = "patch" if only_patch else "all"
-        self.target_locked.emit(self.is_lent)
+        self.target_locked.emit(self.target_is_locked)
         return self.session
 
     def refuses_lent(self) -> bool:
@@ -389,9 +394,6 @@ class SessionController(QObject):
             self._is_silent_start = False
             level = f"{self._settings.level_db:.0f} dB".replace("-", "−")
             self.notified.emit(f"The output is silent. Space plays, at {level}.")
-
-    def _set_locked(self, locked: bool) -> None:
-        self.target_is_locked = locked
 
     def _set_playing(self, playing: bool) -> None:
         self.is_playing = playing

@@ -139,8 +139,11 @@ def test_the_target_is_released_and_opened_again(controller, qtbot):
     with qtbot.waitSignal(controller.released, timeout=LONG_MS):
         controller.release()
     assert controller.session is None
+    assert controller.lend() is None
+    assert controller.target_is_locked  # a study that could not begin unlocked it
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS) as opened:
         controller.reopen()
+    assert not controller.target_is_locked
     assert opened.args == [controller.target]
     assert controller.session.patch == noise_patch()
 
