@@ -75,4 +75,4 @@ def test_an_open_network_dialog_counts_what_is_sent(desk):
     assert desk.dialog.counters.text().endswith("Cues received 6   Refused 7")
     assert desk.dialog.refusal.text() == "Last refused: gain_db is nan; allowed: -80 to 20 dB"
     desk.trouble = "LSL needs the package pylsl"
-    desk.qtbot.waitUntil(lambda: desk.dialog.refusal.text() == desk.trouble)
+    desk.qtbot.waitUntil(lambda: desk.dialog.trouble.text() == f"{desk.trouble}.")
