@@ -103,17 +103,27 @@ def test_a_script_agrees_as_the_page_says(folder, own_node):
     assert np.abs(uf.render(found["patch"], nobody, seconds=0.1).samples).max() > 0.0
 
 
+HELPER = """
+from underfoot.kernels import kernel
+
+@kernel
+def louder(x):
+    return x + wave
+"""
+
+
 @pytest.mark.parametrize(
     ("line", "says"),
     [
         ("out[i] = wave", r", line 20: run of Hum cannot be compiled: NameError: name 'wave' is not defined$"),
+        ("out[i] = louder(strength)", r", line 26: run of Hum cannot be compiled: NameError: name 'wave' is not def"),
         ("out[i] = 'loud'", r", line 20: run of Hum cannot be compiled: there is no setitem\(.*str.*\)$"),
         ("out[i] = strength.loud", r", line 20: run of Hum cannot be compiled: Unknown attribute 'loud' of"),
         ("import numpy", r": run of Hum cannot be compiled: Use of unsupported opcode \(IMPORT_NAME\)"),
     ],
 )
 def test_a_function_that_cannot_be_compiled_is_one_line(underfoot, folder, own_node, line, says):
-    text = own_node.file.read_text()
+    text = own_node.file.read_text() + HELPER
     own_node.file.write_text(re.sub(r"^( +)out\[i\] = .*$", rf"\1{line}", text, flags=re.MULTILINE))
     assert own_node.file.read_text() != text
     said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
