@@ -1,10 +1,9 @@
 """The Scenes workspace: choose, adjust, start and stop a scene, shown here and on a projector."""
 
-import threading
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
@@ -17,6 +16,7 @@ from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage, why_ended
 from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
@@ -46,9 +46,6 @@ class ScenesWorkspace(ProjectingWorkspace):
     shortcuts = SHORTCUTS
     projection: SceneProjection | None
 
-    _made = Signal(int, object)
-    """Number of the request, and the scene; or the reason why it could not be made."""
-
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Settings(), parent)
         theme.fill(self, "ground")
@@ -59,9 +56,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.chosen = next(iter(self.kinds))
         self.stage: Stage | None = None
         self._controller: SessionController | None = None
-        self._maker: threading.Thread | None = None
-        self._requests = 0
-        self._pending = 0
+        self._maker = BackgroundWorker(self)
         self._ticks = 0
         self._has_news = False
         self._is_unattended = self._awaits_projector = False
@@ -116,8 +111,7 @@ class ScenesWorkspace(ProjectingWorkspace):
     def close_down(self) -> None:
         """End the scene."""
         self.stop()
-        if self._maker is not None:
-            self._maker.join()
+        self._maker.join()
 
     # --- the choice ---
 
@@ -143,7 +137,7 @@ class ScenesWorkspace(ProjectingWorkspace):
     @property
     def is_making(self) -> bool:
         """Whether a scene is being made, which loads its kernels, and will play then."""
-        return self._pending != 0
+        return self._maker.is_busy
 
     def start(self) -> None:
         """Make the chosen scene in a thread, then play it; a failure is shown."""
@@ -153,24 +147,18 @@ class ScenesWorkspace(ProjectingWorkspace):
         if self.stage is not None or self.is_making:
             return
         kind, floor, given = self.kinds[self.chosen], controller.session.target.floor, dict(self._values[self.chosen])
-        self._requests += 1
-        number = self._pending = self._requests
-        before = self._maker
         self.panel.state.setText("Preparing the scene…")
         if self.panel.start.hasFocus():
             self.list.list.setFocus()  # where Return ends it; a disabled button would hand the focus to its neighbour
         self.panel.start.setEnabled(False)
 
-        def make() -> None:
-            if before is not None:
-                before.join()  # a scene that is not wanted any more: its kernels are loaded to the end
+        def make(_: Task) -> list[Scene | str]:
             try:
-                self._made.emit(number, kind(floor, given))
+                return [kind(floor, given)]
             except Exception as error:
-                self._made.emit(number, why_ended(error))
+                return [why_ended(error)]
 
-        self._maker = threading.Thread(target=make, name="make scene")
-        self._maker.start()
+        self._maker.compute(make)
 
     def perform(self, name: str, given: Mapping[str, Any]) -> None:
         """Play a scene with these parameters, and show it on the screen of the projector, once a session is open.
@@ -189,7 +177,7 @@ class ScenesWorkspace(ProjectingWorkspace):
 
     def _end(self) -> None:
         if self.is_making:
-            self._pending = 0
+            self._maker.stop()
             self._show_availability()
         stage, self.stage = self.stage, None
         self._close_projection()
@@ -214,15 +202,13 @@ class ScenesWorkspace(ProjectingWorkspace):
         screens = QGuiApplication.screens()
         self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
 
-    def _take(self, number: int, made: Scene | str) -> None:
-        """Play a scene that has been made, or show why it could not be; unless it is not wanted any more."""
-        if number != self._pending:
-            return
-        self._pending = 0
-        if isinstance(made, str):
-            self._fail(made)
+    def _take(self, made: list[Scene | str]) -> None:
+        """Play a scene that has been made, or show why it could not be."""
+        (scene,) = made
+        if isinstance(scene, str):
+            self._fail(scene)
         else:
-            self._play(made)
+            self._play(scene)
 
     def _play(self, scene: Scene) -> None:
         controller = self._controller
@@ -379,4 +365,4 @@ class ScenesWorkspace(ProjectingWorkspace):
         panel.walker_requested.connect(lambda on: self._send(Walk(on)))
         self.view.failed.connect(self._end_failed, Qt.ConnectionType.QueuedConnection)
         self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
-        self._made.connect(self._take)
+        self._maker.found.connect(self._take)
