@@ -124,6 +124,8 @@ def test_a_strike_behind_a_preset_does_not_wait_for_the_faders_behind_itself(sta
     stage.send_message("/underfoot/strike", "t3", 1.0, 24)
     stage.until(lambda: stage.server.counts.received == received + 2, "both came")
     stage.playing.done(Swap, swaps)  # reported, but not yet to the player
+    for thousandths in range(100):  # a hand that drags while it is compiled: of all these edits, only 64 were known
+        stage.player.set_base_patch(hum().set("tile-output", "level", thousandths / 1000.0, REGISTRY))
     stage.send_message("/underfoot/set", "tone", "frequency", 81.0, 25)
     stage.playing.until(lambda: stage.server.counts.received == received + 3, "the fader moves")
     stage.player.tick(())
@@ -131,6 +133,7 @@ def test_a_strike_behind_a_preset_does_not_wait_for_the_faders_behind_itself(sta
     stage.playing.done(Strike, strikes)
     for number in (23, 24, 25):
         stage.answer("/underfoot/played", number)
+    stage.playing.session.edit(stage.player.set_base_patch(hum()))
     stage.send_message("/underfoot/stop", "all", 26)
     stage.answer("/underfoot/played", 26)
 

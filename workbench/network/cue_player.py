@@ -20,7 +20,7 @@ from underfoot.network.cues import ALL, MarkCue, PanicCue, PlayCue, SetCue, Stop
 from underfoot.network.server import NetworkServer, Received
 from underfoot.patch.patch import Patch
 
-_REMEMBERED = 64  # patches that may still be swapped in
+_REMEMBERED = 1 << 14  # patches that may still be swapped in: a first compilation takes half a minute, edits go on
 
 
 @dataclass
@@ -53,7 +53,7 @@ class CuePlayer:
         self._made: tuple[CuedChanges, Patch] | None = None  # composed last: with a preset, it was read from its file
         self._tiles = session.target.floor.ids
         self._edits = 0
-        self._texts: deque[tuple[int, bytes]] = deque(maxlen=_REMEMBERED)
+        self._texts: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)  # numbers of edits, and hashes of their patches
         self._pending: list[_Pending] = []
         self._strikes: list[tuple[int, tuple[str, ...], float, Received]] = []
         """Those that wait: the number of the last edit before them, tiles, strength, and the cue."""
@@ -189,7 +189,7 @@ class CuePlayer:
 
     def _note(self, played: Patch) -> None:
         self._edits += 1
-        self._texts.append((self._edits, played.dumps()))
+        self._texts.append((self._edits, hash(played.dumps())))
 
     def _rows(self, tile: str) -> tuple[str, ...]:
         require(tile == ALL or tile in self._tiles, "tile", tile, f"{ALL}, {', '.join(self._tiles)}")
@@ -200,7 +200,7 @@ class CuePlayer:
     def _take_report(self, report: Report) -> None:
         match report:
             case CommandApplied(frame, Swap(patch)):
-                edit = max((number for number, text in self._texts if text == patch), default=0)
+                edit = max((number for number, text in self._texts if text == hash(patch)), default=0)
                 self._answer(self._taken(lambda one: 0 < one.edit <= edit), frame)
                 self._strike_all_due()
             case CommandApplied(frame, command):
