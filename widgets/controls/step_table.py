@@ -118,8 +118,8 @@ class StepModel(QAbstractTableModel):
     def __init__(self, max_steps: int) -> None:
         super().__init__()
         self.steps: list[Step] = []
-        self.texts: list[tuple[str, ...]] = []
-        """The displayed text of each step, by column."""
+        self._texts: list[tuple[str, ...]] = []
+        """The texts of each step; () until they are shown: an hour of steps has 700,000 cells."""
         self._max_steps = max_steps
 
     def add(self, steps: Sequence[Step]) -> None:
@@ -129,20 +129,25 @@ class StepModel(QAbstractTableModel):
         surplus = len(self.steps) + len(steps) - self._max_steps
         if surplus > 0:
             self.beginRemoveRows(QModelIndex(), 0, surplus - 1)
-            del self.steps[:surplus], self.texts[:surplus]
+            del self.steps[:surplus], self._texts[:surplus]
             self.endRemoveRows()
         first = len(self.steps)
         self.beginInsertRows(QModelIndex(), first, first + len(steps) - 1)
         self.steps.extend(steps)
-        self.texts.extend(_row_texts(step) for step in steps)
+        self._texts.extend([()] * len(steps))
         self.endInsertRows()
 
     def clear(self) -> None:
         """Remove all steps."""
         self.beginResetModel()
         self.steps.clear()
-        self.texts.clear()
+        self._texts.clear()
         self.endResetModel()
+
+    def texts(self, row: int) -> tuple[str, ...]:
+        """Return the displayed texts of a step, by column."""
+        self._texts[row] = self._texts[row] or _row_texts(self.steps[row])
+        return self._texts[row]
 
     def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(self.steps)
@@ -170,7 +175,7 @@ class StepModel(QAbstractTableModel):
             # NaN compares as neither less nor greater, which would disorder the whole sort.
             return -math.inf if isinstance(value, float) and math.isnan(value) else value
         if role == Qt.ItemDataRole.DisplayRole:
-            return self.texts[index.row()][index.column()]
+            return self.texts(index.row())[index.column()]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return ALIGNMENTS[index.column()]
         if role == Qt.ItemDataRole.ToolTipRole and step.left_out:
@@ -229,7 +234,9 @@ class StepTable(QTableView):
 
     def selected_steps(self) -> list[Step]:
         """Return the steps of the selected rows."""
-        return [self._step_at(row) for row in sorted({i.row() for i in self.selectionModel().selectedRows()})]
+        ranges = self.selectionModel().selection().toList()  # of whole rows
+        rows = {row for one in ranges for row in range(one.top(), one.bottom() + 1)}
+        return [self._step_at(row) for row in sorted(rows)]
 
     def select_step(self, step: Step) -> None:
         """Select the row of a step, and scroll to it."""
@@ -275,7 +282,7 @@ class StepTable(QTableView):
         first, last = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
         for row in range(max(first, 0), (last if last >= 0 else self._sorted.rowCount() - 1) + 1):
             number = self._sorted.mapToSource(self._sorted.index(row, 0)).row()
-            texts, is_left_out = self.steps.texts[number], bool(self.steps.steps[number].left_out)
+            texts, is_left_out = self.steps.texts(number), bool(self.steps.steps[number].left_out)
             key = texts, is_left_out, self.selectionModel().isRowSelected(row), self.devicePixelRatioF()
             if key not in self._row_pictures:
                 self._row_pictures[key] = self._paint_row(*key)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QW
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
-from underfoot.records.comparison import PERCENT, band, of_body_weight, stance_curve
+from underfoot.records.comparison import PERCENT, StanceCurve, band, of_body_weight, stance_curve
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import recorded_step_lines
 from underfoot.widgets import theme
@@ -42,6 +42,8 @@ class RecordedSteps(QWidget):
         super().__init__()
         self._steps: Sequence[Stance] = ()
         self._visible: list[int] = []
+        self._means: dict[bool, StanceCurve] = {}
+        """Of the visible steps, for `stance_drawing`."""
         self._choice = -1
         self._waits_for = ""
         self.table = StepTable(1_000_000, sortable=True)
@@ -164,7 +166,7 @@ class RecordedSteps(QWidget):
         self.notified.emit(f"{counted(len(steps), 'step')} copied as CSV.")
 
     def _filter(self) -> None:
-        self._visible = self.matching(self._steps)
+        self._visible, self._means = self.matching(self._steps), {}
         self.table.steps.clear()
         self.table.show_body_weight(any(math.isfinite(step.body_weight_n) for step in self.visible_steps()))
         self.table.steps.add(self.visible_steps())
@@ -196,16 +198,22 @@ class RecordedSteps(QWidget):
     def _draw(self) -> None:
         steps = [self._steps[number] for number in self._visible]
         chosen = self._steps[self._choice] if 0 <= self._choice < len(self._steps) else None
-        selected = set(map(id, self.table.selected_steps()))
+        selected, means = set(map(id, self.table.selected_steps())), self._means
         if len(selected) > 1:
-            steps, chosen = [one for one in steps if id(one.step) in selected], None
-        self.plot.show_drawing(stance_drawing(steps, chosen, self._waits_for or "no steps"))
+            steps, chosen, means = [one for one in steps if id(one.step) in selected], None, {}
+        self.plot.show_drawing(stance_drawing(steps, chosen, self._waits_for or "no steps", means))
 
 
-def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: str = "") -> Drawing:
+def stance_drawing(
+    steps: Sequence[Stance],
+    chosen: Stance | None = None,
+    note: str = "",
+    means: dict[bool, StanceCurve] | None = None,
+) -> Drawing:
     """Return a drawing of the curves of steps, with mean and a band of one standard deviation; or a note without any.
 
     Steps that are left out are dashed, and in neither. In % of body weight where that of all is noted, else in N.
+    `means` keeps the mean of these steps, of so many takes a while, for when another one of them is chosen.
 
     >>> from underfoot.floor.footsteps import Step
     >>> steps = [Stance(Step(k, "t1", "left", k, 600.0, *[0.0] * 7), (100.0 * k,) * 101) for k in (1, 2)]
@@ -221,7 +229,8 @@ def stance_drawing(steps: Sequence[Stance], chosen: Stance | None = None, note: 
 
     known = [one for one in drawn if not one.step.left_out]
     if known:
-        mean = stance_curve([force_of(one) for one in known])
+        means = {} if means is None else means
+        mean = means[in_bw] = means.get(in_bw) or stance_curve([force_of(one) for one in known])
         if len(known) > 1:
             series.append(band(mean))
     for one in drawn[:: max(1, -(-len(drawn) // MAX_CURVES))]:
