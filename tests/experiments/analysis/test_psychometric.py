@@ -1,5 +1,7 @@
 """Psychometric curves against what is not them: the thesis's table, SciPy's likelihood, and curves that are known."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -122,11 +124,18 @@ def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other(
         for db, yes in zip(range(-6, 8, 2), of, strict=True)
         for k in range(20)
     ]
+    rows += [
+        {"participant": "c", "stimulus": str(db), "db": db, "felt": "yes" if db > 0.0 else "no"}  # few, and no guesses
+        for db in (-4.0, -2.0, 2.0, 4.0)
+        for _ in range(2)
+    ]
     found = constant.findings(rows, Settings(bootstrap=0))
     said = (
         "The answers of b may be guesses: their threshold is drawn to the middle of the levels, and counts over people."
     )
     assert said in found.remarks
+    (of_few,) = (row for row in found.tables[0].rows if row[:2] == ("c", "threshold"))
+    assert of_few[2:5] == (pytest.approx(0.0), -math.inf, math.inf)
 
 
 def test_three_conditions_are_compared_in_ranks_and_then_in_pairs():

@@ -331,11 +331,15 @@ _FROM_NOTHING = (
 def _unbounded(lines: Sequence[tuple[str, Estimate]], half: str) -> list[str]:
     """Return whose answers may say nothing: their estimate is in means and tests as a value between the levels.
 
+    Those that turn between two levels, which few trials do not bound either, have no slope, and are no guesses.
+
     >>> pses = {"P1": Estimate("pse", 99.0, -math.inf, math.inf), "P2": Estimate("pse", 90.0, 80.0, 95.0)}
     >>> _unbounded(list(pses.items()), "pse")
     ['The answers of P1 may be guesses: their PSE is drawn to the middle of the levels, and counts over people.']
     """
-    if not (people := ", ".join(dict.fromkeys(person for person, one in lines if _is_unbounded(one)))):
+    turn = {(who, one.name.partition(" ")[2]) for who, one in lines if math.isnan(one.value)}
+    named = [who for who, one in lines if _is_unbounded(one) and (who, one.name.partition(" ")[2]) not in turn]
+    if not (people := ", ".join(dict.fromkeys(named))):
         return []
     point = _CALLED.get(half, half)
     its = f"their {point} is drawn to the middle of the levels, and counts over people"
