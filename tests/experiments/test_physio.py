@@ -79,7 +79,7 @@ def test_recordings_are_what_was_kept_and_their_sidecars_say_what_they_are(expor
     ("damage", "why"),
     [
         ("data = substr(data, 1, 99)", "a stretch is cut short, or too large"),
-        ("part = x'00'", "Expected `int`, got `bytes` - at `$[0]`"),
+        ("part = 26", "Expected `int` <= 25 - at `$[0]`"),
         ("columns = '[]'", "a stretch has (4,) columns, and names 0"),
     ],
 )

@@ -102,7 +102,7 @@ class Results:
 
     def write_estimates(self, path: Path, settings: Settings) -> None:
         """Write what each person was asked, and their estimates, one person per row."""
-        people = estimates_of_people([row for row in self.rows if not why_left_out(row)], self.protocol, settings)
+        people = estimates_of_people(self.rows, self.protocol, settings)
         names = dict.fromkeys(name for row in people for name in row)
         asked = [name for name in names if name.startswith(OF_PERSON)]
         write_csv(path, people, list(dict.fromkeys(["participant", *asked, *names])))

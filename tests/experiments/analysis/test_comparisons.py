@@ -171,7 +171,10 @@ def test_trials_of_people_who_differ_are_not_counted_as_independent():
         }
         hits = {name: count + (found[name].p < 0.05) for name, count in hits.items()}
     assert max(hits["regression"], hits["shares"]) <= 4 < 8 < hits["trials"]  # of 40; 2 are expected
-    assert (found["regression"].statistic, found["regression"].df) == ("t", (7.0,))
+    last, student = found["regression"], stats.t(people - 1)
+    assert (last.statistic, last.df, last.p) == ("t", (7.0,), pytest.approx(2.0 * student.sf(abs(last.value))))
+    half = student.ppf(0.975) * last.tested.value / last.value
+    assert last.tested.high - last.tested.value == pytest.approx(half)
 
 
 def test_shares_are_compared_within_people_between_them_or_within_the_trials_of_one():

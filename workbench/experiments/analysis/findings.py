@@ -82,6 +82,8 @@ def people_drawn(title: str, x: str, y: str, lines: Sequence[tuple[str, Estimate
     >>> (drawing,) = people_drawn("PSE", "stimulus", "level, dB", lines)
     >>> drawing.x_names, [one.name for one in drawing.series], drawing.series[2].y
     (('TD',), ['each person', '95 %', 'mean'], array([2.]))
+    >>> people_drawn("PSE", "stimulus", "level, dB", lines[:1])
+    []
     """
     names = list(dict.fromkeys(one.name for _, one in lines))
     if len({person for person, _ in lines}) < 2:
