@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from msgspec import structs
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from underfoot.floor.footsteps import Step
 from underfoot.quantities import counted
@@ -25,7 +25,11 @@ each shares steps with its neighbours."""
 
 LEAST_LENGTHS = 5
 """Fewest lengths of each foot of which the asymmetry is stated: up to two odd ones, as in a bend, do not move the
-median of five far. Fewest lengths of steps that are not beside a turn, too, of which alone the mean is taken."""
+median of five far."""
+
+LEAST_ON_WAY = 0.25
+"""Least share of steps on the way, of those with a length, of which alone its mean is taken: to and fro on 1.8 m it is
+a third, and on a floor where people turn at each step a tenth. A least number would depend on how long they walked."""
 
 KEPT_STEPS = 1000
 """Steps of a person of which medians are taken: as many as ten minutes have."""
@@ -114,15 +118,15 @@ def counting(steps: Iterable[Step], since: dict[int, int] | None = None) -> Iter
 
 
 def on_the_way(steps: Iterable[Step]) -> list[Step]:
-    """Return the steps, those before and after one of the same person that turns with NaN for length and width: at the
-    ends of a walkway feet are put beside one another there. Of the one that turns neither is known. Those of a person
-    with fewer than `LEAST_LENGTHS` others, as on a small floor, keep theirs.
+    """Return the steps, each with NaN for length and width unless the person turns neither at the one before nor at the
+    next: at the ends of a walkway feet are put beside one another. So they are where somebody stops, as may be at the
+    last step. The steps of a person of whom fewer than `LEAST_ON_WAY` are left, as on a small floor, keep theirs.
 
-    >>> steps = [Step(k, "t1", "left", k, 600.0, *[1.0] * 7, person=1, cadence_per_min=100.0) for k in range(8)]
-    >>> told_mm = (650.0, 90.0, math.nan, 640.0, 650.0, 650.0, 660.0, 660.0)
+    >>> steps = [Step(k, "t1", "left", k, 600.0, *[1.0] * 7, person=1, cadence_per_min=100.0) for k in range(6)]
+    >>> told_mm = (650.0, 90.0, math.nan, 640.0, 660.0, 330.0)
     >>> steps = [structs.replace(one, step_length_mm=mm) for one, mm in zip(steps, told_mm, strict=True)]
     >>> [step.step_length_mm for step in on_the_way(steps)]
-    [650.0, nan, nan, nan, 650.0, 650.0, 660.0, 660.0]
+    [650.0, nan, nan, nan, 660.0, nan]
     """
     found = list(steps)
     of_person: dict[int, list[int]] = {}
@@ -131,9 +135,9 @@ def on_the_way(steps: Iterable[Step]) -> list[Step]:
     unknown = dict.fromkeys(_OF_WAY, math.nan)
     for numbers in of_person.values():
         turns = np.array([_turns(found[number]) for number in numbers])
-        beside = np.append(turns[1:], False) | np.append(False, turns[:-1])
-        lengths_mm = np.array([found[number].step_length_mm for number in numbers])
-        if np.isfinite(lengths_mm[~beside]).sum() >= LEAST_LENGTHS:
+        beside = np.append(turns[1:], True) | np.append(False, turns[:-1])
+        known = np.isfinite([found[number].step_length_mm for number in numbers])
+        if (known & ~beside).sum() >= LEAST_ON_WAY * known.sum():
             for number in np.array(numbers)[beside].tolist():
                 found[number] = structs.replace(found[number], **unknown)
     return found
@@ -149,11 +153,11 @@ def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
 
     >>> one = dict(tile="t1", start_s=0.0, contact_ms=600.0, peak1_n=700.0, valley_n=500.0, peak2_n=700.0)
     >>> one |= dict(impulse_ns=300.0, loading_kn_s=8.0, path_mm=200.0, net_mm=200.0, person=1, step_width_mm=100.0)
-    >>> sides = ("left", "right") * 6
+    >>> sides = (*("left", "right") * 6, "left")
     >>> steps = [Step(i, side=side, step_length_mm=600.0 + 60.0 * (i % 2), **one) for i, side in enumerate(sides)]
     >>> gait, = gait_of(steps)
     >>> gait.steps, gait.step_length_mm, gait.stance_asymmetry_percent, round(gait.length_asymmetry_percent, 1)
-    (12, 630.0, 0.0, 9.5)
+    (13, 630.0, 0.0, 9.5)
     """
     known = sorted(_added({}, counting(steps)).items())
     return [sums.gait(person) for person, sums in known if sums.steps >= LEAST_STEPS]
@@ -212,18 +216,17 @@ class _Sums:
         self._sum = np.zeros(8)  # length and width of all steps, and last of those on the way
         self._known = np.zeros(8)
         self._turned = False
-        self._waiting = np.full(8, math.nan)  # those of the last step, which is on the way unless the next one turns
+        self._waiting = np.full(2, math.nan)  # of the last step, which is on the way if the next one does not turn
 
     def add(self, step: Step) -> None:
         """Take a step."""
         turned, self._turned = self._turned, _turns(step)
-        if not self._turned:
-            self._sum, self._known = self._totals()
-        lengths = (step.step_length_mm, step.step_width_mm)
-        self._waiting[6:] = math.nan if turned else lengths
+        lengths = np.array([step.step_length_mm, step.step_width_mm])
+        unknown = np.full(2, math.nan)
+        of_way, self._waiting = unknown if self._turned else self._waiting, unknown if turned else lengths
         self._latest.append(step)
         step_s = 60.0 / step.cadence_per_min
-        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms, *[math.nan] * 2])
+        figures = np.array([step_s, *lengths, step.contact_ms, step.swing_ms, step.double_support_ms, *of_way])
         known = np.isfinite(figures)
         self._sum[known] += figures[known]
         self._known += known
@@ -237,20 +240,15 @@ class _Sums:
     def merge(self, other: "_Sums") -> None:
         """Take the steps of `other`."""
         self.steps += other.steps
-        total, known = other._totals()
-        self._sum += total
-        self._known += known
-
-    def _totals(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the sums, and how many are known, with what waits."""
-        return self._sum + np.nan_to_num(self._waiting), self._known + np.isfinite(self._waiting)
+        self._sum += other._sum
+        self._known += other._known
 
     def mean_gait(self) -> PersonGait:
         """Return the means, as those of person 0, and no asymmetry: that of several persons means nothing."""
-        total, known = self._totals()
-        if known[6] >= LEAST_LENGTHS:
-            total[1:3], known[1:3] = total[6:], known[6:]
-        step_s, *means = (total / np.where(known, known, math.nan))[:6].tolist()
+        means = self._sum / np.where(self._known, self._known, math.nan)
+        if self._known[6] >= LEAST_ON_WAY * self._known[1]:
+            means[1:3] = means[6:]
+        step_s, *means = means[:6].tolist()
         return PersonGait(0, self.steps, 60.0 / step_s, *means)
 
     def gait(self, person: int) -> PersonGait:
