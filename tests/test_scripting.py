@@ -107,7 +107,7 @@ def test_a_script_plays_live_and_finds_its_marks_in_the_recording(folder):
 
 def test_a_script_runs_a_study_without_the_window(folder, underfoot):
     run(SCRIPTS[-1])["main"]()
-    assert re.findall(r"^ +(TD|WC) +rating +50$", underfoot("analyse", "P1.session").out, re.M) == ["TD", "WC"]
+    assert re.findall(r"^ +(TD|WC) +rating +50 +1$", underfoot("analyse", "P1.session").out, re.M) == ["TD", "WC"]
 
 
 @pytest.mark.parametrize(("line", "files"), list(zip(LINES, (2, 6), strict=True)))
