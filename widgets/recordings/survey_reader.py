@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from underfoot.engine.survey_process import Progress
 from underfoot.errors import UnderfootError
 from underfoot.records.recording import Recording
-from underfoot.records.survey import Stance, Survey, load_cached_survey
+from underfoot.records.survey import Stance, Survey, load_cached_steps
 from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.recordings.surveyor import Surveyor
 
@@ -39,7 +39,7 @@ class SurveyReader(QObject):
         self.stop()
         if paths:
             self.progressed.emit("looking for steps…")
-            self._cached.compute(lambda task: _cached_surveys(task, paths))
+            self._cached.compute(lambda task: _cached_steps(task, paths))
 
     def stop(self) -> None:
         """Read no more."""
@@ -54,13 +54,13 @@ class SurveyReader(QObject):
         self._surveyor.close()
         self._cached.join()
 
-    def _take(self, found: list[tuple[Path, Survey | str | None]]) -> None:
-        for path, survey in found:
-            if isinstance(survey, Survey):
-                self.read.emit(path, survey.steps)
-            elif survey is not None:
-                self.failed.emit(path, survey)
-        self._left = [path for path, survey in found if survey is None]
+    def _take(self, found: list[tuple[Path, list[Stance] | str | None]]) -> None:
+        for path, steps in found:
+            if isinstance(steps, list):
+                self.read.emit(path, steps)
+            elif steps is not None:
+                self.failed.emit(path, steps)
+        self._left = [path for path, steps in found if steps is None]
         self._begin_next()
 
     def _begin_next(self) -> None:
@@ -85,15 +85,15 @@ class SurveyReader(QObject):
             self.progressed.emit(f"{100.0 * progress.share:.0f} %  ·  {self._left[0].stem}: {progress.text}")
 
 
-def _cached_surveys(task: Task, paths: Sequence[Path]) -> list[tuple[Path, Survey | str | None]]:
-    """Return the survey of each recording, None if there is none yet, or why it cannot be read."""
-    found: list[tuple[Path, Survey | str | None]] = []
+def _cached_steps(task: Task, paths: Sequence[Path]) -> list[tuple[Path, list[Stance] | str | None]]:
+    """Return the steps of each recording, None if they were not looked for yet, or why it cannot be read."""
+    found: list[tuple[Path, list[Stance] | str | None]] = []
     for path in paths:
         if task.is_stopped():
             break
         try:
             with Recording(path) as recording:
-                found.append((path, load_cached_survey(recording)))
+                found.append((path, load_cached_steps(recording)))
         except UnderfootError as error:
             found.append((path, str(error)))
     return found

@@ -173,10 +173,22 @@ def load_cached_survey(recording: Recording) -> Survey | None:
     return found
 
 
+def load_cached_steps(recording: Recording) -> list[Stance] | None:
+    """Return the footsteps alone of the cached survey of a recording, as `load_cached_survey` does."""
+    found = _cached(recording, _Steps)
+    return None if found is None else noted_stances(found.steps, recording.notes())
+
+
 def cached_step_count(recording: Recording) -> int | None:
     """Return how many footsteps are in the cached survey of a recording; None if there is none. It is not all read."""
     found = _cached(recording, _Counted)
     return None if found is None else len(found.steps)
+
+
+class _Steps(msgspec.Struct):
+    """Of a `Survey`, what is read for its steps: the places of contacts are most of it."""
+
+    steps: list[Stance]
 
 
 class _Counted(msgspec.Struct):
@@ -185,7 +197,7 @@ class _Counted(msgspec.Struct):
     steps: list[msgspec.Raw]
 
 
-_Kind = TypeVar("_Kind", Survey, _Counted)
+_Kind = TypeVar("_Kind", Survey, _Steps, _Counted)
 
 
 def _cached(recording: Recording, kind: type[_Kind]) -> _Kind | None:

@@ -21,7 +21,7 @@ from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.plugins import values_in
 from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
-from underfoot.records.survey import RecordedForces, load_cached_survey
+from underfoot.records.survey import RecordedForces, load_cached_steps
 
 VIBRATION = ("commanded", "measured", "vibration")
 """Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
@@ -115,10 +115,10 @@ class ExportSource:
 
     def steps(self, text: str) -> list[Step]:
         """Return the footsteps alone: those of the recording's survey where there is one, else what is found now."""
-        known = load_cached_survey(self.recording)
+        known = load_cached_steps(self.recording)
         if known is None:
             return [step for found in self.found(text) for step in found.steps]
-        return self._within([one.step for one in known.steps])
+        return self._within([one.step for one in known])
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps."""
