@@ -94,11 +94,17 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     again = type(findings)(workspace.study_list.study, workspace.sessions, QObject())
     again.attach(bench.window.settings)  # as at the next start
     assert again.results_button.lapses.isChecked()
-    bench.choose_from(findings.results_button, "Write BIDS…")
-    asked = dialog_of(bench.window, QFileDialog)
-    asked.fileSelected.emit(str(bench.folder / "bids"))
-    asked.close()
-    bench.wait(lambda: "BIDS of 4 trials, participants: 1." in findings.table.toPlainText())
+    for form, choice, place in (
+        ("Estimates", "Write each person's estimates as CSV…", "people.csv"),
+        ("BIDS", "Write BIDS…", "bids"),
+    ):
+        bench.choose_from(findings.results_button, choice)
+        asked = dialog_of(bench.window, QFileDialog)
+        asked.fileSelected.emit(str(bench.folder / place))
+        asked.close()
+        told = f"{form} of 4 trials, participants: 1."
+        bench.wait(lambda told=told: told in findings.table.toPlainText())
+    assert (bench.folder / "people.csv").read_text().startswith("participant,main.")
     assert (bench.folder / "bids" / "sub-P1" / "beh").is_dir()
     workspace.findings.background.join()
 
