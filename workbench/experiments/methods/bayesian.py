@@ -78,7 +78,9 @@ class Bayesian(Method):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        return (felt_or_stronger(given["question"], are_two=given["intervals"] == "two"),)
+        are_two = given["intervals"] == "two"
+        usual = "In which one did you feel it?" if are_two else ""  # in the other one there is nothing
+        return (felt_or_stronger(given["question"] or usual, are_two=are_two),)
 
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
