@@ -1,11 +1,11 @@
-"""Which load is a foot's own toes, by where it comes down as the foot rolls."""
+"""Which loads fit into one foot, and which load is a foot's own toes, by where it comes down as the foot rolls."""
 
 import numpy as np
 import pytest
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.layout import default_floor
-from underfoot.floor.loads import toes_m
+from underfoot.floor.loads import fits_in_foot, toes_m
 from underfoot.floor.simulated_loads import feet_down
 from underfoot.floor.simulated_people import drawn_people
 
@@ -33,3 +33,11 @@ def test_a_load_behind_a_foot_that_has_rolled_is_not_its_toes(foot, ahead_m, is_
     found = toes_m(first[None], track, 0.0)
     assert (found is not None) == is_toes
     assert found is None or found == pytest.approx(abs(ahead_m), abs=0.01)
+
+
+def test_a_foot_fits_into_its_box_however_it_is_turned():
+    turned = np.exp(1j * np.radians(np.arange(180.0)))
+    for length_m, breadth_m, fits in ((0.325, 0.125, True), (0.325, 0.135, False), (0.335, 0.125, False)):
+        corners = (length_m * np.array([1, 1, -1, -1]) + 1j * breadth_m * np.array([1, -1, -1, 1])) / 2.0
+        places_m = corners * turned[:, None]
+        assert all(fits_in_foot(np.column_stack([one.real, one.imag])) == fits for one in places_m)
