@@ -43,7 +43,7 @@ def test_a_level_is_felt_while_it_is_moved_and_so_is_the_standard(session, until
         runner.go_on()  # what was felt comes again, from its start
         for _ in range(2):
             start, began = begun(person), runner.presenter.end_frame
-            with pytest.raises(BadValue, match="Move it to answer: Set it to where"):
+            with pytest.raises(BadValue, match="Move it to answer: Set it to feel like"):
                 runner.answer({})
             assert gain_db(runner) == pytest.approx(start, abs=1e-6)
             runner.adjust(-1, is_fine=False)

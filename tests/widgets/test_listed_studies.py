@@ -4,6 +4,7 @@ import json
 
 import pytest
 from made_studies import TD, first_answers, protocol_text
+from on_screen import show
 from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -142,6 +143,7 @@ def test_a_study_of_the_program_is_copied_and_not_deleted(bench):
     studies.notified.connect(said.append)
     listed = studies.list
     listed.setCurrentRow(0)
+    show(bench.qtbot, bench.window)  # closed dialogs leave none active
     listed.setFocus()
     QTest.keyClick(listed, Qt.Key.Key_Delete)
     assert said[-1].startswith("Only your own studies are deleted here")
