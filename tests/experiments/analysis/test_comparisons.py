@@ -121,6 +121,8 @@ def test_logistic_regression_finds_the_slopes_that_made_the_data():
         assert (test.tested.low, test.tested.high, test.size) == pytest.approx((*ends, np.exp(test.tested.value)))
     assert found["w"] == pytest.approx(0.36, rel=0.05)
     assert found["d"] == pytest.approx(-0.062, rel=0.15)
+    of_m = logistic_regression(success, {"w": 3e-4 * w}, alone)[1]
+    assert (of_m.size, of_m.tested.value) == (np.inf, pytest.approx(1200.0, rel=0.2)), "a ratio beyond all numbers"
     with_straight = logistic_regression(success, {"w": w, "d": d, "theta": np.zeros(20_000)}, alone)
     assert {test.name: test.tested.value for test in with_straight} == found  # buttons straight ahead only
     for outcome, factors in ((w > 10.0, {"w": w}), (success, {"theta": np.zeros(20_000)}), (w > 0.0, {"w": w})):

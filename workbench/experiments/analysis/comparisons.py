@@ -275,6 +275,8 @@ def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike], pe
             raise BadMeasurement(f"the logistic regression does not converge: {why}") from None
     statistic, df, distribution = ("t", (float(free),), stats.t(free)) if free else ("z", (), stats.norm)
     half = float(distribution.ppf(0.975)) * found.bse
+    with np.errstate(over="ignore"):  # of a metre, where the factor is of millimetres
+        odds = np.exp(found.params)
     return [
         Test(
             name,
@@ -283,10 +285,10 @@ def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike], pe
             df,
             2.0 * float(distribution.sf(abs(t))),
             "odds ratio",
-            math.exp(b),
+            float(ratio),
             Estimate("coefficient", float(b), float(b - h), float(b + h)),
         )
-        for name, t, b, h in zip(("intercept", *columns), found.tvalues, found.params, half, strict=True)
+        for name, t, b, h, ratio in zip(("intercept", *columns), found.tvalues, found.params, half, odds, strict=True)
     ]
 
 
