@@ -123,7 +123,7 @@ class Loop:
             self.registry,
             self.source.floor.ids,
             rate=self.rate_hz,
-            block=self.block,
+            block=min(self.block, _PART),  # with more room the tiles' signals are too far apart for the cache
             scopes=scopes,
             folder=self.options.folder,
             with_sound=self.options.sound_channel != -1,
