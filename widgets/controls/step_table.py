@@ -201,9 +201,6 @@ class StepTable(QTableView):
         self._sorted.setSourceModel(self.steps)
         self._sorted.setSortRole(SORT_ROLE)
         self.setModel(self._sorted)
-        if sortable:
-            self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
-            self.setSortingEnabled(True)
         make_read_only(self)
         self._copying = copy_action(self, self._copy)
         self._offered: list[tuple[str, Callable[[], object]]] = []
@@ -216,6 +213,9 @@ class StepTable(QTableView):
             widest = "right" if column.name in TEXT_COLUMNS else _cell_text(_WIDEST_NUMBER, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))
+        if sortable:  # now: the hints would have room for the arrow, which is above the heading
+            self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
+            self.setSortingEnabled(True)
         self.show_body_weight(False)
         self._row_pictures: dict[tuple[tuple[str, ...], bool, bool, float], QPixmap] = {}
         header.sectionResized.connect(self._row_pictures.clear)
