@@ -143,7 +143,7 @@ def test_the_library_is_silent_on_the_terminal_unless_its_own_configuration_says
     """It wrote two lines of its own among those of `serve` and `experiment`."""
     if level:
         (tmp_path / "lsl_api.cfg").write_text(f"[log]\nlevel = {level}\n")
-    script = "from underfoot.studies.markers import lsl_library\nlsl_library().resolve_streams(0.01)"
+    script = "from underfoot.network.lsl_library import lsl_library\nlsl_library().resolve_streams(0.01)"
     environment = {name: value for name, value in os.environ.items() if name != "LSLAPICFG"} | {"HOME": str(tmp_path)}
     said = subprocess.run(
         [sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True

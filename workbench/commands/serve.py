@@ -24,6 +24,7 @@ from underfoot.quantities import counted
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
     from underfoot.engine.target import Target
+    from underfoot.network.lsl_library import lsl_library
     from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.patch.patch import Patch
@@ -75,7 +76,6 @@ def serve(options: ServeOptions) -> None:
     from underfoot.network.server import NetworkServer
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
-    from underfoot.studies.markers import lsl_library
 
     require_seconds(options.seconds)
     require_outputs_writable(options.record, inputs=(options.target, options.floor, options.patch))

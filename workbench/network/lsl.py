@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.live_contacts import LiveContact
+from underfoot.network.lsl_library import lsl_library, source_id
 from underfoot.network.session_clock import SessionClock
-from underfoot.studies.markers import lsl_library, source_id
 
 if TYPE_CHECKING:
     from pylsl import StreamOutlet

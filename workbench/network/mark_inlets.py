@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from underfoot.devices.transports.serial import opening
 from underfoot.errors import DeviceError
-from underfoot.studies.markers import BAUD, lsl_library
+from underfoot.network.lsl_library import lsl_library
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -25,6 +25,8 @@ KIND = "Markers"
 """Type of LSL streams whose samples are marks."""
 OURS = "underfoot"
 """Beginning of the source names of Underfoot's own streams."""
+BAUD = 115_200
+"""Of serial lines of marks, and of triggers."""
 MOST_STREAMS = 16
 LINE_ENDS_S = 0.05
 """Time after which text on a serial line without an end of line is a mark."""

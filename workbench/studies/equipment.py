@@ -12,7 +12,8 @@ from underfoot.devices.plate import Plate, calibration_of, plate_of
 from underfoot.errors import BadValue
 from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.floor.layout import Floor
-from underfoot.studies.markers import LslMarkers, Markers, SerialTrigger, lsl_library
+from underfoot.network.lsl_library import lsl_library
+from underfoot.studies.markers import LslMarkers, Markers, SerialTrigger
 from underfoot.studies.masking import Masking, is_audible
 
 

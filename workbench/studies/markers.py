@@ -4,18 +4,17 @@ LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): one stream of t
 trigger sends one byte for each marker.
 """
 
-import os
-import socket
 from contextlib import suppress
-from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.transports.serial import opening, port_reason
-from underfoot.errors import BadValue, DeviceError
+from underfoot.errors import DeviceError
 from underfoot.floor.layout import Floor
+from underfoot.network.lsl_library import lsl_library, source_id
+from underfoot.network.mark_inlets import BAUD
 from underfoot.network.session_clock import SessionClock
 
 if TYPE_CHECKING:
@@ -28,9 +27,6 @@ BYTES = {BEGIN: 1, ONSET: 2, END: 3, ANSWER: 4, STOP: 5}
 """Bytes of a serial trigger: the beginning of a presentation (a key, or the first force), the onset of vibration, and
 the end of a presentation; an answer; a stop.
 """
-BAUD = 115_200
-_CONFIGURABLE = 118
-"""Version of LSL's library from which on a program can configure it: 1.18."""
 
 
 def place_of(page: "Page | Entry") -> str:
@@ -134,35 +130,3 @@ class SerialTrigger:
     def close(self) -> None:
         """Close the port."""
         self._port.close()
-
-
-def source_id(stream: str) -> str:
-    """Return the source id of a stream of this computer.
-
-    By its id an inlet finds a stream again that ended: without the computer's name it would go on with that of another
-    floor on the network.
-    """
-    return f"underfoot-{stream}-{socket.gethostname()}"
-
-
-def lsl_library() -> ModuleType:
-    """Return the package pylsl; raise `BadValue` if it is not installed.
-
-    Its library then writes only errors to the terminal, unless a configuration of its own, or its age, says otherwise.
-    """
-    try:
-        import pylsl
-        from pylsl import library_version
-    except (ImportError, RuntimeError):
-        raise BadValue('LSL needs the package pylsl: pip install "underfoot[lsl]"') from None
-    configurations = [name for name in _lsl_configurations() if os.path.isfile(name)]
-    if not configurations and library_version() >= _CONFIGURABLE:
-        pylsl.set_config_content("[log]\nlevel = -2\n")
-    return pylsl
-
-
-def _lsl_configurations() -> tuple[str, ...]:
-    """Return where the library looks for its configuration, which may be of a whole laboratory's network."""
-    name = "lsl_api.cfg"
-    folders = (".", os.path.expanduser("~/lsl_api"), "/etc/lsl_api")
-    return os.environ.get("LSLAPICFG", ""), *(os.path.join(folder, name) for folder in folders)
