@@ -16,15 +16,6 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
 from underfoot.floor.shared_loads import LOADED_N
 
-BODY_WEIGHT_MEASURES = (
-    "peak1_percent_bw",
-    "valley_percent_bw",
-    "peak2_percent_bw",
-    "impulse_percent_bw_s",
-    "loading_percent_bw_per_s",
-)
-"""Measures of a `Step` in percent of the body weight that is noted."""
-
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 """Shortest and longest step, and least peak force: excludes the touch of a toe, and standing."""
 
@@ -33,6 +24,11 @@ SPIKE_S = 0.030
 
 PATH_S = 0.025
 """The centroid's path is measured above `LOADED_N`, on its force-weighted mean over `PATH_S`, to exclude noise."""
+
+
+def _percent_bw(measure: str, percent: float = 100.0) -> property:
+    """Return a property of a `Step`: a measure, of whose unit one is `percent` of a newton, relative to the weight."""
+    return property(lambda step: percent * getattr(step, measure) / step.body_weight_n)
 
 
 class Step(Struct, frozen=True):
@@ -86,30 +82,15 @@ class Step(Struct, frozen=True):
         """When the contact ended."""
         return self.start_s + 1e-3 * self.contact_ms
 
-    @property
-    def peak1_percent_bw(self) -> float:
-        """The first peak in percent of the body weight."""
-        return 100.0 * self.peak1_n / self.body_weight_n
+    peak1_percent_bw = _percent_bw("peak1_n")
+    valley_percent_bw = _percent_bw("valley_n")
+    peak2_percent_bw = _percent_bw("peak2_n")
+    impulse_percent_bw_s = _percent_bw("impulse_ns")
+    loading_percent_bw_per_s = _percent_bw("loading_kn_s", 1e5)
 
-    @property
-    def valley_percent_bw(self) -> float:
-        """The least force between the peaks in percent of the body weight."""
-        return 100.0 * self.valley_n / self.body_weight_n
 
-    @property
-    def peak2_percent_bw(self) -> float:
-        """The second peak in percent of the body weight."""
-        return 100.0 * self.peak2_n / self.body_weight_n
-
-    @property
-    def impulse_percent_bw_s(self) -> float:
-        """The impulse in percent of the body weight, times seconds."""
-        return 100.0 * self.impulse_ns / self.body_weight_n
-
-    @property
-    def loading_percent_bw_per_s(self) -> float:
-        """The loading rate in percent of the body weight a second."""
-        return 1e5 * self.loading_kn_s / self.body_weight_n
+BODY_WEIGHT_MEASURES = tuple(name for name in vars(Step) if "_percent_bw" in name)
+"""Measures of a `Step` in percent of the body weight that is noted."""
 
 
 def is_step(contact: Contact) -> bool:
