@@ -57,6 +57,7 @@ settings.register_profile("untimed", deadline=None, suppress_health_check=[Healt
 settings.load_profile("untimed")
 
 _TESTS_PER_FULL_COLLECTION = 200
+_THREAD_ENDS_S = 1.0
 _BLOCKS = Path("/dev/shm")
 _OURS = f"underfoot_{os.getpid()}_"
 
@@ -130,8 +131,12 @@ def _environment():
 @pytest.fixture(autouse=True)
 def _nothing_left_behind():
     """A process, thread or block of shared memory that a test leaves behind fails it."""
-    before = _alive()
+    before, threads = _alive(), set(threading.enumerate())
     yield
     gc.collect(2 if gc.get_count()[2] > _TESTS_PER_FULL_COLLECTION else 1)
+    if _alive() - before:
+        # A thread that has told its result, for which the test waited, may still be on its way out.
+        for thread in set(threading.enumerate()) - threads:
+            thread.join(_THREAD_ENDS_S)
     left = _alive() - before
     assert not left, f"left behind: {', '.join(left)}"
