@@ -274,15 +274,21 @@ def test_an_engine_that_was_stopped_with_its_session_goes_on_with_it(playing, mo
     assert (playing.of(ProcessDied), playing.session.pids["engine"]) == ([], engine)
 
 
-def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):
+def test_a_compiler_that_is_killed_is_back_with_the_picture_that_was_awaited(playing):
     session = playing.session
     playing.until(lambda: "compiler" in session.pids)
-    os.kill(session.pids["compiler"], signal.SIGSTOP)  # so that it does not answer before it dies
-    ticket = session.preview(session.patch, "tone")
-    os.kill(session.pids["compiler"], signal.SIGKILL)
-    playing.until(lambda: playing.of(ProcessDied), "the death is noticed")
-    playing.until(lambda: playing.of(Preview), "the preview comes")
-    assert [preview.ticket for preview in playing.of(Preview)] == [ticket]
+    pictures = {
+        Preview: lambda: session.preview(session.patch, "tone"),
+        Outlines: lambda: session.outline(hum(), ["tone"]),
+    }
+    for deaths, (kind, request) in enumerate(pictures.items(), 1):
+        killed = session.pids["compiler"]
+        os.kill(killed, signal.SIGSTOP)  # so that it does not answer before it dies
+        ticket = request()
+        os.kill(killed, signal.SIGKILL)
+        playing.until(lambda deaths=deaths: len(playing.of(ProcessDied)) == deaths, "the death is noticed")
+        playing.until(lambda kind=kind: playing.of(kind), "the picture comes")
+        assert [picture.ticket for picture in playing.of(kind)] == [ticket]
     session.edit(patch_of(("noise.out", "tile-output.acceleration")))
     playing.done(Swap)
 

@@ -17,7 +17,7 @@ from underfoot.widgets.design.patch_editing import changed_nodes, is_only_heard,
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.silence import why_silent
 from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
-from underfoot.widgets.design.small_plots import TIMEOUT_MS, SmallPlots
+from underfoot.widgets.design.small_plots import SmallPlots
 
 PREVIEW_DELAY_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
@@ -41,16 +41,13 @@ class PreviewRequests(QObject):
         self.small_plots = SmallPlots(canvas)
         self._canvas, self._inspector, self._preview, self._registry = canvas, inspector, preview, registry
         self._previewed = self._output = self._requested = self._distributions_of = ""
-        self._preview_timer = self._timer(PREVIEW_DELAY_MS)
+        self._preview_timer = QTimer(self, singleShot=True, interval=PREVIEW_DELAY_MS)
         self._preview_timer.timeout.connect(self._request_previewed)
-        self._timeout_timer = self._timer(TIMEOUT_MS)
-        self._timeout_timer.timeout.connect(self._request_again)
-        self._idle_timer = self._timer(IDLE_MS)
+        self._idle_timer = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._idle_timer.timeout.connect(self._request_next)
         canvas.view_moved.connect(self._restart_idle)
         preview.tiles.activated.connect(self.request_all)
         preview.distributions_requested.connect(self.request_all)
-        self.small_plots.timed_out.connect(self._idle_timer.start)
         self.small_plots.signal_ranges_changed.connect(inspector.show_signal_ranges)
         self.small_plots.signal_ranges_changed.connect(canvas.patch_scene.show_signal_ranges)
         inspector.errors_toggled.connect(self._request_previewed)  # which stops the measurement, or begins one
@@ -110,11 +107,14 @@ class PreviewRequests(QObject):
         self._idle_timer.start()
 
     def update_tiles(self, *, tile_changed: bool) -> None:
-        """Request a pending preview again, as its tile may be gone, or all if another tile is previewed now."""
-        if self._requested:
-            self._request(self._requested)
-        elif tile_changed:
+        """Request what is pending again, as its session may be gone, or all if another tile is previewed now."""
+        is_pending, self._requested = bool(self._requested), ""
+        self.small_plots.forget_request()
+        if tile_changed:
             self.request_all()
+        elif is_pending:
+            self._preview_timer.start()
+        self._restart_idle()
 
     # --- previews that arrive ---
 
@@ -123,7 +123,6 @@ class PreviewRequests(QObject):
         node = node or self._requested or self._previewed
         if node == self._requested:
             self._requested = ""
-            self._timeout_timer.stop()
         if self.slots is not None:
             self.slots.use_preview(preview, node, is_shown=node == self._previewed)
         if node.startswith(OTHER_PREFIX):
@@ -162,9 +161,6 @@ class PreviewRequests(QObject):
             return None
         return patch.node(self._previewed).label, outputs_with_wired_units(patch, self._registry, self._previewed)
 
-    def _timer(self, interval_ms: int) -> QTimer:
-        return QTimer(self, singleShot=True, interval=interval_ms)
-
     def _request_previewed(self) -> None:
         id, patch, registry = self._previewed, self._patch, self._registry
         if any(node.id == id for node in patch.nodes):
@@ -184,21 +180,11 @@ class PreviewRequests(QObject):
 
     def _request(self, id: str) -> None:
         self._requested = id
-        self._timeout_timer.start()
         self.small_plots.forget_request()
         shows = self._preview.wants_distributions or self._inspector.wants_distributions
         wanted = shows and id == self._previewed
         self._distributions_of = id if wanted else self._distributions_of
         self.preview_requested.emit(id, self._preview.pad.tile.id, wanted)
-
-    def _request_again(self) -> None:
-        if self._requested and any(node.id == self._requested for node in self._patch.nodes):
-            self._request(self._requested)
-        elif self._requested.startswith(OTHER_PREFIX):
-            self._requested = ""
-            self._idle_timer.start()
-        else:
-            self._requested = ""
 
     def _restart_idle(self) -> None:
         if self.small_plots.are_stale:

@@ -5,16 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.reports import Outlines, Preview
 from underfoot.widgets.design.preview_signal import event_rows, signal_of
 
 if TYPE_CHECKING:
     from underfoot.widgets.design.canvas import Canvas
-
-TIMEOUT_MS = 5000
-"""Time after which a missing answer is requested again, because the compiler may not have been running."""
 
 
 class SmallPlots(QObject):
@@ -26,17 +23,14 @@ class SmallPlots(QObject):
     signal_ranges_changed = Signal(dict)
     """Least and largest value of signals, by "node.port"."""
 
-    timed_out = Signal()
-    """No answer came to the request."""
-
     def __init__(self, canvas: "Canvas") -> None:
         super().__init__(canvas)
         self._canvas = canvas
         self._stale: set[str] = set()
         self._requested: set[str] = set()
         self._signal_ranges: dict[str, tuple[float, float]] = {}
-        self._timeout = QTimer(self, singleShot=True, interval=TIMEOUT_MS)
-        self._timeout.timeout.connect(self.timed_out)
+        self.is_waiting = False
+        """Whether a request is pending."""
 
     def mark_stale(self, nodes: Iterable[str]) -> None:
         """Mark the plots of these nodes as outdated."""
@@ -56,12 +50,7 @@ class SmallPlots(QObject):
 
     def forget_request(self) -> None:
         """Forget the current request, because a new one may replace it."""
-        self._timeout.stop()
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether a request is pending."""
-        return self._timeout.isActive()
+        self.is_waiting = False
 
     @property
     def are_stale(self) -> bool:
@@ -73,14 +62,13 @@ class SmallPlots(QObject):
         nodes, stale = self._canvas.patch_scene.nodes, self._stale - {except_node}
         visible = [id for id in self._canvas.visible_ids() if id in stale and nodes[id].description.outputs]
         if visible:
-            self._requested = set(visible)
-            self._timeout.start()
+            self._requested, self.is_waiting = set(visible), True
             self.outlines_requested.emit(visible)
         return bool(visible)
 
     def show_outlines(self, outlines: Outlines) -> set[str]:
         """Show the plots that have not become outdated since the request; return their nodes."""
-        self._timeout.stop()
+        self.is_waiting = False
         shown, self._requested = self._requested & set(self._canvas.patch_scene.nodes), set()
         for node in shown:
             self._show(node, outlines.signals, outlines.events)

@@ -4,7 +4,7 @@ from typing import Any
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.engine_supervisor import END_S
-from underfoot.engine.reports import Compiled, Preview
+from underfoot.engine.reports import Compiled, Outlines, Preview
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest
 
 SHARED = -1
@@ -12,15 +12,16 @@ SHARED = -1
 
 
 class CompilerSupervisor:
-    """The compiler's process. A new request to compile, or for a preview, replaces the earlier one.
+    """The compiler's process. A new request to compile, or for a picture, replaces the earlier one.
 
-    A process started in place of a dead one is sent the awaited preview again, but not the patch to compile.
+    Pictures are previews and outlines. A process started in place of a dead one is sent the awaited picture again, but
+    not the patch to compile.
     """
 
     def __init__(self) -> None:
         self._process: ChildProcess | None = None
         self._ticket = self._compile_ticket = 0
-        self._awaited: PreviewRequest | None = None
+        self._awaited: PreviewRequest | OutlinesRequest | None = None
 
     @property
     def pids(self) -> dict[str, int]:
@@ -33,8 +34,8 @@ class CompilerSupervisor:
         return self._process is not None
 
     @property
-    def awaits_preview(self) -> bool:
-        """Whether a preview was requested and has not come yet."""
+    def awaits_picture(self) -> bool:
+        """Whether a picture was requested and has not come yet."""
         return self._awaited is not None
 
     def new_ticket(self) -> int:
@@ -59,14 +60,14 @@ class CompilerSupervisor:
         """Start the process to help the engine compile; the answer to this request is not used."""
         self._launch(request)
 
-    def request_preview(self, request: PreviewRequest) -> None:
-        """Request a preview: at once if there is a process, or when it starts."""
+    def request_picture(self, request: PreviewRequest | OutlinesRequest) -> None:
+        """Request a picture: at once if there is a process, or when it starts."""
         self._awaited = request
         if self._process is not None:
             self._process.send(request)
 
-    def request(self, request: OutlinesRequest | ErrorCurveRequest) -> None:
-        """Request what is only wanted if there is a process."""
+    def measure_errors(self, request: ErrorCurveRequest) -> None:
+        """Request an error curve, if there is a process."""
         if self._process is not None:
             self._process.send(request)
 
@@ -74,7 +75,11 @@ class CompilerSupervisor:
         """Return the answers, without those to compile requests that were replaced."""
         answers = self._process.receive() if self._process is not None else []
         for answer in answers:
-            if isinstance(answer, Preview) and self._awaited is not None and answer.ticket == self._awaited.ticket:
+            if (
+                self._awaited is not None
+                and isinstance(answer, Preview | Outlines)
+                and answer.ticket == self._awaited.ticket
+            ):
                 self._awaited = None
         return [one for one in answers if not isinstance(one, Compiled) or one.ticket == self._compile_ticket]
 
@@ -95,7 +100,7 @@ class CompilerSupervisor:
             self._process.end(0.0)
 
     def _launch(self, *first: CompileRequest) -> None:
-        """Start the process, and send it these requests, then the awaited preview."""
+        """Start the process, and send it these requests, then the awaited picture."""
         self._process = ChildProcess("compiler", "underfoot.engine.compiler")
         for request in (*first, *filter(None, [self._awaited])):
             self._process.send(request)

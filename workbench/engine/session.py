@@ -270,15 +270,10 @@ class Session:
         self._require_open()
         tile = tile or self.target.floor.tiles[0].id
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
-        ticket = self._compiler.new_ticket()
-        self._compiler.request_preview(
-            PreviewRequest(
-                ticket, patch.dumps(), node, tile, seconds, self.target.rate, self._folder, distributions, through
-            )
+        ticket, rate = self._compiler.new_ticket(), self.target.rate
+        return self._request_picture(
+            PreviewRequest(ticket, patch.dumps(), node, tile, seconds, rate, self._folder, distributions, through)
         )
-        if self._started:
-            self._compiler.start()
-        return ticket
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
         """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
@@ -287,8 +282,15 @@ class Session:
         self._require_open()
         tile = tile or self.target.floor.tiles[0].id
         ticket, rate = self._compiler.new_ticket(), self.target.rate
-        self._compiler.request(OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, self._folder))
-        return ticket
+        return self._request_picture(
+            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, self._folder)
+        )
+
+    def _request_picture(self, request: PreviewRequest | OutlinesRequest) -> int:
+        self._compiler.request_picture(request)
+        if self._started:
+            self._compiler.start()
+        return request.ticket
 
     def measure_errors(self, patch: Patch, node: str) -> int:
         """Measure the run time over error of a node: an `ErrorCurveDrawn` with this ticket comes after each point.
@@ -297,7 +299,7 @@ class Session:
         """
         self._require_open()
         ticket = self._compiler.new_ticket()
-        self._compiler.request(ErrorCurveRequest(ticket, patch.dumps(), node))
+        self._compiler.measure_errors(ErrorCurveRequest(ticket, patch.dumps(), node))
         return ticket
 
     # --- recording ---
@@ -461,7 +463,7 @@ class Session:
                         self._catch_up(self._setup, started)
                     took_over = self._setup is not None and self._setup.since is not None
                     self._standby_due = time.perf_counter() + (0.0 if took_over else STANDBY_AFTER_S)
-                    if self._compiler.awaits_preview:
+                    if self._compiler.awaits_picture:
                         self._compiler.start()
             self._reports.append(message)
 

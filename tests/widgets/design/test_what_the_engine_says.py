@@ -56,6 +56,9 @@ def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_ag
         workspace.previews.show_outlines(outlines)
     assert reached[-1]["push.force"] == (-2.0, 3.0)
     assert wanted.args[0] == ["step"]
+    with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
+        workspace.set_floor(default_floor().tiles)  # of a session that takes the place of the one that was asked
+    assert wanted.args[0] == ["step"]
 
 
 def test_a_node_of_another_patch_does_not_show_the_plot_of_the_one_that_had_its_id(workspace):
