@@ -170,10 +170,11 @@ def grouped(registry: Registry) -> dict[str, list[NodeType]]:
 def rank(type: NodeType, text: str) -> int:
     """Return the rank of a node type for a search text: 0 is best, 4 fits its parameters and ports, -1 no match.
 
-    Words are anywhere in the name, and elsewhere begin a word: not "ring" of "during".
+    Words are anywhere in the name, and elsewhere begin a word: not "ring" of "during". Names are one word, too.
     """
-    words = text.lower().replace("~", " ").split()  # noise~ is what Max and Pure Data call it
+    words = re.sub("[~_]", " ", text.lower()).split()  # noise~ is what Max and Pure Data call it
     label, called = type.label.lower(), type.also_called.lower()
+    called += re.sub(r"(?<=\w)[ -](?=\w)", "", f" {label}, {called}")  # lowpass, colorramp
     about = f"{type.type} {type.family} {type.doc} {called}".lower()
     if not all(word in label or _begins_in(about, word) for word in words):
         parts: list[Parameter | Port] = [*type.parameters.values(), *type.inputs, *type.outputs]

@@ -12,7 +12,7 @@ from underfoot.patch.node import Input, Output, node
 class TileForce:
     """Tared force on each tile, its load, in newtons; exactly 0 while nobody stands on it."""
 
-    also_called = "pressure, weight, input, ADC, sensor"
+    also_called = "pressure, weight, foot, input, ADC, sensor"
     accuracy = "exact: linear between force samples, to 1e-12"
     force_n = Input("N", from_engine=True)
     tiles = Tiles(doc="tiles whose force is read")
@@ -53,7 +53,7 @@ class Footfall:
     does.
     """
 
-    also_called = "step, trigger, edge, threshold, onset, heel strike"
+    also_called = "footstep, step, trigger, edge, threshold, onset, heel strike"
     accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
     force = Input("N", doc="usually from Tile force")
     cut = Input(from_engine=True)

@@ -97,7 +97,7 @@ class RandomWalk:
 class StepSequence:
     """Sequencer of values: a list that is played in a loop, at a frequency or one value per event."""
 
-    also_called = "table, coll"
+    also_called = "table, coll, counter"
     accuracy = "exact: to 1e-12"
     advance = Input(kind="event", doc="next step (at events), or first step (at its frequency)")
     values = Numbers((1.0, 0.5, 0.0, 0.5), 0.0, 1.0, most=64, doc="value of each step, from 0 (low) to 1 (high)")
@@ -170,7 +170,7 @@ class StanceCurve:
 class Map(Mapped):
     """Map a signal from one range to another along a power curve, clipped at its ends: 0 to 700 N to 100 to 900 Hz."""
 
-    also_called = "curve, color ramp, colour ramp, threshold, compare, >, math"
+    also_called = "map range, color ramp, colour ramp, curve, clamp, threshold, compare, >, math"
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
 
     def design(low, high, out_low, out_high, exponent, coefficients):
@@ -203,7 +203,7 @@ class SampleAndHold:
 class Value:
     """Constant that is set by hand, from low to high: one knob or slider for several parameters."""
 
-    also_called = "number, float"
+    also_called = "number, float, dial, macro, constant"
     accuracy = "exact: to 1e-12"
     position = Number(0.5, 0.0, 1.0, wire="audio", doc="0 is low, 1 is high")
     low, high = _low(), _high()

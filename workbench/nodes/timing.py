@@ -79,7 +79,7 @@ class Rhythm:
     Each note is an event with its amplitude and duration. A wire to the bar sets the pace as it plays.
     """
 
-    also_called = "clock, metro, tempo, BPM, beat, pulse, heartbeat"
+    also_called = "clock, metro, tempo, BPM, beat, pulse, heartbeat, euclid"
     accuracy = "exact: an onset is off by at most 1e-6 frames after an hour"
     notes = Rows(
         ((0, 4, 1.0), (6, 4, 0.6), (12, 4, 0.6), (18, 4, 0.6)),

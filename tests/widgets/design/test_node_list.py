@@ -22,6 +22,10 @@ from underfoot.widgets.design.node_list import NodeList
         ("vca", ["gain", "multiply"]),
         ("osc~", ["tone", "lfo"]),
         ("color ramp", ["map"]),  # as in Blender
+        ("ColorRamp", ["map"]),
+        ("map_range", ["map", "scale"]),
+        ("lowpass", ["low-pass"]),
+        ("counter", ["step-sequence"]),
         ("ring", ["drawn-bank", "modal-bank", "multiply", "impact"]),  # not "during"
         ("sequencer", ["rhythm", "step-sequence"]),
         ("bang", ["strike"]),
