@@ -4,9 +4,12 @@ import math
 import re
 import sys
 from collections.abc import Collection, Mapping
+from functools import cache
 from numbers import Real
+from typing import Annotated, get_origin, get_type_hints
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import refusal, require
@@ -118,15 +121,29 @@ def require_alike(**arrays: ArrayLike) -> None:
         require(given == allowed, f"the shape of {name}", given, f"{allowed}, as {first}")
 
 
-def require_within(given: object, ranges: Mapping[str, tuple[float, float]]) -> None:
-    """Raise `BadValue` unless each of these attributes of `given` is within its range.
+@cache
+def ranges_of(kind: type[Struct]) -> Mapping[str, tuple[float, float]]:
+    """Return the lowest and highest value of each number that a struct declares with its range, by name.
 
-    >>> from types import SimpleNamespace
-    >>> require_within(SimpleNamespace(damping=2.0), {"damping": (0.0, 1.0)})
+    >>> class Mount(Struct):
+    ...     damping: Annotated[float, (0.0, 1.0)] = 0.1
+    >>> ranges_of(Mount)
+    {'damping': (0.0, 1.0)}
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    return {name: hint.__metadata__[0] for name, hint in hints.items() if get_origin(hint) is Annotated}
+
+
+def require_within(given: Struct) -> None:
+    """Raise `BadValue` unless each number of a struct is within its range, as `ranges_of` finds it.
+
+    >>> class Mount(Struct):
+    ...     damping: Annotated[float, (0.0, 1.0)] = 0.1
+    >>> require_within(Mount(2.0))
     Traceback (most recent call last):
     underfoot.errors.BadValue: damping is 2.0; allowed: 0 to 1
     """
-    for name, (low, high) in ranges.items():
+    for name, (low, high) in ranges_of(type(given)).items():
         value = getattr(given, name)
         require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 

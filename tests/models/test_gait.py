@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import integrate
 
+from underfoot.arguments import ranges_of
 from underfoot.errors import BadValue
-from underfoot.models import gait
 from underfoot.models.gait import Walker, corner_forces, footfalls, mean_force, roll, vertical_force
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
@@ -165,7 +165,7 @@ def test_sensors_that_are_no_rectangle_are_refused(sensors):
         corner_forces(1.0, 0.0, 0.0, sensors)
 
 
-@pytest.mark.parametrize("name", gait.WALKER_RANGES)
+@pytest.mark.parametrize("name", ranges_of(Walker))
 def test_a_walker_outside_its_ranges_is_refused(name):
     for value in (1e9, -1e9, np.nan):
         with pytest.raises(BadValue, match=f"^{name} is "):

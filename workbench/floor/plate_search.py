@@ -16,7 +16,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from underfoot.arguments import choice
+from underfoot.arguments import choice, ranges_of
 from underfoot.drawing import Drawing, HeatMap, series
 from underfoot.drawing.page import page
 from underfoot.drawing.svg import svg
@@ -25,7 +25,7 @@ from underfoot.files import make_folder, write_file
 from underfoot.floor.layout import Tile
 from underfoot.floor.tile_design import TileProperties
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.models.tile.plate import PLATE_RANGES, Plate
+from underfoot.models.tile.plate import Plate
 
 STEPS = 96
 """Points of the grid along each axis."""
@@ -69,7 +69,7 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for name in ("modulus_pa", "thickness_m"):
             label, unit, size = LABELS[name]
             low, high = (end / size for end in getattr(self, name))
-            least, most = (end / size for end in PLATE_RANGES[name])
+            least, most = (end / size for end in ranges_of(Plate)[name])
             if not least <= low < high <= most:
                 allowed = f"from a smaller to a larger number, {least:g} to {most:g} {unit}"
                 raise BadValue(f"{label} is {low:g} to {high:g} {unit}; allowed: {allowed}")

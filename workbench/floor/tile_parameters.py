@@ -1,11 +1,12 @@
 """What a simulated tile is made of, as a file: sensors, plate, suspension, shaker, and who walks on it."""
 
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 from msgspec.structs import replace
 
-from underfoot.arguments import choice
+from underfoot.arguments import choice, require_within
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadFile, require
 from underfoot.files import is_within, read_file, write_file
@@ -15,9 +16,9 @@ from underfoot.models import gait
 from underfoot.models.signals.random import stream_key, uniform
 from underfoot.models.tile.assembly import Assembly, Foot
 from underfoot.models.tile.fsr import Fsr
-from underfoot.models.tile.plate import PLATE_RANGES, Plate
-from underfoot.models.tile.shaker import SHAKER_RANGES, Shaker
-from underfoot.models.tile.suspension import SUSPENSION_RANGES, Suspension
+from underfoot.models.tile.plate import Plate
+from underfoot.models.tile.shaker import Shaker
+from underfoot.models.tile.suspension import Suspension
 from underfoot.models.tile.variation import varied
 
 FORMAT = "underfoot-simulation"
@@ -49,14 +50,12 @@ class Split(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     foot's along its way, a hand's in a direction that is drawn once.
     """
 
-    deviation: float = 0.014
-    placement_m: float = 0.001
-    shear: float = 0.0
+    deviation: Annotated[float, (0.0, 0.2)] = 0.014
+    placement_m: Annotated[float, (0.0, 0.05)] = 0.001
+    shear: Annotated[float, (0.0, 1.0)] = 0.0
 
     def __post_init__(self) -> None:
-        for name, high in (("deviation", 0.2), ("placement_m", 0.05), ("shear", 1.0)):
-            value = getattr(self, name)
-            require(0.0 <= value <= high, name, value, f"0 to {high:g}")
+        require_within(self)
 
 
 class Accelerometer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -157,9 +156,9 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         near = [1.0 + self.tolerance * (2.0 * uniform(key, draw) - 1.0) for draw in range(5)]
         return replace(
             self,
-            plate=varied(self.plate, PLATE_RANGES, modulus_pa=near[0]),
-            suspension=varied(self.suspension, SUSPENSION_RANGES, modulus_pa=near[1]),
-            shaker=varied(self.shaker, SHAKER_RANGES, force_n=near[2], resonance_hz=near[3], colour_hz=near[4]),
+            plate=varied(self.plate, modulus_pa=near[0]),
+            suspension=varied(self.suspension, modulus_pa=near[1]),
+            shaker=varied(self.shaker, force_n=near[2], resonance_hz=near[3], colour_hz=near[4]),
         )
 
     def dumps(self) -> bytes:

@@ -9,6 +9,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -69,28 +70,28 @@ class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Peaks and valley are in body weights. The centre of pressure rolls from `roll_start` over `roll_reach`, fractions of
     the foot's length (a flat-footed step has a short reach). `foot_breadth_m` is the breadth of heel and ball; at 0 the
     foot is a line. `variation` is the relative standard deviation of forces and step time, and that of positions in
-    units of 0.3 m. Raises `BadValue` outside the ranges below.
+    units of 0.3 m. Raises `BadValue` outside the ranges.
 
     >>> round(Walker().contact_s, 3)
     0.673
     """
 
-    weight_n: float = 700.0
-    cadence_per_min: float = 110.0
-    foot_length_m: float = 0.26
-    step_length_m: float = 0.66
-    step_width_m: float = 0.10
-    toe_out_deg: float = 6.0
-    peak1: float = 1.10
-    valley: float = 0.72
-    peak2: float = 1.08
-    roll_start: float = 0.05
-    roll_reach: float = 0.9
-    variation: float = 0.02
-    foot_breadth_m: float = 0.0
+    weight_n: Annotated[float, (50.0, 3000.0)] = 700.0
+    cadence_per_min: Annotated[float, (20.0, 200.0)] = 110.0
+    foot_length_m: Annotated[float, (0.1, 0.4)] = 0.26
+    step_length_m: Annotated[float, (0.0, 1.5)] = 0.66
+    step_width_m: Annotated[float, (0.0, 0.5)] = 0.10
+    toe_out_deg: Annotated[float, (-45.0, 45.0)] = 6.0
+    peak1: Annotated[float, (0.9, 2.0)] = 1.10
+    valley: Annotated[float, (0.2, 1.0)] = 0.72
+    peak2: Annotated[float, (0.9, 2.0)] = 1.08
+    roll_start: Annotated[float, (0.0, 0.9)] = 0.05
+    roll_reach: Annotated[float, (0.0, 1.0)] = 0.9
+    variation: Annotated[float, (0.0, 0.2)] = 0.02
+    foot_breadth_m: Annotated[float, (0.0, 0.2)] = 0.0
 
     def __post_init__(self) -> None:
-        require_within(self, WALKER_RANGES)
+        require_within(self)
         most = 1.0 - self.roll_start
         require(self.roll_reach <= most, "roll_reach", self.roll_reach, f"at most {most:g}, to the toes")
 
@@ -103,24 +104,6 @@ class Walker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def contact_s(self) -> float:
         """Contact time of a foot, s, such that the impulse of a footfall is weight times `step_s`."""
         return self.step_s / mean_force(self.peak1, self.valley, self.peak2)
-
-
-WALKER_RANGES = {
-    "weight_n": (50.0, 3000.0),
-    "cadence_per_min": (20.0, 200.0),
-    "foot_length_m": (0.1, 0.4),
-    "step_length_m": (0.0, 1.5),
-    "step_width_m": (0.0, 0.5),
-    "toe_out_deg": (-45.0, 45.0),
-    "peak1": (0.9, 2.0),
-    "valley": (0.2, 1.0),
-    "peak2": (0.9, 2.0),
-    "roll_start": (0.0, 0.9),
-    "roll_reach": (0.0, 1.0),
-    "variation": (0.0, 0.2),
-    "foot_breadth_m": (0.0, 0.2),
-}
-"""Allowed range of each parameter of a walker."""
 
 
 class Footfall(Struct, frozen=True):

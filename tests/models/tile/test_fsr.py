@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from underfoot.arguments import ranges_of
 from underfoot.errors import BadValue
 from underfoot.models.tile import fsr
-from underfoot.models.tile.fsr import FSR_RANGES, FULL_COUNTS, RATED_N, Fsr
+from underfoot.models.tile.fsr import FULL_COUNTS, RATED_N, Fsr
 from underfoot.models.tile.fsr_curves import exponential, power, rational, rising, spline, straight
 from underfoot.models.tile.fsr_hysteresis import STATE, HysteresisModel, compensate
 
@@ -16,7 +17,7 @@ QUIET = Fsr(spread=0.0, hysteresis=0.0, creep=0.0, noise_counts=0.0)
 
 
 def changed(part, **values):
-    return Fsr(**{name: getattr(part, name) for name in FSR_RANGES} | values)
+    return Fsr(**{name: getattr(part, name) for name in ranges_of(Fsr)} | values)
 
 
 def read(part, corner_n, rate=RATE, cuts=(), key=1, settled_n=0.0):
@@ -79,10 +80,10 @@ def test_parts_are_spread_to_25_percent_and_all_differ():
 
 def test_parts_of_any_allowed_type_can_be_made():
     for low_or_high in (0, 1):
-        kind = Fsr(**{name: ends[low_or_high] for name, ends in FSR_RANGES.items()} | {"spread": 0.9})
+        kind = Fsr(**{name: ends[low_or_high] for name, ends in ranges_of(Fsr).items()} | {"spread": 0.9})
         for sensor in range(20):
             part = kind.part(1, "t1", sensor)
-            assert all(low <= getattr(part, name) <= high for name, (low, high) in FSR_RANGES.items())
+            assert all(low <= getattr(part, name) <= high for name, (low, high) in ranges_of(Fsr).items())
 
 
 def test_falling_forces_read_a_tenth_more():
@@ -125,7 +126,7 @@ def test_creep_goes_back_as_slowly_as_it_came():
     assert 200.0 < felt[-1] < 0.5 * (200.0 + felt[50])
 
 
-@pytest.mark.parametrize("creep", [0.05, FSR_RANGES["creep"][1]])
+@pytest.mark.parametrize("creep", [0.05, ranges_of(Fsr)["creep"][1]])
 def test_a_sudden_press_is_read_at_once_and_its_creep_compensated(creep):
     part = changed(QUIET, creep=creep)
     forces = np.append(0.0, np.full(2000, 500.0))
@@ -171,10 +172,10 @@ def test_the_inverse_gives_back_what_was_pressed():
     np.testing.assert_array_equal(Fsr().counts(grid), Fsr().counts(grid.copy()))
 
 
-@pytest.mark.parametrize("name", FSR_RANGES)
+@pytest.mark.parametrize("name", ranges_of(Fsr))
 @pytest.mark.parametrize("end", [0, 1])
 def test_values_out_of_range_are_refused(name, end):
-    low, high = FSR_RANGES[name]
+    low, high = ranges_of(Fsr)[name]
     with pytest.raises(BadValue, match=f"{name} is"):
         Fsr(**{name: (low - 1.0, 2.0 * high)[end]})
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from underfoot.arguments import ranges_of
 from underfoot.errors import BadValue
-from underfoot.models.tile.plate import PLATE_RANGES, Plate, modes, rigid_overlaps, shapes
+from underfoot.models.tile.plate import Plate, modes, rigid_overlaps, shapes
 
 SIZE = (0.304, 0.304)
 
@@ -98,7 +99,7 @@ def test_a_mode_at_its_resonance_has_the_height_that_its_damping_gives():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [(name, beyond) for name, (low, high) in PLATE_RANGES.items() for beyond in (low - 1.0, 2.0 * high)],
+    [(name, beyond) for name, (low, high) in ranges_of(Plate).items() for beyond in (low - 1.0, 2.0 * high)],
 )
 def test_values_out_of_range_are_refused(name, value):
     with pytest.raises(BadValue, match=f"{name} is"):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import freqs
 
+from underfoot.arguments import ranges_of
 from underfoot.errors import BadValue
-from underfoot.models.tile.shaker import SHAKER_RANGES, Shaker
+from underfoot.models.tile.shaker import Shaker
 
 FREQUENCIES_HZ = np.geomspace(5.0, 20_000.0, 300)
 
@@ -70,9 +71,9 @@ def test_without_bias_there_are_no_even_harmonics():
     assert lines[3] > 0.01 * lines[1]
 
 
-@pytest.mark.parametrize("name", SHAKER_RANGES)
+@pytest.mark.parametrize("name", ranges_of(Shaker))
 @pytest.mark.parametrize("end", [0, 1])
 def test_values_out_of_range_are_refused(name, end):
-    low, high = SHAKER_RANGES[name]
+    low, high = ranges_of(Shaker)[name]
     with pytest.raises(BadValue, match=f"{name} is"):
         Shaker(**{name: (low - 1.0, 2.0 * high)[end]})

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from underfoot.arguments import ranges_of
 from underfoot.errors import BadValue
-from underfoot.models.tile.suspension import SUSPENSION_RANGES, Suspension, deflection_at_resonance_m
+from underfoot.models.tile.suspension import Suspension, deflection_at_resonance_m
 
 
 def test_the_suspension_has_the_corrected_numbers():
@@ -30,7 +31,7 @@ def test_far_above_its_resonance_the_suspension_lets_the_mass_alone():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [(name, beyond) for name, (low, high) in SUSPENSION_RANGES.items() for beyond in (-low, 2.0 * high)],
+    [(name, beyond) for name, (low, high) in ranges_of(Suspension).items() for beyond in (-low, 2.0 * high)],
 )
 def test_values_out_of_range_are_refused(name, value):
     with pytest.raises(BadValue, match=f"{name} is"):

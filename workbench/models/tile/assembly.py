@@ -10,6 +10,7 @@ relative to it (`plate.modes`), then foot and body if present.
 
 import math
 from collections.abc import Iterable
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -31,21 +32,21 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     The thesis takes a leg of 30 kN/m and 50 kg and finds 150 Hz; that is 3.9 Hz (docs/models.md#whole-tile-and-foot).
     Near 150 Hz, where the measured response changes with load, the foot resonates on its sole. Raises `BadValue`
-    outside `FOOT_RANGES`.
+    outside the ranges.
 
     >>> round(Foot().leg_hz(), 1), round(Foot().sole_hz())
     (3.9, 145)
     """
 
-    mass_kg: float = 1.2
-    sole_n_m: float = 1e6
-    sole_damping: float = 0.4
-    body_kg: float = 50.0
-    leg_n_m: float = 30e3
-    leg_damping: float = 0.3
+    mass_kg: Annotated[float, (0.01, 20.0)] = 1.2
+    sole_n_m: Annotated[float, (1e3, 1e8)] = 1e6
+    sole_damping: Annotated[float, (0.0, 5.0)] = 0.4
+    body_kg: Annotated[float, (1.0, 500.0)] = 50.0
+    leg_n_m: Annotated[float, (1e2, 1e7)] = 30e3
+    leg_damping: Annotated[float, (0.0, 5.0)] = 0.3
 
     def __post_init__(self) -> None:
-        require_within(self, FOOT_RANGES)
+        require_within(self)
 
     def leg_hz(self) -> float:
         """Return the resonance frequency of the body on the leg, Hz."""
@@ -54,17 +55,6 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def sole_hz(self) -> float:
         """Return the resonance frequency of the foot on its sole, Hz."""
         return math.sqrt(self.sole_n_m / self.mass_kg) / (2.0 * math.pi)
-
-
-FOOT_RANGES = {
-    "mass_kg": (0.01, 20.0),
-    "sole_n_m": (1e3, 1e8),
-    "sole_damping": (0.0, 5.0),
-    "body_kg": (1.0, 500.0),
-    "leg_n_m": (1e2, 1e7),
-    "leg_damping": (0.0, 5.0),
-}
-"""Allowed range of each parameter of a foot."""
 
 
 class Assembly(Struct, frozen=True):

@@ -11,6 +11,7 @@ force (hysteresis), then first-order lags in parallel, two per decade of time (c
 
 import math
 from collections.abc import Sequence
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -36,7 +37,7 @@ _REFERENCE_S = 1.0
 
 
 class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Type of sensor with its divider and converter. Raises `BadValue` outside the ranges of `FSR_RANGES`.
+    """Type of sensor with its divider and converter. Raises `BadValue` outside the ranges.
 
     `spread` is the largest relative deviation of an individual part from these values; `hysteresis` the relative excess
     of apparent force while force falls; `creep` that per decade of time. `noise_counts` is the standard deviation of a
@@ -48,19 +49,19 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     underfoot.errors.BadValue: spread is 2.0; allowed: 0 to 0.9
     """
 
-    resistance_ohm_n: float = 10_000.0
-    series_ohm: float = 200.0
-    soft_start_n: float = 0.3
-    exponent: float = 0.95
-    divider_ohm: float = 2_000.0
-    share: float = 1.0 / 60.0
-    spread: float = 0.25
-    hysteresis: float = 0.10
-    creep: float = 0.05
-    noise_counts: float = 3.0
+    resistance_ohm_n: Annotated[float, (1.0, 1e7)] = 10_000.0
+    series_ohm: Annotated[float, (0.0, 1e6)] = 200.0
+    soft_start_n: Annotated[float, (0.0, 10.0)] = 0.3
+    exponent: Annotated[float, (0.5, 1.5)] = 0.95
+    divider_ohm: Annotated[float, (1.0, 1e7)] = 2_000.0
+    share: Annotated[float, (1e-4, 1.0)] = 1.0 / 60.0
+    spread: Annotated[float, (0.0, 0.9)] = 0.25
+    hysteresis: Annotated[float, (0.0, 1.0)] = 0.10
+    creep: Annotated[float, (0.0, MOST_CREEP)] = 0.05
+    noise_counts: Annotated[float, (0.0, 1e4)] = 3.0
 
     def __post_init__(self) -> None:
-        require_within(self, FSR_RANGES)
+        require_within(self)
 
     def part(self, *names: object) -> "Fsr":
         """Return an individual part, drawn by `names` (seed, tile, sensor): static model, hysteresis and creep.
@@ -75,7 +76,6 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         near = [1.0 + self.spread * (2.0 * uniform(key, draw) - 1.0) for draw in range(6)]
         one = varied(
             self,
-            FSR_RANGES,
             resistance_ohm_n=near[0],
             series_ohm=near[1],
             soft_start_n=near[2],
@@ -113,20 +113,6 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         force = np.concatenate([[0.0], np.geomspace(1e-4, 2.0 * RATED_N, 16384)]) / self.share
         return np.interp(np.asarray(counts, dtype=np.float64), self.counts(force), force)
 
-
-FSR_RANGES = {
-    "resistance_ohm_n": (1.0, 1e7),
-    "series_ohm": (0.0, 1e6),
-    "soft_start_n": (0.0, 10.0),
-    "exponent": (0.5, 1.5),
-    "divider_ohm": (1.0, 1e7),
-    "share": (1e-4, 1.0),
-    "spread": (0.0, 0.9),
-    "hysteresis": (0.0, 1.0),
-    "creep": (0.0, MOST_CREEP),
-    "noise_counts": (0.0, 1e4),
-}
-"""Allowed range of each parameter of a sensor."""
 
 STATE = np.dtype([("plays", np.float64, (_PLAYS,)), ("lags", np.float64, (_LAGS,))], align=True)
 """Memory of a part, newtons: outputs of its play operators and of its lags."""

@@ -7,7 +7,7 @@ their norm 4 / (rho h Lx Ly), and damping. A sandwich has two choices of stiffne
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -20,7 +20,7 @@ ORDERS = 5
 
 
 class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Material and thickness of a plate. Raises `BadValue` outside the ranges of `PLATE_RANGES`.
+    """Material and thickness of a plate. Raises `BadValue` outside the ranges.
 
     `stiffness` selects the bending stiffness: "thesis" and "textbook" are sandwiches with two facings of `modulus_pa`
     and `facing_m` on a core that only separates them; "solid" is homogeneous. `density_kg_m3` is the mean of the whole
@@ -36,15 +36,15 @@ class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     stiffness: Literal["thesis", "textbook", "solid"] = "textbook"
-    thickness_m: float = 0.0254
-    facing_m: float = 0.00081
-    modulus_pa: float = 68e9
-    poisson: float = 0.33
-    density_kg_m3: float = 210.0
-    damping: float = 0.02
+    thickness_m: Annotated[float, (1e-3, 0.2)] = 0.0254
+    facing_m: Annotated[float, (1e-5, 0.05)] = 0.00081
+    modulus_pa: Annotated[float, (1e6, 1e12)] = 68e9
+    poisson: Annotated[float, (0.0, 0.49)] = 0.33
+    density_kg_m3: Annotated[float, (1.0, 2e4)] = 210.0
+    damping: Annotated[float, (1e-4, 0.9)] = 0.02
 
     def __post_init__(self) -> None:
-        require_within(self, PLATE_RANGES)
+        require_within(self)
 
     def rigidity_nm(self) -> float:
         """Return the flexural rigidity D, N m."""
@@ -96,17 +96,6 @@ class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         modal = -(omega**2) / (natural**2 - omega**2 + 2j * self.damping * natural * omega) / self.modal_mass_kg(size_m)
         driven = shapes(shakers_m, size_m, orders) * shapes(at_m, size_m, orders)
         return np.asarray(modal @ np.atleast_2d(driven).T)
-
-
-PLATE_RANGES = {
-    "thickness_m": (1e-3, 0.2),
-    "facing_m": (1e-5, 0.05),
-    "modulus_pa": (1e6, 1e12),
-    "poisson": (0.0, 0.49),
-    "density_kg_m3": (1.0, 2e4),
-    "damping": (1e-4, 0.9),
-}
-"""Allowed range of each parameter of a plate."""
 
 
 def modes(orders: int = ORDERS) -> list[tuple[int, int]]:

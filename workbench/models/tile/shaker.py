@@ -7,6 +7,7 @@ measured slightly more than 5 % of error at 300 Hz, and reached 40 N at all freq
 
 import cmath
 import math
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -18,7 +19,7 @@ from underfoot.models.filtering.poles import Poles, of_biquads
 
 
 class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Motor and amplifier. Raises `BadValue` outside the ranges of `SHAKER_RANGES`.
+    """Motor and amplifier. Raises `BadValue` outside the ranges.
 
     `force_n` is the uncompressed force at full-scale drive in mid-band; compressed it is 49 N, on 2.7 kg about the
     20 m/s^2 assumed for an uncalibrated tile. `resonance_hz` and `damping` describe the moving mass; `colour_hz`,
@@ -26,18 +27,18 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     at `ceiling_n`; an offset of `bias` times that adds even harmonics.
     """
 
-    force_n: float = 64.0
-    resonance_hz: float = 70.0
-    damping: float = 0.30
-    colour_hz: float = 420.0
-    colour: float = 0.75
-    colour_damping: float = 0.08
-    corner_hz: float = 3000.0
-    ceiling_n: float = 78.0
-    bias: float = 0.03
+    force_n: Annotated[float, (0.1, 1e4)] = 64.0
+    resonance_hz: Annotated[float, (5.0, 500.0)] = 70.0
+    damping: Annotated[float, (0.01, 0.95)] = 0.30
+    colour_hz: Annotated[float, (10.0, 1e4)] = 420.0
+    colour: Annotated[float, (0.05, 20.0)] = 0.75
+    colour_damping: Annotated[float, (0.005, 0.45)] = 0.08
+    corner_hz: Annotated[float, (500.0, 1e5)] = 3000.0
+    ceiling_n: Annotated[float, (0.1, 1e6)] = 78.0
+    bias: Annotated[float, (0.0, 0.5)] = 0.03
 
     def __post_init__(self) -> None:
-        require_within(self, SHAKER_RANGES)
+        require_within(self)
 
     def poles(self) -> Poles:
         """Return the small-signal system from drive (full scale) to force (N).
@@ -76,20 +77,6 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         found["gain"] = (1.0 + self.bias**2) ** 1.5
         found["offset"] = self.bias / math.sqrt(1.0 + self.bias**2)
         return found
-
-
-SHAKER_RANGES = {
-    "force_n": (0.1, 1e4),
-    "resonance_hz": (5.0, 500.0),
-    "damping": (0.01, 0.95),
-    "colour_hz": (10.0, 1e4),
-    "colour": (0.05, 20.0),
-    "colour_damping": (0.005, 0.45),
-    "corner_hz": (500.0, 1e5),
-    "ceiling_n": (0.1, 1e6),
-    "bias": (0.0, 0.5),
-}
-"""Allowed range of each parameter of a shaker."""
 
 
 COMPRESSION = np.dtype(

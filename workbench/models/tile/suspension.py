@@ -4,6 +4,7 @@ The thesis's f0 = 49 Hz is right; its deflection of 4.5 mm at 1000 N on one corn
 """
 
 import math
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -17,7 +18,7 @@ MOUNTS = 4
 class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Area, height and Young's modulus of one mount, the mass on all four, and the damping ratio of heave.
 
-    Raises `BadValue` outside the ranges of `SUSPENSION_RANGES`.
+    Raises `BadValue` outside the ranges.
 
     >>> thesis = Suspension()
     >>> round(thesis.resonance_hz(), 2)
@@ -26,14 +27,14 @@ class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     [3.91, 11.72, 15.62]
     """
 
-    area_m2: float = 8e-4
-    height_m: float = 0.025
-    modulus_pa: float = 2e6
-    mass_kg: float = 2.7
-    damping: float = 0.08
+    area_m2: Annotated[float, (1e-6, 0.1)] = 8e-4
+    height_m: Annotated[float, (1e-3, 0.5)] = 0.025
+    modulus_pa: Annotated[float, (1e3, 1e10)] = 2e6
+    mass_kg: Annotated[float, (0.05, 500.0)] = 2.7
+    damping: Annotated[float, (1e-4, 0.9)] = 0.08
 
     def __post_init__(self) -> None:
-        require_within(self, SUSPENSION_RANGES)
+        require_within(self)
 
     @property
     def stiffness_n_m(self) -> float:
@@ -59,16 +60,6 @@ class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)
         natural = 2.0 * math.pi * self.resonance_hz()
         return np.asarray(-(omega**2) / (natural**2 - omega**2 + 2j * self.damping * natural * omega) / self.mass_kg)
-
-
-SUSPENSION_RANGES = {
-    "area_m2": (1e-6, 0.1),
-    "height_m": (1e-3, 0.5),
-    "modulus_pa": (1e3, 1e10),
-    "mass_kg": (0.05, 500.0),
-    "damping": (1e-4, 0.9),
-}
-"""Allowed range of each parameter of a suspension."""
 
 
 def deflection_at_resonance_m(resonance_hz: ArrayLike, mass_kg: float, force_n: float) -> NDArray[np.float64]:
