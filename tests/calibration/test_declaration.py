@@ -29,8 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from underfoot.calibration.declaration import PRESSING, Calibration
-from underfoot.calibration.paged import PagedProcedure, Step
-from underfoot.calibration.procedure import PageProgress, Page
+from underfoot.calibration.procedure import Page, PageProgress, Procedure, Step
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest
 from underfoot.options import option
@@ -57,7 +56,7 @@ class NoiseCalibration(Calibration):
         raise AssertionError("no files here")
 
 
-class NoiseProcedure(PagedProcedure):
+class NoiseProcedure(Procedure):
     def __init__(self, sensor):
         self._sensor = sensor
         super().__init__(Page("setup", "Noise", "Step off the tile."))

@@ -10,8 +10,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import Presses, read_presses
-from underfoot.calibration.paged import EMPTY_TILE, LONGEST_GAP_S, PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, PageProgress
+from underfoot.calibration.procedure import EMPTY_TILE, LONGEST_GAP_S, Answers, Page, PageProgress, Procedure, Step
 from underfoot.calibration.reference import OF_PLACE, require_given
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
@@ -110,7 +109,7 @@ class PlaceStep(Step):
     rising: bool = True
 
 
-class CentroidProcedure(PagedProcedure):
+class CentroidProcedure(Procedure):
     """Contact-centroid accuracy of one tile. Readings are converted by the curves of `profile`, else taken as newtons.
 
     Each position is pressed with one load after another, rising, and optionally falling again. Fifty positions, or

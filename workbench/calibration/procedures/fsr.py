@@ -11,8 +11,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
-from underfoot.calibration.paged import EMPTY_TILE, PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, PageProgress
+from underfoot.calibration.procedure import EMPTY_TILE, Answers, Page, PageProgress, Procedure, Step
 from underfoot.calibration.reference import OF_FORCE, require_given, uncertain_by
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
@@ -126,7 +125,7 @@ class SensorStep(Step):
         return self.page.key.endswith("-tare")
 
 
-class FsrProcedure(PagedProcedure):
+class FsrProcedure(Procedure):
     """FSR linearisation of one tile.
 
     With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, for each sensor. With known weights:

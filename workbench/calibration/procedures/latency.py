@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
-from underfoot.calibration.paged import SoundProcedure, Step
-from underfoot.calibration.procedure import Answers, Page
+from underfoot.calibration.procedure import Answers, Page, SoundProcedure, Step
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ

@@ -11,8 +11,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import STEPPING, Calibration, FileMeasurement, MeasurementSetup, named_tile
 from underfoot.calibration.files.plate_profiles import read_plate_profiles
-from underfoot.calibration.paged import PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Page, PageProgress
+from underfoot.calibration.procedure import Answers, Page, PageProgress, Procedure, Step
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.devices.plate import MOVE_S
@@ -93,7 +92,7 @@ class PositionStep(Step):
     position: float = 0.0
 
 
-class PlateProcedure(PagedProcedure):
+class PlateProcedure(Procedure):
     """Footsteps on a plate on one tile. The force is a load cell's, or the tile's by the curves of `profile`.
 
     In the profile, load cell and displacement sensor are called `sensors`.
