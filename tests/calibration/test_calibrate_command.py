@@ -315,7 +315,7 @@ def test_bad_input_is_one_line_and_status_1(underfoot, measured, arguments, said
 def test_commands_are_named_as_in_the_window_and_older_names_are_taken(underfoot):
     listed = underfoot("calibrate", "--help").out.partition("Commands:")[2]
     assert [line.split()[0] for line in listed.splitlines() if re.match(r"  \w", line)] == [
-        "forces", "places", "latency", "stiffness", "vibration",
+        "forces", "places", "vibration", "latency", "stiffness",
     ]  # fmt: skip
     for name, older in (("forces", "fsr"), ("places", "centroid"), ("vibration", "response"), ("stiffness", "plate")):
         helps = [underfoot("calibrate", word, "--help").out.partition("[OPTIONS]")[2] for word in (name, older)]

@@ -315,7 +315,7 @@ from underfoot.floor.profile import Profile
 from underfoot.widgets.calibrate import catalogue
 from underfoot.widgets.calibrate.catalogue import KINDS
 
-floor, vibration = default_floor(), KINDS[-1]
+floor, vibration = default_floor(), next(kind for kind in KINDS if kind.key == "response")
 target = Target(floor, kind="serial", sound="", accelerometers=(Accelerometer("t2", 1, 50.0),))
 for tile in floor.tiles[:2]:
     procedure, rig = vibration.make(target, tile, Profile(tile=tile.id), "")

@@ -1,7 +1,8 @@
 """The parts of a profile."""
 
 PARTS = {"fsr": "Forces", "centroid": "Places", "response": "Vibration", "latency": "Latency", "plate": "Stiffness"}
-"""What people call the calibration that makes a part, by the part's name in files and commands."""
+"""What people call the calibration that makes a part, by the part's name in files and commands: in the order in which
+somebody who has a new tile makes them."""
 
 InUse = dict[str, dict[str, str]]
 """Calibrations in use: the `identity` of each part, by tile and by name of the part."""
