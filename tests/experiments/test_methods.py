@@ -62,6 +62,7 @@ def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
     [
         ("constant-stimuli", {"standard": "X"}, "Did you feel it?", "Which was stronger?"),
         ("staircases", {"followed": ["TD"], "standard": "WC"}, "Did you feel it?", "Which was stronger?"),
+        ("staircases", {"followed": ["TD"], "standard": "X", "down_after": 2}, "Did you feel it?", "In which one did"),
         ("bayesian", {"followed": "TD", "intervals": "two"}, "Did you feel it?", "In which one did you feel it?"),
         ("adjustment", {"followed": ["TD"], "standard": "WC"}, "Set it to where you only just", "like the other one"),
         ("magnitude-estimation", {"standard": "TD"}, "How strong was it?", "The first one is 10. How strong was the"),

@@ -2,6 +2,7 @@
 
 import pytest
 from made_studies import TD, made_protocol, walked
+from msgspec import structs
 
 from underfoot.errors import BadFile
 from underfoot.experiments.analysis.analyses import analysed
@@ -85,6 +86,20 @@ def test_constant_stimuli_are_scored_by_yes_and_no_and_by_the_interval(standard,
     assert {row["right"] for row in rows} == scores
     if standard:
         assert all(row["right"] == ((row["comparison_at"] == "first") == (correct == "comparison")) for row in rows)
+
+
+def test_staircases_beside_silence_are_told_and_scored_and_go_on_where_they_were_not_before():
+    """Practice with feedback told nothing: something was in one of both, so that one answer is right."""
+    parameters = {"followed": ["TD"], "standard": "X", "down_after": 3, "reversals": 2, "last": 2}
+    protocol = made_protocol("staircases", parameters, feedback=True)
+    study = Study(protocol, "P1")
+    told = [page.feedback for page in (*walked(study, always("first"))[1:], study.page)]
+    at = [entry.trial.facts["comparison_at"] for entry in study.entries]
+    assert told == [f"The last one: {'right' if one == 'first' else 'wrong'}." for one in at]
+    rows = rows_of(protocol, "P1", study.entries)
+    assert [(row["correct"], row["right"]) for row in rows] == [(one, one == "first") for one in at]
+    before = [structs.replace(one, trial=structs.replace(one.trial, correct="")) for one in study.entries]
+    assert Study(protocol, "P1", before).is_done
 
 
 def test_labels_are_right_whatever_their_case():

@@ -162,6 +162,8 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     assert question.placeholderText() == "Did you feel it?"
     made.choose(stages.form.parameters.controls["standard"], "A")
     assert question.placeholderText() == "Which was stronger?"
+    made.choose(stages.form.parameters.controls["standard"], "nothing")
+    assert question.placeholderText() == "In which one did you feel it?"
     made.choose(stages.form.parameters.controls["standard"], "(none)")
     made.type(stages.form.parameters.controls["steps_db"], "8, 2")
     made.type(stages.form.parameters.controls["highest_db"], "12 dB")

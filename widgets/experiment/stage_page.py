@@ -17,6 +17,7 @@ from underfoot.experiments.method import StimulusName
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import END, FIELDS_OF_KIND, Stage
 from underfoot.experiments.questions import asked
+from underfoot.experiments.stimuli import Stimulus
 from underfoot.parameters import Choice, Parameter, ask
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.field_rows import FieldRows
@@ -216,12 +217,12 @@ class StageForm(QWidget):
     def _questions(self) -> tuple[Parameter, ...]:
         """Return what is asked after each trial; raise an error if the method has a mistake, which appears below."""
         method, given = METHODS[self._stage["method"]["kind"]], self._stage["method"]["parameters"]
-        return method.questions_for(method.checked(given, self._stimuli))
+        return method.questions_for(method.checked(given, msgspec.convert(self._stimuli, dict[str, Stimulus])))
 
     def _show_question(self) -> None:
         """Show what is asked where no words are typed for it."""
         line = self.parameters.controls.get("question") if self.parameters is not None else None
-        with suppress(UnderfootError):
+        with suppress(UnderfootError, msgspec.ValidationError):
             if isinstance(line, QLineEdit):
                 line.setPlaceholderText(asked(self._questions()[0]))
 

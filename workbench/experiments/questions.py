@@ -13,6 +13,7 @@ from underfoot.phrases import ENGLISH, Language, Phrase
 
 FIRST, SECOND = "first", "second"
 YES, NO = "yes", "no"
+WHICH_FELT = "In which one did you feel it?"
 
 _NUMBERED = re.compile(r"(0|[1-9][0-9]?)(?![.,]?\d|\s*[–-])")
 """An option that begins with a number of its own, such as "2 or more", but is no range, as "2-5"."""

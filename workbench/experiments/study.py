@@ -305,8 +305,10 @@ class Study:
 
     def _take_again(self, entry: Entry, number: int) -> None:
         """Replay a stored entry; raise an error if it does not fit the page."""
-        page = self._page
-        if (entry.stage, entry.kind, entry.trial, entry.attempt) != (page.stage, page.kind, page.trial, page.attempt):
+        page, trial = self._page, entry.trial
+        if trial is not None and page.trial is not None and not trial.correct:  # an earlier version noted fewer
+            trial = msgspec.structs.replace(trial, correct=page.trial.correct)
+        if (entry.stage, entry.kind, trial, entry.attempt) != (page.stage, page.kind, page.trial, page.attempt):
             raise BadFile(
                 f"entry {number} is of {entry.stage!r} ({entry.kind}), and the protocol asks for {page.stage!r} "
                 f"({page.kind}); {_AS_BEGUN}"

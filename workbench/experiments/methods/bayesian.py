@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadValue, require
 from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName
-from underfoot.experiments.questions import FIRST, SECOND, YES, felt_or_stronger
+from underfoot.experiments.questions import FIRST, SECOND, WHICH_FELT, YES, felt_or_stronger
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
@@ -79,7 +79,7 @@ class Bayesian(Method):
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         are_two = given["intervals"] == "two"
-        usual = "In which one did you feel it?" if are_two else ""  # in the other one there is nothing
+        usual = WHICH_FELT if are_two else ""  # in the other one there is nothing
         return (felt_or_stronger(given["question"] or usual, are_two=are_two),)
 
     @classmethod

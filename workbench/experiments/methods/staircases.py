@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from underfoot.errors import require
 from underfoot.experiments.latin_square import ANYONE, Turn
 from underfoot.experiments.method import Method, StimulusName, StimulusNames
-from underfoot.experiments.questions import FIRST, SECOND, YES, felt_or_stronger
+from underfoot.experiments.questions import FIRST, SECOND, WHICH_FELT, YES, felt_or_stronger
 from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
@@ -88,6 +88,12 @@ class Staircases(Method):
         self._staircases: dict[tuple[str, str], Staircase] = {}
         self._trial: Trial | None = None
         self._begin_block()
+
+    @classmethod
+    def checked(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> dict[str, Any]:
+        values = super().checked(given, stimuli)
+        usual = WHICH_FELT if is_silent(values, stimuli) else ""  # in the other one there is nothing
+        return values | {"question": values["question"] or usual}
 
     @classmethod
     def check_together(cls, given: Mapping[str, Any]) -> None:
@@ -195,8 +201,9 @@ class Staircases(Method):
             return Trial(self._number, self._block, (comparison,), facts=facts)
         first = self.draws.happens(0.5)
         both = (comparison, Presentation(self.given["standard"]))
-        facts["comparison_at"] = FIRST if first else SECOND
-        return Trial(self._number, self._block, both if first else both[::-1], facts=facts)
+        facts["comparison_at"] = at = FIRST if first else SECOND
+        right = at if is_silent(self.given, self.stimuli) else ""
+        return Trial(self._number, self._block, both if first else both[::-1], right, facts)
 
     def _open(self) -> list[tuple[str, str]]:
         wanted = self.given["reversals"]
