@@ -26,6 +26,7 @@ HELD_S = 1.0
 _OPEN, _BINARY, _CSV = range(3)  # forms of the stream
 _SCANNERS = 4096  # a power of 2: senders with the same last bits share one, which is of one form at a time
 _PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
+_HELD_UP_US = 500_000  # frames of up to this long ago may have been held up, several at once
 _JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
 _HALF_TURN = 1 << 31
 _COMMA, _STAR = b",*"
@@ -372,6 +373,8 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
         # A restarted tile continues from there; a frame that was held up stays alone. One of which only the clock
         # stepped goes on in its numbers.
         follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
+        if tile.suspect < 0 and not jumped and passed_us > -_HELD_UP_US:
+            tile.patience = WINDOW
         if tile.suspect >= 0 and follows:
             tile.patience = 0 if 0 < ahead < WINDOW else tile.patience - 1
         if tile.patience == 0:
