@@ -10,7 +10,6 @@ from underfoot.experiments.conditions import read_conditions, with_conditions
 from underfoot.experiments.draft import Draft
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 TABLE = """stimulus,like,level_m_s2,stiffness_n_mm,place
@@ -28,14 +27,14 @@ def table(folder, text=TABLE):
 
 def refused(folder, text):
     """What is said of a table, without the name of its file."""
-    draft = Draft.of(made_protocol("rating"), REGISTRY, folder)
+    draft = Draft.of(made_protocol("rating"), folder)
     with pytest.raises(BadFile) as refusal:
         read_conditions(table(folder, text), draft)
     return str(refusal.value).removeprefix(str(folder / "trials.csv"))
 
 
 def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path):
-    made, _ = with_conditions(made_protocol("rating"), tmp_path, table(tmp_path), REGISTRY)
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, table(tmp_path))
     assert list(made.stimuli) == ["soft", "loud", "none"]
     soft, loud, none = made.stimuli.values()
     assert (soft.patch, soft.measured_m_s2, soft.level_m_s2, soft.stiffness_n_mm) == ("stimulus-td", 6.8, 0.2, 60.0)
@@ -47,19 +46,19 @@ def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path):
 def test_a_standard_that_a_stage_names_alone_stays(tmp_path):
     parameters = {"standard": "TD", "comparisons": ["A"]}
     protocol = made_protocol("constant-stimuli", parameters, {"TD": TD, "A": {**TD, "level_m_s2": 0.1}, "B": {}})
-    made, _ = with_conditions(protocol, tmp_path, table(tmp_path), REGISTRY)
+    made, _ = with_conditions(protocol, tmp_path, table(tmp_path))
     assert list(made.stimuli) == ["TD", "soft", "loud", "none"]
     assert made.stages[0].method.parameters == {"standard": "TD", "comparisons": ["soft", "loud", "none"]}
 
 
 def test_semicolons_settings_of_the_patch_and_lines_without_a_name(tmp_path):
     path = table(tmp_path, "patch;gain.gain;strong\nstimulus-td;0.5;true\n;;\nstimulus-td;0.25;false\n")
-    made, _ = with_conditions(made_protocol("rating"), tmp_path, path, REGISTRY)
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, path)
     assert {name: one.factors for name, one in made.stimuli.items()} == {
         "c1": {"strong": "true"},
         "c3": {"strong": "false"},
     }
-    played = [stimulus.at(0.0, REGISTRY).node("gain").parameters["gain"] for stimulus in made.stimuli.values()]
+    played = [stimulus.at(0.0).node("gain").parameters["gain"] for stimulus in made.stimuli.values()]
     assert played == [0.5, 0.25]
 
 
@@ -68,7 +67,7 @@ def test_a_decimal_comma_is_read_where_cells_have_another_separator(separator, t
     """A spreadsheet in French wrote 0,5: a factor of words, along which there is no curve, and no level at all."""
     text = "patch;gain.gain;depth;place\nstimulus-td;0,5;-1,25E-1;1,2 m\nstimulus-td;1;2;b, c\n"
     path = table(tmp_path, text.replace(";", separator))
-    made, _ = with_conditions(made_protocol("rating"), tmp_path, path, REGISTRY)
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, path)
     assert made.stimuli["c1"].settings == {"gain.gain": 0.5}
     assert made.stimuli["c1"].factors == {"depth": -0.125, "place": "1,2 m"}
     assert made.stimuli["c2"].factors == {"depth": 2, "place": "b, c"}
@@ -78,7 +77,7 @@ def test_a_patch_beside_the_table_is_copied_beside_the_draft(tmp_path):
     tables, own = tmp_path / "tables", tmp_path / "own"
     tables.mkdir()
     (tables / "mine.json").write_bytes(preset_files.patches()["stimulus-td"].read_bytes())
-    draft = Draft.of(preset_protocol("compliance-rating"), REGISTRY, own)
+    draft = Draft.of(preset_protocol("compliance-rating"), own)
     draft.take_conditions(read_conditions(table(tables, "stimulus,patch\na,mine.json\n"), draft))
     assert draft.checked().stimuli["a"].patch == "patches/mine.json"
     assert (own / "patches" / "mine.json").read_bytes() == (tables / "mine.json").read_bytes()
@@ -96,10 +95,10 @@ def test_a_table_in_another_folder_keeps_the_patches_of_the_protocol_where_they_
     text = protocol_text(
         stimuli={"plain": {"patch": "p.json"}, "snow": snow}, stages=[{"id": "main", "kind": "trials", "method": use}]
     )
-    protocol = Protocol.loads(text, REGISTRY, "", study)
+    protocol = Protocol.loads(text, "", study)
     path = table(tables, "stimulus,like,patch,wav-player.file\na,snow,,\nb,,p.json,\nc,,p.json,snow.wav\n")
-    made, folder = with_conditions(protocol, study, path, REGISTRY)
-    played = {name: one.at(0.0, REGISTRY, folder).node("wav-player").parameters for name, one in made.stimuli.items()}
+    made, folder = with_conditions(protocol, study, path)
+    played = {name: one.at(0.0, folder).node("wav-player").parameters for name, one in made.stimuli.items()}
     assert {name: of["file"] for name, of in played.items()} == {
         "plain": str(study / "ice.wav"),
         "a": str(study / "snow.wav"),
@@ -116,10 +115,10 @@ def test_a_copy_of_a_study_reads_the_sound_files_that_its_settings_name(tmp_path
     there.mkdir()
     patch_of(("wav-player.out", "tile-output.acceleration")).save(there / "p.json")
     ice = {"patch": "p.json", "settings": {"wav-player.file": "ice.wav"}}
-    protocol = Protocol.loads(protocol_text(stimuli={"ice": ice, "X": {}}), REGISTRY, "", there)
-    draft = Draft.of(protocol, REGISTRY, own)
+    protocol = Protocol.loads(protocol_text(stimuli={"ice": ice, "X": {}}), "", there)
+    draft = Draft.of(protocol, own)
     draft.take_patches(there)
-    played = draft.checked().stimuli["ice"].at(0.0, REGISTRY, own)
+    played = draft.checked().stimuli["ice"].at(0.0, own)
     assert played.node("wav-player").parameters["file"] == str(there / "ice.wav")
 
 
@@ -151,7 +150,7 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path):
     for data in (b"PK\x03\x04\xff", bytes(1000)):
         (tmp_path / "trials.csv").write_bytes(data)
         with pytest.raises(BadFile, match="save it as CSV, UTF-8"):
-            read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), REGISTRY, tmp_path))
+            read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), tmp_path))
 
 
 def test_what_is_copied_beside_a_study_reads_the_same_sound_files(tmp_path):
@@ -160,10 +159,10 @@ def test_what_is_copied_beside_a_study_reads_the_same_sound_files(tmp_path):
     there.mkdir()
     player = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "ice.wav"})
     player.save(there / "player.json")
-    draft = Draft.new(REGISTRY, own)
+    draft = Draft.new(own)
     text = "stimulus,patch,wav-player.file\nice,player.json,\nsnow,player.json,snow.wav\n"
     found = read_conditions(table(there, text), draft)
     assert found["ice"]["patch"] == found["snow"]["patch"] == "patches/player.json"
     for name, one in found.items():
-        patch = msgspec.convert(one, Stimulus).at(0.0, REGISTRY, own)
+        patch = msgspec.convert(one, Stimulus).at(0.0, own)
         assert patch.node("wav-player").parameters["file"] == str(there / f"{name}.wav")

@@ -18,7 +18,6 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of as table_of
-from underfoot.nodes import REGISTRY
 
 STIMULI = dict.fromkeys(("A", "B", "C"), TD)
 
@@ -28,7 +27,7 @@ def rated(id, **parameters):
 
 
 def made(stages, counterbalanced=(), stimuli=STIMULI):
-    return Protocol.loads(protocol_text(stages=stages, stimuli=stimuli, counterbalanced=counterbalanced), REGISTRY)
+    return Protocol.loads(protocol_text(stages=stages, stimuli=stimuli, counterbalanced=counterbalanced))
 
 
 TWO = made(

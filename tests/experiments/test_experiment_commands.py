@@ -35,7 +35,6 @@ from underfoot.experiments.table import columns_of
 from underfoot.experiments.trial_files import write_csv
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
@@ -249,7 +248,7 @@ def test_a_table_is_analysed_with_the_parameters_of_its_protocol(tmp_path):
     text["stages"][2]["method"]["parameters"] |= {"down_after": 3, "reversals": 8, "last": 4}
     study, table = tmp_path / "three-down.json", tmp_path / "trials.csv"
     study.write_text(json.dumps(text))
-    session = made_session(tmp_path / "P1.session", protocol=Protocol.load(study, REGISTRY))
+    session = made_session(tmp_path / "P1.session", protocol=Protocol.load(study))
     of_session, alone, known = (
         run("analyse", *arguments).stdout
         for arguments in ((session, "--csv", table), (table,), (table, "--protocol", study))
@@ -407,8 +406,8 @@ def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(typing
     stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
     text = protocol_text(stages=[stage], present_s=0.1)
     protocol.write_text(text)
-    file = SessionFile.create(session, Protocol.loads(text, REGISTRY), "P", tmp_path)
-    file.add(file.study(Protocol.loads(text, REGISTRY)).answer({"rating": 40.0}))
+    file = SessionFile.create(session, Protocol.loads(text), "P", tmp_path)
+    file.add(file.study(Protocol.loads(text)).answer({"rating": 40.0}))
     file.close()
     protocol.write_text(protocol_text(present_s=0.2))
     refused = said("experiment", protocol, "--participant", "P", "--session", session)

@@ -17,7 +17,6 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import typed_answer, yes_or_no
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
-from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number, ask
 from underfoot.patch import preset_files
 
@@ -75,7 +74,7 @@ def test_the_programs_words_are_the_languages_and_the_protocols_and_answers_stay
     with pytest.raises(BadValue, match=r"allowed: 30\.5 to 200 kg") as refused:
         typed_answer(mass, "lourd", FRENCH)
     assert FRENCH.say(*refused.value.args) == "Votre poids ? La réponse est 'lourd'\u00a0; permis\u00a0: 30,5 à 200 kg"
-    assert protocol.without_words() == Protocol.loads(protocol.dumps(), REGISTRY).without_words()
+    assert protocol.without_words() == Protocol.loads(protocol.dumps()).without_words()
 
 
 @pytest.mark.parametrize(
@@ -96,7 +95,7 @@ def test_the_programs_words_are_the_languages_and_the_protocols_and_answers_stay
 )
 def test_what_is_wrong_in_a_language_is_one_line(fields, why, tmp_path):
     with pytest.raises(BadFile) as refused:
-        Protocol.loads(protocol_text(language=own(tmp_path, **fields)), REGISTRY, "p.json", tmp_path)
+        Protocol.loads(protocol_text(language=own(tmp_path, **fields)), "p.json", tmp_path)
     assert str(refused.value).startswith("p.json: $.language: ")
     assert why in str(refused.value)
     assert "\n" not in str(refused.value)
@@ -105,21 +104,21 @@ def test_what_is_wrong_in_a_language_is_one_line(fields, why, tmp_path):
 def test_a_language_that_is_not_there_is_refused(tmp_path):
     for name in ("es", "../fr.json"):
         with pytest.raises(BadFile, match=r"\$.language: .*; allowed: "):
-            Protocol.loads(protocol_text(language=name), REGISTRY, folder=tmp_path)
+            Protocol.loads(protocol_text(language=name), folder=tmp_path)
 
 
 def test_a_session_keeps_the_words_that_it_was_begun_with_and_a_copy_of_a_study_takes_them(tmp_path):
     name = own(tmp_path, like="fr", phrases={"Go on": "On continue"})
     assert names_of_languages(tmp_path)["ours"] == name  # the form offers it
-    protocol = Protocol.loads(protocol_text(language=name), REGISTRY, folder=tmp_path)
+    protocol = Protocol.loads(protocol_text(language=name), folder=tmp_path)
     SessionFile.create(tmp_path / "a.session", protocol, "P1", tmp_path).close()
     (tmp_path / "copies").mkdir()
-    copy = Draft.of(protocol, REGISTRY, tmp_path / "copies")
+    copy = Draft.of(protocol, tmp_path / "copies")
     copy.take_patches(tmp_path)
     own(tmp_path, like="de")
     with closing(SessionFile.open(tmp_path / "a.session")) as file:
         assert not file.is_of(protocol, tmp_path)
-        begun, folder = file.as_begun(REGISTRY, tmp_path)
+        begun, folder = file.as_begun(tmp_path)
         kept = language_of(begun.language, folder)
     for found in (kept, language_of(copy.raw["language"], copy.folder)):
         assert (found.say("Go on"), found.say("yes"), found.number("0.5")) == ("On continue", "oui", "0,5")

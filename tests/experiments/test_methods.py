@@ -18,7 +18,6 @@ from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
 from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.floor.layout import default_floor
-from underfoot.nodes import REGISTRY
 from underfoot.studies.target import require_on_floor
 
 
@@ -155,7 +154,7 @@ def test_the_foot_that_somebody_prefers_has_the_buttons_on_its_other_side():
     with pytest.raises(
         BadValue, match="preferred_foot is 'asked'; allowed: right or left, or asked with a question foot"
     ):
-        unasked.check(REGISTRY)
+        unasked.check()
 
 
 def ideal(threshold_db, nothing_db=-1001.0):

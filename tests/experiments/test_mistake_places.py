@@ -4,7 +4,6 @@ import pytest
 
 from underfoot.experiments.draft import Draft
 from underfoot.experiments.mistake_places import in_form
-from underfoot.nodes import REGISTRY
 
 STAGE = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {}}}
 
@@ -33,7 +32,7 @@ STAGE = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameter
     ],
 )  # fmt: skip
 def test_a_mistake_is_placed_by_what_the_form_shows(changes, said, tmp_path):
-    draft = Draft.new(REGISTRY, tmp_path)
+    draft = Draft.new(tmp_path)
     draft.raw.update(changes)
     mistake = draft.first_mistake()
     assert mistake.startswith("$.")

@@ -9,7 +9,6 @@ from mutations import mutated_document
 
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.studies.levels import measured_peak_m_s2
 
@@ -29,7 +28,7 @@ def test_a_preset_goes_through_a_file_unchanged(name, tmp_path):
     protocol = preset_protocol(name)
     path = tmp_path / "a.json"
     protocol.save(path)
-    assert Protocol.load(path, REGISTRY) == protocol
+    assert Protocol.load(path) == protocol
     assert path.read_bytes() == PRESETS[name].read_bytes()
 
 
@@ -38,10 +37,10 @@ def test_the_levels_of_stimuli_are_those_of_table_6_1(name):
     """Peaks of table 6.1, at A = 1 or half of it, under the simulated footstep, by its own rule."""
     table = {"TC1": 3.3, "SP05": 0.5 * 3.7, "WD1": 18.2}
     stimulus = preset_protocol("compliance-rating").stimuli[name]
-    patch = stimulus.at(0.0, REGISTRY, PRESETS["compliance-rating"].parent)
-    assert measured_peak_m_s2(patch, REGISTRY) == pytest.approx(table[name], rel=0.1)
+    patch = stimulus.at(0.0, PRESETS["compliance-rating"].parent)
+    assert measured_peak_m_s2(patch) == pytest.approx(table[name], rel=0.1)
     node, parameter = stimulus.scaled_by.split(".")
-    softer = stimulus.at(-20.0, REGISTRY, PRESETS["compliance-rating"].parent).node(node).parameters[parameter]
+    softer = stimulus.at(-20.0, PRESETS["compliance-rating"].parent).node(node).parameters[parameter]
     assert softer == pytest.approx(0.1 * patch.node(node).parameters[parameter])
 
 
@@ -126,7 +125,7 @@ BAD = {
 def test_a_mistake_is_one_line_that_names_its_place(name):
     text, said = BAD[name]
     with pytest.raises(BadFile) as raised:
-        Protocol.loads(text, REGISTRY, "a.json")
+        Protocol.loads(text, "a.json")
     assert said in str(raised.value)
     assert "\n" not in str(raised.value)
 
@@ -150,7 +149,7 @@ def test_a_mutated_file_is_read_or_refused_in_one_line(name):
 def refusal(document, folder):
     """What is said of a file that is refused; "" for one that is read."""
     try:
-        Protocol.loads(json.dumps(document), REGISTRY, "a.json", folder)
+        Protocol.loads(json.dumps(document), "a.json", folder)
     except BadFile as error:
         return str(error)
     return ""

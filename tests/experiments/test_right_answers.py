@@ -11,7 +11,6 @@ from underfoot.experiments.conditions import with_conditions
 from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
-from underfoot.nodes import REGISTRY
 
 TABLE = "stimulus,like,level_m_s2,place,corrAns\nsoft,TD,0.2,heel,snow\nfirm,TD,0.6,heel,sand\nhard,TD,0.8,toe,sand\n"
 WORDS = {"answers": ["sand", "snow", "ice"], "sessions": 2, "repeats": 2}
@@ -23,7 +22,7 @@ def words(tmp_path):
     path.write_text(TABLE)
     stimuli = {"TD": {**TD, "correct": "ice"}, "X": {"correct": "ice"}}
     made = made_protocol("absolute-identification", WORDS, stimuli, feedback=True)
-    return with_conditions(made, path.parent, path, REGISTRY)[0]
+    return with_conditions(made, path.parent, path)[0]
 
 
 def always(word):

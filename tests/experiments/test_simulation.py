@@ -23,7 +23,6 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
@@ -115,7 +114,7 @@ def test_estimates_of_two_stages_are_beside_the_truth_of_their_own():
         }
         for name, at in (("soft", 4), ("loud", 8))
     ]
-    made = Protocol.loads(protocol_text(stages=stages, stimuli=levels), REGISTRY)
+    made = Protocol.loads(protocol_text(stages=stages, stimuli=levels))
     found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 10)[0])) if one.share == 1.0}
     assert set(found) == {f"{name} in {stage}" for name in ("pse", "slope", "intercept") for stage in ("soft", "loud")}
     for stage, truth in (("soft", 0.4), ("loud", 0.8)):

@@ -243,19 +243,19 @@ def test_a_session_goes_on_with_the_protocol_and_the_patches_that_it_was_begun_w
     patch.parent.mkdir()
     patch.write_bytes(preset_files.patches()["stimulus-wc"].read_bytes())
     stimuli = {"mine": {"patch": "patches/mine.json"}, "X": {}}
-    first = Protocol.loads(protocol_text(stimuli=stimuli, title="first"), REGISTRY, folder=tmp_path)
+    first = Protocol.loads(protocol_text(stimuli=stimuli, title="first"), folder=tmp_path)
     SessionFile.create(tmp_path / "a.session", first, "P1", tmp_path).close()
     begun_with = patch.read_bytes()
 
     file = SessionFile.open(tmp_path / "a.session")
     assert file.is_of(first, tmp_path)
-    assert not file.is_of(Protocol.loads(protocol_text(title="second"), REGISTRY), tmp_path)
-    assert file.as_begun(REGISTRY, tmp_path) == (first, tmp_path)  # as long as nothing was changed
+    assert not file.is_of(Protocol.loads(protocol_text(title="second")), tmp_path)
+    assert file.as_begun(tmp_path) == (first, tmp_path)  # as long as nothing was changed
     patch.write_bytes(preset_files.patches()["stimulus-td"].read_bytes())
     assert not file.is_of(first, tmp_path)
     for missing in (False, True):
         patch.unlink() if missing else None
-        protocol, folder = file.as_begun(REGISTRY, tmp_path)
+        protocol, folder = file.as_begun(tmp_path)
         assert protocol == first
         assert (folder / "patches" / "mine.json").read_bytes() == begun_with
         assert file.study(protocol).page.stage == "main"
@@ -266,12 +266,12 @@ def test_a_session_goes_on_with_the_protocol_and_the_patches_that_it_was_begun_w
 def test_a_patch_that_was_changed_since_reads_the_sound_files_beside_it_as_before(tmp_path):
     patch = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "ice.wav"})
     patch.save(tmp_path / "mine.json")
-    protocol = Protocol.loads(protocol_text(stimuli={"mine": {"patch": "mine.json"}, "X": {}}), REGISTRY, "", tmp_path)
+    protocol = Protocol.loads(protocol_text(stimuli={"mine": {"patch": "mine.json"}, "X": {}}), "", tmp_path)
     SessionFile.create(tmp_path / "a.session", protocol, "P1", tmp_path).close()
     patch.set("tile-output", "level", 0.5, REGISTRY).save(tmp_path / "mine.json")
     with closing(SessionFile.open(tmp_path / "a.session")) as file:
-        begun, folder = file.as_begun(REGISTRY, tmp_path)
-        played = begun.stimuli["mine"].at(0.0, REGISTRY, folder)
+        begun, folder = file.as_begun(tmp_path)
+        played = begun.stimuli["mine"].at(0.0, folder)
     assert played.node("wav-player").parameters["file"] == str(tmp_path / "ice.wav")
     assert played.node("tile-output").parameters == {}
 
@@ -286,13 +286,13 @@ def test_a_sound_file_that_a_setting_names_is_there_though_the_patch_was_changed
     patch = patch_of(("wav-player.out", "tile-output.acceleration"))
     patch.save(study / "mine.json")
     stimuli = {"mine": {"patch": "mine.json", "settings": {"wav-player.file": file}}, "X": {}}
-    protocol = Protocol.loads(protocol_text(stimuli=stimuli), REGISTRY, "", study)
+    protocol = Protocol.loads(protocol_text(stimuli=stimuli), "", study)
     SessionFile.create(sessions / "a.session", protocol, "P1", study).close()
     with closing(SessionFile.open(sessions / "a.session")) as session:
-        assert session.as_begun(REGISTRY) == (protocol, study)
+        assert session.as_begun() == (protocol, study)
         patch.set("tile-output", "level", 0.5, REGISTRY).save(study / "mine.json")
-        begun, folder = session.as_begun(REGISTRY)
-        played = begun.stimuli["mine"].at(0.0, REGISTRY, folder)
+        begun, folder = session.as_begun()
+        played = begun.stimuli["mine"].at(0.0, folder)
         assert Path(played.node("wav-player").parameters["file"]).read_bytes() == b"as it was"
         assert folder != study
 
@@ -302,7 +302,7 @@ def test_a_session_that_is_shared_shows_no_folder_of_the_computer(tmp_path):
     for folder in (study, sessions):
         folder.mkdir(parents=True)
     equipment = {"target": f"replay:{study / 'walk.csv'}", "profiles": str(study / "profiles")}
-    protocol = Protocol.loads(protocol_text(), REGISTRY, "", study)
+    protocol = Protocol.loads(protocol_text(), "", study)
     SessionFile.create(sessions / "a.session", protocol, "P1", study, equipment).close()
     assert str(tmp_path).encode() not in (sessions / "a.session").read_bytes()
     moved = (tmp_path / "anna").rename(tmp_path / "ben")  # both folders together
@@ -317,11 +317,11 @@ def test_a_session_is_read_though_its_protocol_would_not_be_begun_any_more(tmp_p
     stage = {"id": "main", "kind": "trials", "method": staircases}
     text = protocol_text(stages=[stage], stimuli={"TD": TD, "X": {"factors": {"block": 1.0}}})
     with pytest.raises(BadFile, match=r"X\.factors is 'block'"):
-        Protocol.loads(text, REGISTRY)
-    measured = Protocol.loads(text, REGISTRY, of_session=True)
+        Protocol.loads(text)
+    measured = Protocol.loads(text, of_session=True)
     SessionFile.create(tmp_path / "p.session", measured, "P1", tmp_path).close()
     with closing(SessionFile.open(tmp_path / "p.session")) as file:
-        assert file.as_begun(REGISTRY)[0] == measured
+        assert file.as_begun()[0] == measured
 
 
 def test_a_session_whose_patch_would_lie_elsewhere_writes_nothing_there(tmp_path):
@@ -330,7 +330,7 @@ def test_a_session_whose_patch_would_lie_elsewhere_writes_nothing_there(tmp_path
         base.execute("insert into patch values ('../../out.json', x'00')")
     file = SessionFile.open(tmp_path / "a.session")
     with pytest.raises(BadValue, match="a file beside the protocol or below"):
-        file.as_begun(REGISTRY, tmp_path)
+        file.as_begun(tmp_path)
     file.close()
 
 

@@ -22,7 +22,6 @@ from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import columns_of, factors_of, rows_of
 from underfoot.experiments.trial_files import columns_of_study, csv_text, read_csv, value_of, write_bids, write_csv
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.studies.results import results_of, written_files
 from underfoot.studies.session_lines import session_line
@@ -401,7 +400,7 @@ def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_i
         {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
         {"id": "after", "kind": "questions", "questions": [likert, {"name": "remarks", "text": "Remarks?"}]},
     ]
-    study = Study(Protocol.loads(protocol_text(stages=stages), REGISTRY), "P1")
+    study = Study(Protocol.loads(protocol_text(stages=stages)), "P1")
     said = {"real": "agree", "remarks": "cold, wet"}
     walked(study, lambda page: said if page.kind == "questions" else first_answers(page))
     rows = rows_of(study.protocol, "P1", study.entries)
@@ -454,7 +453,7 @@ def test_tables_of_a_study_have_the_same_columns_whatever_came_first(tmp_path):
     likert = {"id": "after", "kind": "questions", "questions": [{"name": "real", "text": "Real?"}]}
     stages = [*json.loads(protocol_text())["stages"], likert]
     stimuli = {"X": {}, "TD": {**TD, "factors": {"place": "toe"}}}
-    study = Study(Protocol.loads(protocol_text(stages=stages, stimuli=stimuli), REGISTRY), "P1")
+    study = Study(Protocol.loads(protocol_text(stages=stages, stimuli=stimuli)), "P1")
     first = study.answer(first_answers(study.page))
     rows = rows_of(study.protocol, "P1", [first])
     walked(study)

@@ -3,7 +3,6 @@
 import json
 
 from underfoot.experiments.protocol import FORMAT, Protocol
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 TD = {"patch": "stimulus-td", "scaled_by": "gain.gain", "measured_m_s2": 6.8, "level_m_s2": 0.43}
@@ -20,11 +19,11 @@ def made_protocol(kind, parameters=None, stimuli=None, **stage):
     """Return a checked protocol of one stage of trials of this method."""
     fields = {"id": "main", "kind": "trials", "method": {"kind": kind, "parameters": parameters or {}}, **stage}
     made = protocol_text(stages=[fields], stimuli=stimuli or {"TD": TD, "X": {}}, present_s=0.3)
-    return Protocol.loads(made, REGISTRY)
+    return Protocol.loads(made)
 
 
 def preset_protocol(name):
-    return Protocol.load(preset_files.protocols()[name], REGISTRY)
+    return Protocol.load(preset_files.protocols()[name])
 
 
 def first_answers(page):

@@ -4,7 +4,6 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QPushButton
 
-from underfoot.nodes import REGISTRY
 from underfoot.widgets.experiment.workspace import ExperimentWorkspace
 
 LEFT, CTRL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
@@ -21,7 +20,7 @@ class Hand:
         self.workspace = self.opened()
 
     def opened(self):
-        workspace = ExperimentWorkspace(REGISTRY, *(self.folder / name for name in ("studies", "protocols", "presets")))
+        workspace = ExperimentWorkspace(*(self.folder / name for name in ("studies", "protocols", "presets")))
         self.open.append(workspace)
         self.qtbot.addWidget(workspace, before_close_func=self.close_down)
         workspace.notified.connect(self.said.append)

@@ -25,7 +25,7 @@ STIMULI = {"TD": TD, "WD": {**TD, "patch": "stimulus-wd"}, "WC": {**TD, "patch":
 
 def test_what_events_start_begins_with_the_presentation():
     """Else a rhythm that somebody starts by stepping on would be heard from its middle."""
-    patch, ends = unheard(Patch.load(preset_files.patches()["tacton-it1"], REGISTRY), REGISTRY)
+    patch, ends = unheard(Patch.load(preset_files.patches()["tacton-it1"], REGISTRY))
     assert [node.id for node in patch.nodes] == ["tile", "hand", "step"]
     assert set(ends) == {"hand.out", "step.onset"}
 
@@ -71,7 +71,7 @@ def test_a_change_of_force_during_a_presentation_is_felt(session, until, tmp_pat
 def test_learning_plays_no_jump_of_the_force(session, until, tmp_path):
     learn = {"id": "learn", "kind": "learn"}
     stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
-    protocol = Protocol.loads(protocol_text(stages=[learn, stage], stimuli=STIMULI, present_s=0.3), REGISTRY)
+    protocol = Protocol.loads(protocol_text(stages=[learn, stage], stimuli=STIMULI, present_s=0.3))
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         person.until_phase(Phase.PAGE)
         person.press(600.0)
@@ -90,7 +90,7 @@ def test_a_stimulus_lasts_for_what_is_played_of_it_while_the_engine_stands_still
     """By another clock it ended unfelt where a busy machine stalled the engine."""
     watch = FloorWatch(ForceReader(session.memory.force), session.target.floor, 48_000.0, session.force_rate_hz)
     protocol, engine = made_protocol("rating"), session.pids["engine"]
-    stimuli = StimulusPatches(protocol, REGISTRY, None)
+    stimuli = StimulusPatches(protocol, None)
     stimulus = TimedStimulus(Apparatus(session, protocol, stimuli, Equipment(), Presenter(session), watch, len))
     os.kill(engine, signal.SIGSTOP)
     until(lambda: Path(f"/proc/{engine}/stat").read_text().rpartition(") ")[2].startswith("T"), "it stands still")

@@ -30,7 +30,6 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
-from underfoot.nodes import REGISTRY
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import SILENT_S
 from underfoot.studies.markers import LslMarkers, SerialTrigger
@@ -97,7 +96,7 @@ def test_a_stimulus_reads_its_sound_files_beside_the_protocol(session, until, tm
     text = protocol_text(stages=[RATED], stimuli=stimuli, present_s=0.3)
     monkeypatch.chdir(tmp_path)
     folder = Path("study")
-    protocol = Protocol.loads(text, REGISTRY, folder=folder)
+    protocol = Protocol.loads(text, folder=folder)
     with taking_part(session, protocol, tmp_path / "a.session", until, folder=folder) as person:
         person.until_phase(Phase.READY)
         person.press(600.0)
@@ -113,7 +112,7 @@ def test_a_stimulus_that_cannot_be_played_is_prepared_again_when_the_study_goes_
     player = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "hum.wav"})
     player.save(tmp_path / "player.json")
     text = protocol_text(stages=[RATED], stimuli={"hum": {"patch": "player.json"}, "X": {}})
-    protocol = Protocol.loads(text, REGISTRY, folder=tmp_path)
+    protocol = Protocol.loads(text, folder=tmp_path)
     with taking_part(session, protocol, tmp_path / "a.session", until, folder=tmp_path) as person:
         for _ in range(2):
             person.until_phase(Phase.STOPPED)
@@ -133,7 +132,7 @@ def test_a_sound_file_that_is_missing_is_told_before_the_first_trial(session, un
     }
     for name in ("ice", "hum"):
         soundfile.write(tmp_path / f"{name}.wav", np.full(480, 0.1), 48_000)
-    protocol = Protocol.loads(protocol_text(stages=[RATED], stimuli=stimuli), REGISTRY, folder=tmp_path)
+    protocol = Protocol.loads(protocol_text(stages=[RATED], stimuli=stimuli), folder=tmp_path)
     with taking_part(session, protocol, tmp_path / "a.session", until, folder=tmp_path) as person:
         assert person.until_phase(Phase.STOPPED, Phase.READY) is Phase.STOPPED
         assert person.runner.messages[-1].endswith("mud.wav cannot be played: there is no such file")
@@ -258,7 +257,7 @@ def test_stop_silences_at_once_and_the_trial_begins_anew(session, until, tmp_pat
 
 def test_who_does_not_agree_stops_the_study_and_that_is_kept(session, until, tmp_path):
     stages = [{"id": "consent", "kind": "consent"}, {"id": "rest", "kind": "pause", "seconds": 3600.0}]
-    protocol = Protocol.loads(protocol_text(stages=stages), REGISTRY)
+    protocol = Protocol.loads(protocol_text(stages=stages))
     path = tmp_path / "a.session"
     with taking_part(session, protocol, path, until) as person:
         runner = person.runner
@@ -343,7 +342,7 @@ def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
         {"id": "learn", "kind": "learn", "seconds": 30.0},
         {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
     ]
-    protocol = Protocol.loads(protocol_text(stages=stages, stimuli={"WC": CONSTANT}, present_s=0.3), REGISTRY)
+    protocol = Protocol.loads(protocol_text(stages=stages, stimuli={"WC": CONSTANT}, present_s=0.3))
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         runner = person.runner
         person.until_phase(Phase.PAGE)

@@ -6,7 +6,6 @@ from made_studies import protocol_text
 from people import taking_part
 
 from underfoot.experiments.protocol import Protocol
-from underfoot.nodes import REGISTRY
 from underfoot.studies.phase import Phase
 
 UNFELT_M_S2 = 0.01
@@ -30,7 +29,7 @@ def test_the_open_patch_and_the_last_stimulus_are_not_felt_on_the_first_page(ses
     session.edit(hiss)
     for stimuli in ({}, {"hiss": {"patch": "hiss.json"}}):
         text = protocol_text(stages=STAGES[: 1 + len(stimuli)], stimuli=stimuli, present_s=60.0)
-        protocol = Protocol.loads(text, REGISTRY, folder=tmp_path)
+        protocol = Protocol.loads(text, folder=tmp_path)
         with taking_part(session, protocol, tmp_path / f"{len(stimuli)}.session", until, folder=tmp_path) as person:
             runner = person.runner
             person.until_phase(Phase.PAGE)

@@ -13,7 +13,6 @@ from windows import dialog_of
 
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
-from underfoot.nodes import REGISTRY
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.experiment.people_dialog import PeopleDialog
 
@@ -74,8 +73,8 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     stages = [{"id": "main", "kind": "trials", "method": method}]
     path.write_text(protocol_text(stages=stages, stimuli={"TD": TD, "X": TD}, title="Mine"))
     session.parent.mkdir(parents=True)
-    file = SessionFile.create(session, Protocol.load(path, REGISTRY), "P1")
-    study = file.study(Protocol.load(path, REGISTRY))
+    file = SessionFile.create(session, Protocol.load(path), "P1")
+    study = file.study(Protocol.load(path))
     while not study.is_done:
         file.add(study.answer(first_answers(study.page)))
     file.close()

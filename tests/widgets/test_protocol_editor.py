@@ -36,7 +36,7 @@ def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_pres
     assert len(made.workspace.study_list.studies) == count + 1
     assert made.workspace.study_list.study.protocol.title == "Gravel or sand?"
     assert made.workspace.study_list.list.currentItem().text() == "Gravel or sand?  (own)"
-    assert Protocol.load(made.workspace.study_list.study.path, REGISTRY) == made.workspace.study_list.study.protocol
+    assert Protocol.load(made.workspace.study_list.study.path) == made.workspace.study_list.study.protocol
     assert len(made.opened().study_list.studies) == count + 1
 
 
@@ -320,7 +320,7 @@ def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
     made.type(made.protocol_editor.rows["study"].controls["present_s"], "0.2")
     made.keep()
     assert made.protocols() == [path.name]
-    assert Protocol.load(path, REGISTRY).present_s == 0.2
+    assert Protocol.load(path).present_s == 0.2
     count = len(made.workspace.study_list.studies)
     made.click(made.workspace.study_list.delete)
     made.answer("Cancel")

@@ -5,7 +5,6 @@ import shutil
 import pytest
 from made_studies import protocol_text
 
-from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.widgets.experiment.studies import SessionFolder, load_study, preset_studies
 
@@ -21,7 +20,7 @@ def study(tmp_path):
         path = tmp_path / folder / "protocol.json"
         path.parent.mkdir(exist_ok=True)
         path.write_text(protocol_text(title=folder))
-        return load_study(path, REGISTRY)
+        return load_study(path)
 
     return made
 
@@ -45,7 +44,7 @@ def test_two_protocols_of_one_name_in_two_folders_have_sessions_of_their_own(ses
 def test_a_protocol_that_was_moved_keeps_its_sessions(sessions, study, tmp_path):
     begin(sessions, study("gravel"), "P01")
     shutil.move(tmp_path / "gravel", tmp_path / "sand")
-    moved = load_study(tmp_path / "sand" / "protocol.json", REGISTRY)
+    moved = load_study(tmp_path / "sand" / "protocol.json")
     assert [path.name for path in sessions.files(moved)] == ["P01.session"]
     begin(sessions, moved, "P02")
     assert sessions.files(study("gravel")) == []  # another study, made later where the first one was
@@ -53,15 +52,15 @@ def test_a_protocol_that_was_moved_keeps_its_sessions(sessions, study, tmp_path)
 
 def test_a_preset_has_its_sessions_wherever_the_program_lies(sessions, study, tmp_path):
     path = preset_files.protocols()["free-labels"]
-    begin(sessions, load_study(path, REGISTRY), "P01")
+    begin(sessions, load_study(path), "P01")
     assert (sessions.root / "free-labels" / "study.txt").read_text() == "free-labels.json"
     copied = tmp_path / path.name
     copied.write_bytes(path.read_bytes())
-    assert sessions.files(load_study(copied, REGISTRY)) == []
+    assert sessions.files(load_study(copied)) == []
 
 
 def test_presets_are_listed_without_their_patches_being_read():
     """These reads and checks would stop the window; the tests of protocols make them."""
     listed = preset_studies()
     assert [study.path for study in listed] != []
-    assert all(load_study(study.path, REGISTRY) == study for study in listed)
+    assert all(load_study(study.path) == study for study in listed)

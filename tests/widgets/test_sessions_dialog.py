@@ -9,7 +9,6 @@ from windows import dialog_of
 
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
-from underfoot.nodes import REGISTRY
 from underfoot.widgets.experiment.sessions_dialog import WHY_FIRST, SessionsDialog
 
 pytest.importorskip("statsmodels")
@@ -20,7 +19,7 @@ def test_a_session_is_left_out_with_a_reason_and_taken_in_again(bench):
     workspace, findings = bench.workspace, bench.workspace.findings
     path, folder = bench.folder / "made.json", workspace.sessions.root / "made"
     path.write_text(protocol_text())
-    protocol = Protocol.load(path, REGISTRY)
+    protocol = Protocol.load(path)
     folder.mkdir(parents=True)
     for person, answers in (("P1", 4), ("P2", 4), ("P3", 3)):
         with closing(SessionFile.create(folder / f"{person}.session", protocol, person)) as file:

@@ -9,7 +9,7 @@ def _make(context: WorkspaceContext, parent: QWidget) -> Workspace:
     from underfoot.widgets.experiment.workspace import ExperimentWorkspace
 
     studies, protocols, presets = (context.folder / name for name in ("studies", "protocols", "presets"))
-    return ExperimentWorkspace(context.registry, studies, protocols, presets, parent)
+    return ExperimentWorkspace(studies, protocols, presets, parent)
 
 
 WORKSPACE = WorkspaceDeclaration(

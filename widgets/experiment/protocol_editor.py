@@ -27,7 +27,6 @@ from underfoot.experiments.draft_edits import DraftEdit
 from underfoot.experiments.languages import names_of_languages
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
-from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.key_names import with_native_keys
@@ -62,10 +61,10 @@ class ProtocolEditor(QWidget):
     """The editor was left; carries whether anything was saved since it was opened."""
     notified = Signal(str)
 
-    def __init__(self, registry: Registry, own: Path, own_patches: Path, sessions: SessionFolder) -> None:
+    def __init__(self, own: Path, own_patches: Path, sessions: SessionFolder) -> None:
         """Create the editor; `own` is the folder of the user's protocols, `own_patches` that of the user's presets."""
         super().__init__()
-        self._registry, self._own, self._own_patches, self._sessions = registry, own, own_patches, sessions
+        self._own, self._own_patches, self._sessions = own, own_patches, sessions
         self.draft: Draft | None = None
         self.ask_to_run: AskToRun = ask_nothing
         self._path: Path | None = None
@@ -100,11 +99,11 @@ class ProtocolEditor(QWidget):
 
     def make_new(self) -> None:
         """Open the editor with a new protocol of two trials."""
-        self._edit(Draft.new(self._registry, self._own))
+        self._edit(Draft.new(self._own))
 
     def make_copy(self, study: StudyFile) -> None:
         """Open the editor with a copy of a study; show errors."""
-        draft = Draft.of(study.protocol, self._registry, self._own)
+        draft = Draft.of(study.protocol, self._own)
         draft.raw["title"] = f"{study.title}, my own"
         try:
             draft.take_patches(study.folder)
@@ -121,7 +120,7 @@ class ProtocolEditor(QWidget):
             note = (
                 f"{begun}: they stay, and go on as they were begun, but are analysed here only while it is unchanged."
             )
-            self._edit(Draft.of(study.protocol, self._registry, self._own), study.path, note if count else "")
+            self._edit(Draft.of(study.protocol, self._own), study.path, note if count else "")
 
     def restore_unsaved(self) -> None:
         """Open the editor with the draft that a window left unsaved when it was closed or crashed; show errors."""
@@ -130,7 +129,7 @@ class ProtocolEditor(QWidget):
             if not text:
                 return
             found = json.loads(text)
-            draft = Draft(found["protocol"], self._registry, self._own)
+            draft = Draft(found["protocol"], self._own)
             path = Path(found["path"]) if found["path"] else None
             self._edit(draft, path, "Not saved when the window closed.")
             self.history.restore(found.get("history"))

@@ -94,7 +94,7 @@ class RunningStudy(QObject):
                     other = f"{path} is the session of {file.participant}, not of {participant}"
                     raise BadFile(f"{other}; rename the file, or type another id")
                 file.hold()  # before equipment is opened, which another window may use with this session
-                protocol, folder = file.as_begun(session.registry, study.folder)
+                protocol, folder = file.as_begun(study.folder)
                 run = partial(Runner, session, file, protocol, folder)
                 self._waiting = _Waiting(controller, study, run, unless_begun.pop_all())
         except UnderfootError as error:

@@ -157,15 +157,15 @@ class StimulusPage(ItemList):
         if self.background.is_busy:
             self.background.stop()
             return
-        stimulus, registry = self._stimuli[name], self.draft.registry
+        stimulus = self._stimuli[name]
         try:
             plain = msgspec.convert({"patch": stimulus["patch"], "settings": stimulus.get("settings", {})}, Stimulus)
-            patch = plain.at(0.0, registry, self.draft.folder)
+            patch = plain.at(0.0, self.draft.folder)
         except (UnderfootError, msgspec.ValidationError) as error:
             self.notified.emit(str(error))
             return
         self._measured = name
-        self.background.compute(lambda task: [measured_peak_m_s2(patch, registry, task.is_stopped)])
+        self.background.compute(lambda task: [measured_peak_m_s2(patch, task.is_stopped)])
         self._show_measuring()
 
     def _show_measured(self, found: list[float]) -> None:
@@ -249,7 +249,7 @@ class StimulusForm(QWidget):
         if not name:
             return {}
         try:
-            return parameters_of(name, self._draft.registry, self._draft.folder)
+            return parameters_of(name, self._draft.folder)
         except UnderfootError:
             return {}
 
@@ -293,7 +293,7 @@ class StimulusForm(QWidget):
     def _add_setting(self, name: str) -> None:
         if name:
             node, _, parameter = name.partition(".")
-            patch = Patch.load(patch_path(self._stimulus["patch"], self._draft.folder), self._draft.registry)
+            patch = Patch.load(patch_path(self._stimulus["patch"], self._draft.folder))
             default = self._parameters[name].default
             self._stimulus["settings"][name] = patch.node(node).parameters.get(parameter, default)
             self._rebuild()
@@ -319,7 +319,7 @@ class StimulusForm(QWidget):
     def set_patch_file(self, path: Path) -> None:
         """Use the patch in a file, which is copied to the protocol's folder."""
         try:
-            Patch.load(path, self._draft.registry)
+            Patch.load(path)
             self._present(self._draft.take_patch(path))
         except UnderfootError as error:
             self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"]))

@@ -13,7 +13,6 @@ from underfoot.experiments.study import is_over
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
-from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile
 
 STUDY = "study.txt"
@@ -123,9 +122,9 @@ def _is_of_another(folder: Path, study: StudyFile) -> bool:
     return origin != _origin(study) and (not Path(origin).is_absolute() or Path(origin).is_file())
 
 
-def load_study(path: Path, registry: Registry, *, is_own: bool = False) -> StudyFile:
+def load_study(path: Path, *, is_own: bool = False) -> StudyFile:
     """Return the study in a protocol file; raise `BadFile` if it is not a protocol."""
-    return StudyFile(path.stem, path, Protocol.load(path, registry), is_own)
+    return StudyFile(path.stem, path, Protocol.load(path), is_own)
 
 
 def preset_studies() -> list[StudyFile]:
@@ -138,12 +137,12 @@ def preset_studies() -> list[StudyFile]:
     return sorted(found, key=lambda one: one.title)
 
 
-def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list[str]]:
+def own_studies(folder: Path) -> tuple[list[StudyFile], list[str]]:
     """Return the user's studies in a folder, and an error line for each file that cannot be read."""
     found, wrong = [], []
     for path in sorted(folder.glob("*.json")):
         try:
-            found.append(load_study(path, registry, is_own=True))
+            found.append(load_study(path, is_own=True))
         except UnderfootError as error:
             wrong.append(str(error))
     return found, wrong

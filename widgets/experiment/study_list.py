@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QGridLayout, QListWidget, QPushButton, QVBoxLayout
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import node_files_of
-from underfoot.patch.node import Registry
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import ask_file
@@ -38,13 +37,13 @@ class StudyList(QWidget):
     edit_requested = Signal()
     notified = Signal(str)
 
-    def __init__(self, registry: Registry, own: Path, sessions: SessionFolder) -> None:
+    def __init__(self, own: Path, sessions: SessionFolder) -> None:
         super().__init__()
         theme.fill(self, "panel")
         self.setFixedWidth(LIST_PX)
-        self._registry, self._own, self._sessions = registry, own, sessions
+        self._own, self._sessions = own, sessions
         self._nodes: OwnNodes | None = None
-        own_ones, self._load_errors = own_studies(own, registry)
+        own_ones, self._load_errors = own_studies(own)
         self.studies = [*preset_studies(), *own_ones]
         self.study = self.studies[0]
         """The selected study."""
@@ -95,7 +94,7 @@ class StudyList(QWidget):
 
     def _load_own_studies(self) -> None:
         known = [study.path for study in self.studies]
-        fresh = [study for study in own_studies(self._own, self._registry)[0] if study.path not in known]
+        fresh = [study for study in own_studies(self._own)[0] if study.path not in known]
         if fresh:
             self.studies += fresh
             self._show(self.studies.index(self.study))
@@ -121,7 +120,7 @@ class StudyList(QWidget):
         index = known.index(path.resolve()) if path.resolve() in known else len(known)
         is_own = is_own or (index < len(known) and self.studies[index].is_own)
         try:
-            self.studies[index : index + 1] = [load_study(path, self._registry, is_own=is_own)]
+            self.studies[index : index + 1] = [load_study(path, is_own=is_own)]
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
@@ -134,7 +133,7 @@ class StudyList(QWidget):
         """
         study = self.study
         if study.path.exists():
-            fresh = load_study(study.path, self._registry, is_own=study.is_own)
+            fresh = load_study(study.path, is_own=study.is_own)
             if fresh != study:
                 self.add(study.path)
 

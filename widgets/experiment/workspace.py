@@ -6,7 +6,6 @@ from pathlib import Path
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scrolling_pages
@@ -42,17 +41,15 @@ class ExperimentWorkspace(Workspace):
 
     shortcuts = SHORTCUTS
 
-    def __init__(
-        self, registry: Registry, root: Path, own: Path, own_patches: Path, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, root: Path, own: Path, own_patches: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         theme.fill(self, "ground")
         self._controller: SessionController | None = None
         self.sessions = SessionFolder(root)
-        self.make(self._parts(registry, own, own_patches))
+        self.make(self._parts(own, own_patches))
 
-    def _parts(self, registry: Registry, own: Path, own_patches: Path) -> Iterator[None]:
-        self.study_list = StudyList(registry, own, self.sessions)
+    def _parts(self, own: Path, own_patches: Path) -> Iterator[None]:
+        self.study_list = StudyList(own, self.sessions)
         yield
         self.start = SessionStart(self.study_list.study, self.sessions, self.study_list.read_again)
         self.findings = StudyFindings(self.study_list.study, self.sessions, self)
@@ -60,7 +57,7 @@ class ExperimentWorkspace(Workspace):
         yield
         self.experimenter = ExperimenterView()
         self.running = RunningStudy(self.experimenter)
-        self.protocol_editor = ProtocolEditor(registry, own, own_patches, self.sessions)
+        self.protocol_editor = ProtocolEditor(own, own_patches, self.sessions)
         yield
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         self.stack = QStackedWidget()

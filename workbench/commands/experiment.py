@@ -109,14 +109,13 @@ def _print_plan(options: ExperimentOptions, protocol: "Protocol", participant: s
 
 def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
     """Print each stimulus's peak as the protocol has it, and as it is under the simulated footstep."""
-    from underfoot.nodes import REGISTRY
     from underfoot.studies.levels import measured_peak_m_s2
 
     found = {}
     played = {name: stimulus for name, stimulus in protocol.stimuli.items() if stimulus.patch}
     with interrupted_by_signals(), report_compiling():
         for name, stimulus in played.items():
-            measured = measured_peak_m_s2(stimulus.at(0.0, REGISTRY, folder), REGISTRY)
+            measured = measured_peak_m_s2(stimulus.at(0.0, folder))
             found[name] = {"level_m_s2": stimulus.level_m_s2, "measured_m_s2": float(f"{measured:.4g}")}
             if len(played) > 1:
                 tell(f"{len(found)} of {len(played)}: {name}")

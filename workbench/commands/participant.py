@@ -98,7 +98,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
         opened.callback(file.close)
         file.hold()  # before equipment is opened, which another window may use with this session
         beside = beside or file.folder
-        protocol, folder = file.as_begun(REGISTRY, beside)
+        protocol, folder = file.as_begun(beside)
         session = Session(target, Patch(title="study"), REGISTRY, beside)
         opened.callback(session.close)
         equipment = _equipment(options, protocol, session)

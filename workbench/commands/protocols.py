@@ -16,7 +16,6 @@ def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protoc
     With a table `conditions`, the protocol presents these.
     """
     from underfoot.experiments.protocol import Protocol
-    from underfoot.nodes import REGISTRY
     from underfoot.patch import preset_files
 
     presets = preset_files.protocols()
@@ -25,9 +24,9 @@ def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protoc
         if names_file(named):
             raise BadFile(f"{named} cannot be read: {no_file(path)}")
         raise BadFile(f"there is no protocol {named!r}; allowed: a file, or {', '.join(presets)}")
-    protocol = Protocol.load(path, REGISTRY)
+    protocol = Protocol.load(path)
     if conditions is None:
         return protocol, path.parent
     from underfoot.experiments.conditions import with_conditions
 
-    return with_conditions(protocol, path.parent, conditions, REGISTRY)
+    return with_conditions(protocol, path.parent, conditions)

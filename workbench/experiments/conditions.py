@@ -24,7 +24,6 @@ from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, s
 from underfoot.experiments.trial_files import cells_of, value_of
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
-from underfoot.patch.node import Registry
 
 _FIELDS = ("patch", "scaled_by", "measured_m_s2", "level_m_s2", "stiffness_n_mm", "correct")
 _WORDS = ("patch", "scaled_by", "correct")
@@ -32,19 +31,19 @@ _PSYCHOPY_CORRECT = "corrAns"
 _COLUMNS = ("stimulus", "like", *_FIELDS)
 
 
-def with_conditions(protocol: Protocol, folder: Path, path: Path, registry: Registry) -> tuple[Protocol, Path]:
+def with_conditions(protocol: Protocol, folder: Path, path: Path) -> tuple[Protocol, Path]:
     """Return the protocol with the stimuli of a table instead of those that its methods list, and their folder.
 
     Patches are presets, or files: the table's own lie beside it, the protocol's in `folder`. Raises `BadFile` with the
     line of a mistake.
     """
     presets, there = preset_files.patches(), path.parent
-    draft = Draft.of(protocol, registry, there)
+    draft = Draft.of(protocol, there)
     has_files = is_own(protocol.language) or any(
         one.patch and one.patch not in presets for one in protocol.stimuli.values()
     )
     if has_files and folder.resolve() != there.resolve():
-        draft = _Above(draft.raw, registry, Path(os.path.commonpath((folder.resolve(), there.resolve()))))
+        draft = _Above(draft.raw, Path(os.path.commonpath((folder.resolve(), there.resolve()))))
         draft.take_patches(folder)
     draft.take_conditions(read_conditions(path, draft))
     return draft.checked(), draft.folder
@@ -86,7 +85,7 @@ def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
             if not IDENTIFIER.fullmatch(name) or name in found:
                 raise BadValue(f"stimulus is {name!r}; allowed: letters, digits, - and _, each name once")
             found[name] = _stimulus(name, cells, draft, path.parent)
-            msgspec.convert(found[name], Stimulus).check(name, draft.registry, draft.folder, limit_m_s2)
+            msgspec.convert(found[name], Stimulus).check(name, draft.folder, limit_m_s2)
         except msgspec.ValidationError as error:
             raise BadFile(f"{path}, line {number}: {placed(error, found[name]).removeprefix('$.')}") from None
         except (BadValue, BadFile) as error:
@@ -125,7 +124,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
         return made
     if "patch" in given and given["patch"] not in preset_files.patches() and folder != draft.folder:
         made["patch"] = draft.take_patch(patch_path(given["patch"], folder))
-    parameters = parameters_of(made["patch"], draft.registry, draft.folder)
+    parameters = parameters_of(made["patch"], draft.folder)
     if folder != draft.folder:
         made["settings"] |= settings_kept(settings, parameters, folder)
     made["scaled_by"] = made.get("scaled_by") or usually_scaled(parameters)

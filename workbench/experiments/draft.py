@@ -18,7 +18,7 @@ from underfoot.parameters import Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.custom_nodes import copy_needed
 from underfoot.patch.file_paths import text_with_files_kept
-from underfoot.patch.node import Registry
+from underfoot.patch.node import installed_nodes
 from underfoot.patch.patch import Patch
 
 PATCHES = "patches"
@@ -47,8 +47,7 @@ _NEW: Mapping[str, Any] = {
 class Draft:
     """A protocol as plain JSON values in `raw`, which editors change in place; its files are in `folder`.
 
-    >>> from underfoot.nodes import REGISTRY
-    >>> draft = Draft.new(REGISTRY, Path("."))
+    >>> draft = Draft.new(Path("."))
     >>> draft.first_mistake()
     ''
     >>> draft.raw["present_s"] = "long"
@@ -56,22 +55,22 @@ class Draft:
     "$.present_s is 'long'; allowed: a number"
     """
 
-    def __init__(self, raw: dict[str, Any], registry: Registry, folder: Path) -> None:
-        self.raw, self.registry, self.folder = raw, registry, folder
+    def __init__(self, raw: dict[str, Any], folder: Path) -> None:
+        self.raw, self.folder = raw, folder
 
     @staticmethod
-    def new(registry: Registry, folder: Path) -> "Draft":
+    def new(folder: Path) -> "Draft":
         """Return a new draft with a minimal protocol of two trials."""
-        return Draft.of(msgspec.convert(_NEW, Protocol), registry, folder)
+        return Draft.of(msgspec.convert(_NEW, Protocol), folder)
 
     @staticmethod
-    def of(protocol: Protocol, registry: Registry, folder: Path) -> "Draft":
+    def of(protocol: Protocol, folder: Path) -> "Draft":
         """Return a draft of an existing protocol; `take_patch` copies the patches beside it."""
-        return Draft(json.loads(msgspec.json.encode(protocol)), registry, folder)
+        return Draft(json.loads(msgspec.json.encode(protocol)), folder)
 
     def checked(self) -> Protocol:
         """Return the protocol; raise `BadFile` for the first mistake, as when a file is read."""
-        return Protocol.loads(json.dumps(self.raw), self.registry, "protocol", self.folder)
+        return Protocol.loads(json.dumps(self.raw), "protocol", self.folder)
 
     def first_mistake(self) -> str:
         """Return the first mistake in one line; "" for none."""
@@ -95,7 +94,7 @@ class Draft:
         identical copy exists, it is used; a different file of that name is kept, and the copy gets another name.
         """
         folder = (self.folder / PATCHES).absolute()
-        data = text_with_files_kept(read_file(path), str(path), self.registry, path.absolute().parent, folder)
+        data = text_with_files_kept(read_file(path), str(path), installed_nodes(), path.absolute().parent, folder)
         name = self._name_for(data, path, PATCHES)
         there = self.folder / name
         make_folder(there.parent)
@@ -131,7 +130,7 @@ class Draft:
         for stimulus in self.raw["stimuli"].values():
             name = stimulus.get("patch", "")
             if name and stimulus.get("settings"):
-                parameters = parameters_of(name, self.registry, folder)
+                parameters = parameters_of(name, folder)
                 stimulus["settings"] = settings_kept(stimulus["settings"], parameters, folder)
             if name and name not in presets:
                 stimulus["patch"] = self.take_patch(folder / name)

@@ -22,9 +22,8 @@ def plan_of(protocol: Protocol, participant: str) -> list[dict[str, Any]]:
     A stage whose trials depend on the answers has one row, which says so. Levels are those of the protocol; a
     participant who has set a level gets lower ones.
 
-    >>> from underfoot.nodes import REGISTRY
     >>> from underfoot.patch import preset_files
-    >>> protocol = Protocol.load(preset_files.protocols()["identification-impact"], REGISTRY)
+    >>> protocol = Protocol.load(preset_files.protocols()["identification-impact"])
     >>> len(plan_of(protocol, "P01"))
     96
     """

@@ -24,7 +24,6 @@ from underfoot.experiments.stimuli import Level, Stimulus, parameters_of, patch_
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER, Number, require_identifier
 from underfoot.patch.custom_nodes import files_needed
-from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
 from underfoot.patch.patch import Patch
 
@@ -237,7 +236,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     # --- checks ---
 
-    def check(self, registry: Registry, folder: Path | None = None) -> "Protocol":
+    def check(self, folder: Path | None = None) -> "Protocol":
         """Return this protocol if it can be run; else raise `BadValue` with the place, the value, and what is allowed.
 
         Patches and languages are presets, or files in `folder`.
@@ -250,7 +249,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             raise BadValue(f"language: {error}") from None
         for name, stimulus in self.stimuli.items():
             require(bool(IDENTIFIER.fullmatch(name)), "stimuli", name, "names of letters, digits, - and _")
-            stimulus.check(f"stimuli.{name}", registry, folder, self.limit_m_s2)
+            stimulus.check(f"stimuli.{name}", folder, self.limit_m_s2)
         _check_questions("participant", self.participant)
         require(bool(self.stages), "stages", [], "at least one")
         seen: set[str] = set()
@@ -263,7 +262,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             seen.add(stage.id)
         for i, stage in enumerate(self.stages):
             self._check_stage(f"stages[{i}]", stage, seen)
-            self._check_settings(f"stages[{i}].method.parameters.parameter", stage, registry, folder)
+            self._check_settings(f"stages[{i}].method.parameters.parameter", stage, folder)
         left_out = seen - {stage.id for stage in self.order()}
         if left_out:
             first = min(left_out)
@@ -318,17 +317,17 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if stage.foot is not None:
             stage.foot.check(f"{place}.foot", rule.questions_for(given))
 
-    def _check_settings(self, place: str, stage: Stage, registry: Registry, folder: Path | None) -> None:
+    def _check_settings(self, place: str, stage: Stage, folder: Path | None) -> None:
         """Raise `BadValue` for numbers of patches that a method cannot move, or not so far."""
         use = stage.method
         for name, parameter, value in use.rule.settings_reached(use.given(self.stimuli)) if use is not None else ():
             stimulus = self.stimuli[name]
-            known = parameters_of(stimulus.patch, registry, folder) if stimulus.patch else {}
+            known = parameters_of(stimulus.patch, folder) if stimulus.patch else {}
             numbers = [of for of, one in known.items() if isinstance(one, Number) and of != stimulus.scaled_by]
             require(parameter in numbers, place, parameter, f"numbers of {name}: {', '.join(numbers) or 'none'}")
             moved = msgspec.structs.replace(stimulus, settings={**stimulus.settings, parameter: value})
             try:
-                moved.check(f"stimuli.{name}", registry, folder, self.limit_m_s2)
+                moved.check(f"stimuli.{name}", folder, self.limit_m_s2)
             except BadValue as error:
                 raise BadValue(f"{place}: {error}") from None
 
@@ -377,12 +376,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @staticmethod
     def loads(
-        text: bytes | str,
-        registry: Registry,
-        source: str = "protocol",
-        folder: Path | None = None,
-        *,
-        of_session: bool = False,
+        text: bytes | str, source: str = "protocol", folder: Path | None = None, *, of_session: bool = False
     ) -> "Protocol":
         """Return the protocol in `text`; that `of_session` was measured, and is read also if its answers say little.
 
@@ -391,7 +385,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             _check_types_of_stimuli(raw, source)
-            found = msgspec.convert(raw, Protocol).check(registry, folder)
+            found = msgspec.convert(raw, Protocol).check(folder)
             if not of_session:
                 found._require_meaning()
             return found
@@ -404,9 +398,9 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             return msgspec.convert(raw, Protocol)
 
     @staticmethod
-    def load(path: str | Path, registry: Registry) -> "Protocol":
+    def load(path: str | Path) -> "Protocol":
         """Return the protocol in a file; its patches are presets, or files beside it."""
-        return Protocol.loads(read_file(path), registry, str(path), Path(path).parent)
+        return Protocol.loads(read_file(path), str(path), Path(path).parent)
 
     def save(self, path: str | Path) -> None:
         """Write the protocol beside `path` and move it into place."""

@@ -20,7 +20,6 @@ from underfoot.experiments.observers import SimulatedParticipant
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import Row, counted, grouped, rows_of
-from underfoot.nodes import REGISTRY
 
 MOST_PEOPLE = 1_000_000
 SHARES = (0.25, 0.5, 1.0)
@@ -66,7 +65,7 @@ def simulate(job: Job) -> list[EstimateRow]:
 
     Where several stages have estimates, these have the stage in their names.
     """
-    protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
+    protocol = Protocol.loads(job.protocol, folder=Path(job.folder))
     settings, found = job.settings, list[EstimateRow]()
     several = sum(stage.method is not None and not stage.practice for stage in protocol.stages) > 1
     for person in range(job.first, job.end):

@@ -15,7 +15,7 @@ from underfoot.files import make_folder, read_large_file, write_file
 from underfoot.parameters import FilePath, Number, Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
-from underfoot.patch.node import Registry
+from underfoot.patch.node import installed_nodes
 from underfoot.patch.patch import Patch
 
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
@@ -63,26 +63,26 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             return self.level_m_s2 or self.measured_m_s2 or None
         return self.level_m_s2 * 10.0 ** (gain_db / 20.0)
 
-    def at(self, gain_db: float, registry: Registry, folder: Path | None = None) -> Patch:
+    def at(self, gain_db: float, folder: Path | None = None) -> Patch:
         """Return the patch with its settings, at `gain_db` re its level; an empty patch for no vibration."""
         if not self.patch:
             return Patch(title="nothing")
-        patch = _loaded(self.patch, registry, folder)
+        patch = _loaded(self.patch, folder)
         for name, value in self.settings.items():
             node, _, parameter = name.partition(".")
-            patch = patch.set(node, parameter, value, registry)
+            patch = patch.set(node, parameter, value)
         if folder is not None:  # files in settings
-            patch = with_files_kept(patch, registry, folder.absolute(), None)
+            patch = with_files_kept(patch, installed_nodes(), folder.absolute(), None)
         factor = 10.0 ** (gain_db / 20.0)
         if self.scaled_by and self.measured_m_s2 > 0.0:
             factor *= self.level_m_s2 / self.measured_m_s2
         if not self.scaled_by or factor == 1.0:
             return patch
         node, _, parameter = self.scaled_by.partition(".")
-        now = patch.node(node).parameters.get(parameter, registry[patch.node(node).type].parameters[parameter].default)
-        return patch.set(node, parameter, now * factor, registry)
+        now = patch.node(node).parameters.get(parameter, _declared(patch)[self.scaled_by].default)
+        return patch.set(node, parameter, now * factor)
 
-    def check(self, place: str, registry: Registry, folder: Path | None, limit_m_s2: float) -> None:
+    def check(self, place: str, folder: Path | None, limit_m_s2: float) -> None:
         """Raise `BadValue` if the patch is missing, or a setting or level is invalid. `place` begins the message."""
         for name, value in self.factors.items():
             good = not isinstance(value, float) or math.isfinite(value)
@@ -92,30 +92,23 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             require(plain, f"{place}.patch", "", "a patch, for a stimulus with settings or a level")
             return
         try:
-            patch = _loaded(self.patch, registry, folder)
+            patch = _loaded(self.patch, folder)
         except (BadFile, BadValue) as error:
             raise BadValue(f"{place}.patch: {error}") from None
+        known = _declared(patch)
         for name in (*self.settings, *([self.scaled_by] if self.scaled_by else [])):
-            _require_parameter(place, name, patch, registry)
+            allowed = f"parameters of the patch: {', '.join(known) or 'none'}"
+            require(name in known, f"{place}.settings", name, allowed)
         if self.scaled_by:
-            node, _, parameter = self.scaled_by.partition(".")
-            is_number = isinstance(registry[patch.node(node).type].parameters[parameter], Number)
+            is_number = isinstance(known[self.scaled_by], Number)
             require(is_number, f"{place}.scaled_by", self.scaled_by, "a number of the patch")
             require(self.measured_m_s2 > 0.0, f"{place}.measured_m_s2", self.measured_m_s2, "above 0, with scaled_by")
         within = self.level_m_s2 <= limit_m_s2
         require(within, f"{place}.level_m_s2", self.level_m_s2, f"up to limit_m_s2, {limit_m_s2:g}")
         try:
-            self.at(0.0, registry, folder)
+            self.at(0.0, folder)
         except BadValue as error:
             raise BadValue(f"{place}.settings: {str(error).replace('.parameters.', '.', 1)}") from None
-
-
-def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) -> None:
-    node, _, parameter = name.partition(".")
-    types = {node.id: registry[node.type] for node in patch.nodes}
-    known = ", ".join(f"{id}.{p}" for id, type in types.items() for p in type.parameters)
-    good = node in types and parameter in types[node].parameters
-    require(good, f"{place}.settings", name, f"parameters of the patch: {known or 'none'}")
 
 
 def usually_scaled(parameters: Container[str]) -> str:
@@ -127,10 +120,14 @@ def usually_scaled(parameters: Container[str]) -> str:
     return next((one for one in _USUALLY_SCALED if one in parameters), "")
 
 
-def parameters_of(name: str, registry: Registry, folder: Path | None) -> dict[str, Parameter]:
+def parameters_of(name: str, folder: Path | None) -> dict[str, Parameter]:
     """Return the parameters of a patch by "node.parameter". `name` is a preset's, or a file's in `folder`."""
-    patch = _loaded(name, registry, folder)
-    return {f"{node.id}.{p}": one for node in patch.nodes for p, one in registry[node.type].parameters.items()}
+    return _declared(_loaded(name, folder))
+
+
+def _declared(patch: Patch) -> dict[str, Parameter]:
+    types = installed_nodes()
+    return {f"{node.id}.{p}": one for node in patch.nodes for p, one in types[node.type].parameters.items()}
 
 
 def settings_kept(settings: Mapping[str, Any], parameters: Mapping[str, Parameter], folder: Path) -> dict[str, Any]:
@@ -141,10 +138,10 @@ def settings_kept(settings: Mapping[str, Any], parameters: Mapping[str, Paramete
     }
 
 
-def copy_files_of_settings(stimuli: Mapping[str, Stimulus], registry: Registry, before: Path, after: Path) -> None:
+def copy_files_of_settings(stimuli: Mapping[str, Stimulus], before: Path, after: Path) -> None:
     """Copy the sound files that settings name from one folder to another, as far as they are there."""
     for stimulus in stimuli.values():
-        parameters = parameters_of(stimulus.patch, registry, after) if stimulus.patch and stimulus.settings else {}
+        parameters = parameters_of(stimulus.patch, after) if stimulus.patch and stimulus.settings else {}
         for name, path in settings_kept(stimulus.settings, parameters, before).items():
             if path != stimulus.settings[name] and Path(path).is_file():
                 copy = Path(os.path.normpath(after / stimulus.settings[name]))
@@ -178,26 +175,13 @@ def path_beside(name: str, folder: Path, what: str = "patch") -> Path:
     return folder / name
 
 
-def _loaded(name: str, registry: Registry, folder: Path | None) -> Patch:
+def _loaded(name: str, folder: Path | None) -> Patch:
     """Return the patch of a preset's name or of a file in `folder`; a file is read again only after a change."""
     path = patch_path(name, folder)
-    return _read(path, path.stat().st_mtime_ns, _Registry(registry))
-
-
-class _Registry:
-    """A registry as part of a cache key."""
-
-    def __init__(self, registry: Registry) -> None:
-        self.registry = registry
-
-    def __hash__(self) -> int:
-        return id(self.registry)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Registry) and self.registry is other.registry
+    return _read(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=256)
-def _read(path: Path, changed: int, registry: _Registry) -> Patch:
-    patch = Patch.load(path, registry.registry)
-    return with_files_kept(patch, registry.registry, path.absolute().parent, None)  # a session has another folder
+def _read(path: Path, changed: int) -> Patch:
+    folder = path.absolute().parent
+    return with_files_kept(Patch.load(path), installed_nodes(), folder, None)  # a session has another folder

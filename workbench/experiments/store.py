@@ -31,7 +31,7 @@ from underfoot.experiments.study import Entry, Study, method_of, require_id
 from underfoot.files import make_folder, no_file, uri_of, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
-from underfoot.patch.node import Registry
+from underfoot.patch.node import installed_nodes
 from underfoot.sqlite_files import created, is_gone, numbers_of, opened, require_whole, version_of
 from underfoot.version import __version__
 
@@ -222,7 +222,7 @@ class SessionFile:
         """Return whether the session was begun with this protocol, and with the patches that are in `folder`."""
         return self._has_text_of(protocol) and self._has_patches_of(folder)
 
-    def as_begun(self, registry: Registry, beside: Path | None = None) -> tuple[Protocol, Path | None]:
+    def as_begun(self, beside: Path | None = None) -> tuple[Protocol, Path | None]:
         """Return the protocol that the session was begun with, and the folder of its patches.
 
         The folder is `beside`, by default the one where the session was begun, if its patches are unchanged. Otherwise
@@ -240,12 +240,12 @@ class SessionFile:
                 path = path_beside(name, folder)
                 make_folder(path.parent)
                 there = path_beside(name, beside).absolute().parent  # its sound files are still there
-                moved = body if name == language else text_with_files_kept(body, name, registry, there, None)
+                moved = body if name == language else text_with_files_kept(body, name, installed_nodes(), there, None)
                 write_file(path, moved)
         source = f"{self.path}, protocol"
-        protocol = Protocol.loads(self.about["protocol"], registry, source, folder, of_session=True)
+        protocol = Protocol.loads(self.about["protocol"], source, folder, of_session=True)
         if folder != beside:
-            copy_files_of_settings(protocol.stimuli, registry, beside, folder)
+            copy_files_of_settings(protocol.stimuli, beside, folder)
         return protocol, folder
 
     def study(self, protocol: Protocol) -> Study:

@@ -50,7 +50,7 @@ class TimedStimulus:
 
     def prepare(self, patch: Patch) -> None:
         """Run a stimulus unheard, so that it can begin at once."""
-        self._apparatus.presenter.request(*unheard(patch, self._apparatus.session.registry))
+        self._apparatus.presenter.request(*unheard(patch))
 
     def begin(self, patch: Patch) -> None:
         """Request the patch of a stimulus; its time begins when it plays."""

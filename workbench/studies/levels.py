@@ -12,7 +12,7 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
 from underfoot.errors import BadMeasurement
 from underfoot.models.sole import windowed_peak
-from underfoot.patch.node import Registry
+from underfoot.patch.node import installed_nodes
 from underfoot.patch.patch import Patch
 
 _DRAWS = 25
@@ -23,7 +23,7 @@ _QUIET_DB = -20.0
 """Level at which a patch is measured that is limited at its own level; the result is scaled back."""
 
 
-def measured_peak_m_s2(patch: Patch, registry: Registry, is_stopped: Callable[[], bool] = lambda: False) -> float:
+def measured_peak_m_s2(patch: Patch, is_stopped: Callable[[], bool] = lambda: False) -> float:
     """Return the peak acceleration on the simulated plate under an adult's step, as the median over draws, in m/s^2.
 
     The first draw uses the patch's own seed, the others the following seeds. Raises `BadMeasurement` for silence, and
@@ -33,19 +33,19 @@ def measured_peak_m_s2(patch: Patch, registry: Registry, is_stopped: Callable[[]
     for seed in range(patch.seed, patch.seed + _DRAWS):
         if is_stopped():
             raise BadMeasurement("the measurement of the level was stopped")
-        peaks.append(_peak_m_s2(msgspec.structs.replace(patch, seed=seed), registry))
+        peaks.append(_peak_m_s2(msgspec.structs.replace(patch, seed=seed)))
     found = float(np.median(peaks))
     if found == 0.0:
         raise BadMeasurement("the patch is silent under a footstep; its level cannot be measured")
     return found
 
 
-def _peak_m_s2(patch: Patch, registry: Registry, level_db: float = 0.0) -> float:
+def _peak_m_s2(patch: Patch, level_db: float = 0.0) -> float:
     force_n, source = one_step("t1", SECONDS, RATE_HZ)
-    loop = Loop(patch, registry, source, LoopOptions(block=1024, plates=("accelerometer",)))
+    loop = Loop(patch, installed_nodes(), source, LoopOptions(block=1024, plates=("accelerometer",)))
     for command in (Level(level_db), Play(True)):
         loop.send(command, 0)
     played = loop.play_all(len(force_n))
     if level_db > _QUIET_DB and headroom_db(float(np.abs(played[""]).max(initial=0.0))) < 0.1:
-        return _peak_m_s2(patch, registry, _QUIET_DB)
+        return _peak_m_s2(patch, _QUIET_DB)
     return windowed_peak(played["accelerometer"][:, 0], RATE_HZ) / 10.0 ** (level_db / 20.0)

@@ -67,7 +67,7 @@ class Runner:
         self.watch = FloorWatch(
             ForceReader(session.memory.force), target.floor, float(target.rate), session.force_rate_hz
         )
-        self._stimuli = StimulusPatches(protocol, session.registry, folder)
+        self._stimuli = StimulusPatches(protocol, folder)
         self._apparatus = Apparatus(
             session, protocol, self._stimuli, self._equipment, self.presenter, self.watch, file.begin_packing
         )

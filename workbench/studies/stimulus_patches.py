@@ -9,7 +9,7 @@ from underfoot.experiments.questions import Adjusted
 from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.file_paths import files_of
-from underfoot.patch.node import Registry
+from underfoot.patch.node import installed_nodes
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream, node_id, port_name
 from underfoot.studies.presenter import IDLE
@@ -20,7 +20,6 @@ class StimulusPatches:
     """The patches of a protocol's stimuli; patch files are in `folder`."""
 
     protocol: Protocol
-    registry: Registry
     folder: Path | None
 
     def presented(self, presentation: Presentation, gain_db: float) -> Patch:
@@ -35,32 +34,33 @@ class StimulusPatches:
 
     def at(self, stimulus: str, gain_db: float) -> Patch:
         """Return the patch of a stimulus at `gain_db` re the protocol's level."""
-        return self.protocol.stimuli[stimulus].at(gain_db, self.registry, self.folder)
+        return self.protocol.stimuli[stimulus].at(gain_db, self.folder)
 
     def adjusted(self, stimulus: str, question: Adjusted, value: float, gain_db: float) -> Patch:
         """Return the patch of a stimulus of which a participant has moved to `value` what the question says."""
         if not question.moves:
             return self.presented(Presentation(stimulus, value), gain_db)
         node, _, parameter = question.moves.partition(".")
-        return self.presented(Presentation(stimulus), gain_db).set(node, parameter, value, self.registry)
+        return self.presented(Presentation(stimulus), gain_db).set(node, parameter, value)
 
     def kinds(self) -> list[Patch]:
         """Return one patch for each distinct program, and sound file, of the stimuli."""
         found: dict[tuple[object, ...], Patch] = {}
         for stimulus in self.protocol.stimuli:
             patch = self.at(stimulus, 0.0)
-            nodes, files = tuple((node.id, node.type) for node in patch.nodes), tuple(files_of(patch, self.registry))
+            nodes = tuple((node.id, node.type) for node in patch.nodes)
+            files = tuple(files_of(patch, installed_nodes()))
             found.setdefault((nodes, patch.wires, files), patch)
         return [patch for patch in found.values() if patch.nodes]
 
 
-def unheard(patch: Patch, registry: Registry) -> tuple[Patch, tuple[str, ...]]:
+def unheard(patch: Patch) -> tuple[Patch, tuple[str, ...]]:
     """Return what of a patch runs before it is heard, and the outputs for which it does: all that follows the force.
 
     Outputs are left out, and what events start: it begins with the presentation.
     """
-    patch = effective_patch(patch, registry)
-    types = patch.node_types(registry)
+    patch = effective_patch(patch, installed_nodes())
+    types = patch.node_types(installed_nodes())
     events = [w for w in patch.wires if types[node_id(w[0])].output_ports[port_name(w[0])].kind == "event"]
     sinks = {id for id, type in types.items() if type.is_sink}
     left_out = downstream(patch.wires, sinks | {node_id(target) for _, target in events})

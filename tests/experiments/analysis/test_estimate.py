@@ -77,7 +77,7 @@ def test_people_are_simulated_without_what_takes_long_to_load():
             "from underfoot.patch import preset_files\n"
             "for name in ('detection-threshold', 'free-labels', 'target-selection'):\n"
             "    path = preset_files.protocols()[name]\n"
-            "    assert simulate(jobs_of(Protocol.load(path, REGISTRY), path.parent, 1)[0])\n",
+            "    assert simulate(jobs_of(Protocol.load(path), path.parent, 1)[0])\n",
         ],
         capture_output=True,
         text=True,

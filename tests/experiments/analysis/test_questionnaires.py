@@ -7,7 +7,6 @@ from underfoot.errors import BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
-from underfoot.nodes import REGISTRY
 
 OPTIONS = ["disagree", "neither", "agree"]
 STAGES = [
@@ -29,7 +28,7 @@ def rows_of_people(answers):
 
 
 def test_each_person_counts_once_and_options_stay_in_their_order():
-    protocol = Protocol.loads(protocol_text(stages=STAGES), REGISTRY)
+    protocol = Protocol.loads(protocol_text(stages=STAGES))
     said = [("agree", 10.0), ("disagree", 20.0), ("agree", 60.0), ("neither", 30.0)]
     rows = rows_of_people([{"participant.after.real": a, "participant.after.firm": n} for a, n in said])
     choice, number = analysed(rows, protocol, Settings())[-1].tables
@@ -43,5 +42,5 @@ def test_each_person_counts_once_and_options_stay_in_their_order():
 
 
 def test_without_answers_there_is_no_table():
-    protocol = Protocol.loads(protocol_text(stages=STAGES), REGISTRY)
+    protocol = Protocol.loads(protocol_text(stages=STAGES))
     assert [found.title for found in analysed(rows_of_people([{}]), protocol, Settings())] == ["Rating: main"]

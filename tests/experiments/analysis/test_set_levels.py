@@ -8,7 +8,6 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
-from underfoot.nodes import REGISTRY
 
 pytest.importorskip("statsmodels")
 SETS_A_LEVEL = {"id": "level", "kind": "level", "stimulus": "TD"}
@@ -19,7 +18,7 @@ def tables_of(kind, parameters, answer, stimuli=None):
     """Return the tables of a study in which everybody sets a level first; `answer(trial, gain_db)` answers a trial."""
     main = {"id": "main", "kind": "trials", "method": {"kind": kind, "parameters": parameters}}
     text = protocol_text(stages=[SETS_A_LEVEL, main], stimuli={"TD": TD, **(stimuli or {})})
-    protocol, rows = Protocol.loads(text, REGISTRY), []
+    protocol, rows = Protocol.loads(text), []
     for person, gain_db in SET_DB.items():
         study = Study(protocol, person)
         study.answer({"gain_db": gain_db})

@@ -10,7 +10,6 @@ from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import simulated_rows
-from underfoot.nodes import REGISTRY
 
 
 def results_of(protocol):
@@ -36,4 +35,4 @@ def test_the_thesis_stands_beside_its_own_studies_only(preset, own, other, said)
     protocol = preset_protocol(preset)
     assert said in results_of(protocol)
     text = re.sub(own, other, protocol.dumps().decode())
-    assert "thesis" not in results_of(Protocol.loads(text, REGISTRY))
+    assert "thesis" not in results_of(Protocol.loads(text))

@@ -113,7 +113,7 @@ def _sound(folder: Path) -> tuple[str, bool]:
 
 def _study(folder: Path) -> tuple[str, bool]:
     """Test answers with large excerpts until the disk is full; the session must continue after space is freed."""
-    protocol = Protocol.load(preset_files.protocols()["identification-impact"], REGISTRY)
+    protocol = Protocol.load(preset_files.protocols()["identification-impact"])
     path = folder / "p1.session"
     file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
     study, kept, said = Study(protocol, "P1"), 0, ""

@@ -66,7 +66,7 @@ def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
 def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
     """Answer all trials; return the number of trials in the file."""
     stage = Stage(id="main", kind="trials", start="step", method=MethodUse("rating", {"blocks": trials}))
-    protocol = Protocol(stimuli={"WC": _CONSTANT}, stages=(stage,)).check(REGISTRY, path.parent)
+    protocol = Protocol(stimuli={"WC": _CONSTANT}, stages=(stage,)).check(path.parent)
     session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
     try:
         file = SessionFile.create(path, protocol, "P1")

@@ -103,7 +103,7 @@ def default_answers(page: Page) -> dict[str, Any]:
 
 
 def _write_session(path: Path) -> None:
-    protocol = Protocol.load(preset_files.protocols()["identification-impact"], REGISTRY)
+    protocol = Protocol.load(preset_files.protocols()["identification-impact"])
     file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
     study = Study(protocol, "P1")
     for number in range(12):
@@ -206,7 +206,7 @@ KINDS: dict[str, Kind] = {
     ),
     "protocol": Kind(
         _preset(preset_files.protocols(), "detection-threshold"),
-        lambda path: _again(Protocol.loads(read_file(path), REGISTRY, str(path), _PROTOCOLS)),
+        lambda path: _again(Protocol.loads(read_file(path), str(path), _PROTOCOLS)),
         corruption.corrupt_document,
     ),
     "session of a study": Kind(_write_session, _read_session, None),
