@@ -6,12 +6,12 @@ from pathlib import Path
 import click
 
 from underfoot.commands.files import RUN_CODE, complete_presets
-from underfoot.commands.session_target import PROFILES, SENSOR_RATE, SOUND, TARGET, TARGET_FLOOR
+from underfoot.commands.session_target import TargetOptions
 from underfoot.options import argument, option, shared
 
 
-@dataclass(frozen=True)
-class ExperimentOptions:
+@dataclass(frozen=True, kw_only=True)
+class ExperimentOptions(TargetOptions):
     """Options of the command; None if not given."""
 
     protocol: str = argument(shell_complete=complete_presets("protocols"))
@@ -23,11 +23,6 @@ class ExperimentOptions:
     pilot: bool = option("Try it on yourself: two trials of each stage, short pauses, kept apart.", False)
     participant: str | None = option("Run the study in the terminal, on a person with this id.")
     session: Path | None = option("Session file; an existing one is continued.", is_written=True)
-    target: str = shared(TARGET)
-    floor: Path | None = shared(TARGET_FLOOR)
-    profiles: Path | None = shared(PROFILES)
-    sensor_rate: float | None = shared(SENSOR_RATE)
-    sound: str | None = shared(SOUND)
     plate: str | None = option("Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")
     masking: str | None = option(
         'Sound card of the masking noise and metronome; "default" for the system\'s.', metavar="DEVICE"

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.files import require_outputs_writable
-from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
@@ -84,9 +83,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
     from underfoot.patch.patch import Patch
     from underfoot.studies.runner import Runner
 
-    target = session_target(
-        options.target, options.floor, options.profiles, options.sound, options.sensor_rate, walker=False
-    )
+    target = options.session_target(walker=False)
     if target.sound is not None:
         CardProcess(require_card, target.sound).close()  # a session would go on without what is to be felt
     is_new = options.session is not None and not options.session.exists()

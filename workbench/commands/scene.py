@@ -14,16 +14,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals, raised_at_signals
 from underfoot.commands.files import complete_names, require_outputs_writable, scene_names
 from underfoot.commands.options import command, require_only
-from underfoot.commands.session_target import (
-    LEVEL,
-    PROFILES,
-    RECORD,
-    SENSOR_RATE,
-    SOUND,
-    TARGET,
-    TARGET_FLOOR,
-    session_target,
-)
+from underfoot.commands.session_target import LEVEL, RECORD, TargetOptions
 from underfoot.commands.telling import tell
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.options import argument, option, shared
@@ -40,16 +31,11 @@ FILM_HZ = 12.5
 MOST_FILM_S = 60.0
 
 
-@dataclass(frozen=True)
-class SceneOptions:
+@dataclass(frozen=True, kw_only=True)
+class SceneOptions(TargetOptions):
     """Options of the command; None if not given."""
 
     name: str | None = argument(shell_complete=complete_names(scene_names))
-    target: str = shared(TARGET)
-    floor: Path | None = shared(TARGET_FLOOR)
-    profiles: Path | None = shared(PROFILES)
-    sensor_rate: float | None = shared(SENSOR_RATE)
-    sound: str | None = shared(SOUND)
     level: float = shared(LEVEL)
     seconds: float | None = option("Stop after this long; by default at Ctrl-C.")
     settings: tuple[str, ...] = option("Parameter of the scene.", (), "--set", metavar="NAME=VALUE")
@@ -89,9 +75,7 @@ def scene(options: SceneOptions) -> None:
 
             print(measured(kind, given, seconds=options.seconds or 30.0).in_words())
         else:
-            target = session_target(
-                options.target, options.floor, options.profiles, options.sound, options.sensor_rate, walker=True
-            )
+            target = options.session_target(walker=True)
             with _ended_in_a_line():
                 made = kind(target.floor, given, options.seed)
             _Show(options, made).run(target)

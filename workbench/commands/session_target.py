@@ -1,5 +1,6 @@
 """The target of a command that opens a session: a simulator or hardware, with or without sound."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,23 +9,11 @@ from msgspec.structs import replace
 
 from underfoot.commands.files import complete_names, live_targets
 from underfoot.errors import BadValue
-from underfoot.options import option
+from underfoot.options import option, shared
 from underfoot.records.recording_format import SUFFIXES, name_now
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
-
-
-TARGET: str = option(
-    "simulator, or hardware, as for `monitor`.",
-    "simulator",
-    show_default=True,
-    shell_complete=complete_names(live_targets),
-)
-"""The option of every command that opens a session with its own forces."""
-
-TARGET_FLOOR: Path | None = option("Floor JSON of the target; by default the default floor.", presets="floors")
-"""The floor of that target."""
 
 PROFILES: Path | None = option("Folder of the tiles' profiles.")
 """The option of every command that opens a session."""
@@ -58,24 +47,33 @@ LEVEL: float = option("Output level in dB of full scale.", -20.0, show_default=T
 """The option of commands that play for others: nobody moves the window's slider."""
 
 
-def session_target(
-    name: str,
-    floor: Path | None,
-    profiles: Path | None,
-    sound: str | None,
-    sensor_hz: float | None,
-    *,
-    walker: bool,
-) -> "Target":
-    """Return the target `name` on a floor, with a sound device ("default" for the system's, None for none).
+@dataclass(frozen=True, kw_only=True)
+class TargetOptions:
+    """The options of every command that opens a session with its own forces."""
 
-    `walker` says whether somebody walks on a simulated floor. Raise `BadValue` if a session cannot have this target.
-    """
-    from underfoot.engine.target import live_target, require_source, sound_device
+    target: str = option(
+        "simulator, or hardware, as for `monitor`.",
+        "simulator",
+        show_default=True,
+        shell_complete=complete_names(live_targets),
+    )
+    floor: Path | None = option("Floor JSON of the target; by default the default floor.", presets="floors")
+    profiles: Path | None = shared(PROFILES)
+    sensor_rate: float | None = shared(SENSOR_RATE)
+    sound: str | None = shared(SOUND)
 
-    target = live_target(name, floor, sensor_hz)
-    if target is None:
-        raise BadValue(f"--target is {name}; allowed: simulator, or hardware as `underfoot monitor` names it")
-    target = replace(target, sound=sound_device(sound), walker=walker, profiles=str(profiles or ""))
-    require_source(target)
-    return target
+    def session_target(self, *, walker: bool) -> "Target":
+        """Return the target, of which `walker` says whether somebody walks on a simulated floor.
+
+        Raise `BadValue` if a session cannot have it.
+        """
+        from underfoot.engine.target import live_target, require_source, sound_device
+
+        found = live_target(self.target, self.floor, self.sensor_rate)
+        if found is None:
+            allowed = "simulator, or hardware as `underfoot monitor` names it"
+            raise BadValue(f"--target is {self.target}; allowed: {allowed}")
+        profiles = str(self.profiles or "")
+        found = replace(found, sound=sound_device(self.sound), walker=walker, profiles=profiles)
+        require_source(found)
+        return found
