@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QProgressBar
 
 from underfoot.engine.reports import Health, OutputChanged, Started
 from underfoot.engine.target import Target
+from underfoot.widgets.controls.panels import progress_bar
 from underfoot.widgets.main_bar import MainBar
 from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
@@ -26,10 +26,7 @@ class SessionDisplay(QObject):
         super().__init__(main_bar)
         self._controller, self._main_bar, self._status = controller, main_bar, status
         self._output, self._silence_reason = "", ""
-        self.progress = QProgressBar()
-        self.progress.setAccessibleName("Compiling")
-        self.progress.setTextVisible(False)
-        self.progress.setFixedHeight(2)
+        self.progress = progress_bar("Compiling", 2)
         main_bar.set_targets(targets.choices())
         main_bar.set_target(target_text(controller.target), targets.keys_of(controller.target))
         main_bar.set_level(level_db)

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.results.labels import label_of
@@ -16,6 +16,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.calibrate.quantity_views import QuantityRow
 from underfoot.widgets.calibrate.tile_picture import TilePicture, press_text
 from underfoot.widgets.controls.fields import Field, ParameterEditor
+from underfoot.widgets.controls.panels import progress_bar
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.controls.scrolled import Scrolled
 from underfoot.widgets.controls.tab_order import tab_stops
@@ -48,11 +49,7 @@ class PageView(QWidget):
         self._form = Scrolled(form)
         self._form.setMaximumWidth(FORM_PX)
         self.picture = TilePicture()
-        self.bar = QProgressBar()
-        self.bar.setRange(0, 1000)
-        self.bar.setTextVisible(False)
-        self.bar.setFixedHeight(theme.GRID // 2)
-        self.bar.setAccessibleName("How much of this page's measurement is there")
+        self.bar = progress_bar("How much of this page's measurement is there")
         self.bar.setStyleSheet(f"QProgressBar::chunk {{ background: {theme.FORCE}; border-radius: 2px; }}")
         self.quantities = QuantityRow()
         layout = QVBoxLayout(self)

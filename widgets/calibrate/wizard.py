@@ -7,7 +7,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QHBoxLayout,
-    QProgressBar,
     QPushButton,
     QStackedWidget,
     QVBoxLayout,
@@ -24,6 +23,7 @@ from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, plays_sound
 from underfoot.widgets.calibrate.result_view import ResultView
 from underfoot.widgets.controls.key_names import with_native_keys
+from underfoot.widgets.controls.panels import progress_bar
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scroll_in
 from underfoot.widgets.controls.tab_order import set_tab_order
@@ -296,18 +296,11 @@ class Wizard(QWidget):
     def _build(self) -> None:
         self._heading = theme.label("", "muted")
         self._share = theme.label("", "small")
-        self._progress = QProgressBar()
-        self._progress.setRange(0, 1000)
-        self._progress.setTextVisible(False)
-        self._progress.setFixedHeight(theme.GRID // 2)
-        self._progress.setAccessibleName("How much of the whole is done")
+        self._progress = progress_bar("How much of the whole is done")
         self.refusal = theme.label("", "alarm")
         theme.wrap(self.refusal)
         self.refusal.setContentsMargins(3 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
-        self.busy = QProgressBar()
-        self.busy.setTextVisible(False)
-        self.busy.setFixedHeight(theme.GRID // 2)
-        self.busy.setAccessibleName("Computing or playing")
+        self.busy = progress_bar("Computing or playing")
         keep = self.busy.sizePolicy()
         keep.setRetainSizeWhenHidden(True)
         self.busy.setSizePolicy(keep)

@@ -1,7 +1,7 @@
 """What the window's dialogs have in common."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
 
@@ -20,3 +20,12 @@ class Dialog(QDialog):
         made.setContentsMargins(theme.MARGINS)
         made.setSpacing(gap_px)
         return made
+
+    def button_row(self, *standard: QDialogButtonBox.StandardButton) -> QDialogButtonBox:
+        """Return a row of these buttons, which accept or reject the dialog by what they are; more can be added."""
+        row = QDialogButtonBox()  # whose place among the fields is that in the layout, also for Tab
+        for button in standard:
+            row.addButton(button)
+        row.accepted.connect(self.accept)
+        row.rejected.connect(self.reject)
+        return row

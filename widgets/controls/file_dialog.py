@@ -27,11 +27,18 @@ def documents_folder() -> Path:
     return Path(platformdirs.user_documents_dir()) / "Underfoot"
 
 
-def save_dialog(parent: QWidget, title: str, name: str, filter: str, suffix: str) -> QFileDialog:
-    """Return a dialog for a file to be written, `name` to begin with; one that is typed without a suffix gets this."""
+def ask_save(
+    parent: QWidget, title: str, name: str, filter: str, suffix: str, then: Callable[[Path], object]
+) -> QFileDialog:
+    """Ask for a file to be written, `name` to begin with, and call `then` with its path; return the dialog.
+
+    A name that is typed without a suffix gets `suffix`.
+    """
     dialog = file_dialog(parent, title, name, filter)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setDefaultSuffix(suffix.removeprefix("."))
+    dialog.fileSelected.connect(lambda path: then(Path(path)))
+    dialog.open()
     return dialog
 
 

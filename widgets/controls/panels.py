@@ -4,7 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QSplitter,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.drawing.look import heat_table
 from underfoot.quantities import number
@@ -41,6 +51,25 @@ def column(*widgets: QWidget, body: QWidget, parent: QWidget | None = None) -> Q
     for widget in widgets:
         layout.addWidget(widget, 1 if widget is body else 0)
     return panel
+
+
+def splitter(name: str, orientation: Qt.Orientation, parent: QWidget | None = None) -> QSplitter:
+    """Return a splitter whose sizes are remembered by its name; nothing in it collapses."""
+    made = QSplitter(orientation, parent)
+    made.setObjectName(name)
+    made.setHandleWidth(1)
+    made.setChildrenCollapsible(False)
+    return made
+
+
+def progress_bar(says: str, height_px: int = theme.GRID // 2) -> QProgressBar:
+    """Return a bar without text, of thousandths; a screen reader says what it is of."""
+    bar = QProgressBar()
+    bar.setRange(0, 1000)
+    bar.setTextVisible(False)
+    bar.setFixedHeight(height_px)
+    bar.setAccessibleName(says)
+    return bar
 
 
 def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> QToolButton:

@@ -152,9 +152,7 @@ class PresetDialog(Dialog):
             ("&Author", self.author),
         ):
             form.addRow(name, field)
-        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
-        self.buttons.accepted.connect(self.accept)
-        self.buttons.rejected.connect(self.reject)
+        self.buttons = self.button_row(QDialogButtonBox.StandardButton.Save, QDialogButtonBox.StandardButton.Cancel)
         layout = self.column()
         layout.addLayout(form)
         layout.addWidget(self.buttons)

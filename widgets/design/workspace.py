@@ -6,7 +6,7 @@ from pathlib import Path
 from msgspec.structs import replace
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
 from underfoot.engine.reports import Costs, Fault, Health
@@ -21,7 +21,7 @@ from underfoot.patch.wiring import node_id, port_name
 from underfoot.quantities import first_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import add_action
-from underfoot.widgets.controls.panels import column
+from underfoot.widgets.controls.panels import column, splitter
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.design.canvas import Canvas
@@ -282,12 +282,10 @@ class DesignWorkspace(Workspace):
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
-        self._across = QSplitter(Qt.Orientation.Horizontal)
-        self._across.setObjectName("design across")
+        self._across = splitter("design across", Qt.Orientation.Horizontal)
         self._across.setMinimumHeight(52 * theme.GRID)
         row.addWidget(scrolling(self._across))
-        self._middle = QSplitter(Qt.Orientation.Vertical)
-        self._middle.setObjectName("design down")
+        self._middle = splitter("design down", Qt.Orientation.Vertical)
         for widget in (self.side, self._middle, self.inspector):
             self._across.addWidget(widget)
         yield
@@ -298,9 +296,6 @@ class DesignWorkspace(Workspace):
         self._middle.setSizes([420, 320])
         self._across.setStretchFactor(1, 1)
         self._across.setSizes([192, 800, 280])
-        for splitter in (self._middle, self._across):
-            splitter.setHandleWidth(1)
-            splitter.setChildrenCollapsible(False)
         self.focused_first = self.canvas
         self.canvas.setFocus()
 

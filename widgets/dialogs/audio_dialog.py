@@ -70,9 +70,8 @@ class AudioDialog(Dialog):
         for name, widget in (("Car&ds", self.cards), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
             form.addRow(name, widget)
         form.addRow("Acce&lerometers", self.accelerometers)
-        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
+        self.buttons = self.button_row(QDialogButtonBox.StandardButton.Apply, QDialogButtonBox.StandardButton.Close)
         self.buttons.button(QDialogButtonBox.StandardButton.Apply).clicked.connect(self._apply)
-        self.buttons.rejected.connect(self.reject)
         layout = self.column()
         layout.addLayout(form)
         layout.addWidget(self.note)

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QListWidget,
     QListWidgetItem,
-    QProgressBar,
     QPushButton,
     QVBoxLayout,
     QWidget,
@@ -23,6 +22,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.panels import progress_bar
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.polled_process import PolledProcess
 
@@ -60,10 +60,8 @@ class ExportDialog(Dialog):
         self.playing_note = QComboBox()
         self.playing_note.setAccessibleName("What it plays on")
         self.playing_note.addItems([STEP, WALK])
-        self.progress = QProgressBar()
+        self.progress = progress_bar("Writing", 2)
         self.progress.setRange(0, 0)
-        self.progress.setTextVisible(False)
-        self.progress.setFixedHeight(2)
         self.message = theme.paragraph("", "small")
         self.write = QPushButton("Export…")
         self.write.setProperty("role", "primary")

@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.widgets.controls.file_dialog import ask_file, save_dialog
+from underfoot.widgets.controls.file_dialog import ask_file, ask_save
 
 
 class FileChooser:
@@ -51,9 +51,7 @@ class FileChooser:
 
         parent = over or self._window
         if save_as:
-            dialog = save_dialog(parent, title, self._folder(), filter, suffix)
-            dialog.selectFile(re.sub(r'[/\\:*?"<>|]', "-", save_as))
-            dialog.fileSelected.connect(lambda name: chosen(Path(name)))
-            dialog.open()
+            name = Path(self._folder()) / re.sub(r'[/\\:*?"<>|]', "-", save_as)
+            ask_save(parent, title, str(name), filter, suffix, chosen)
         else:
             ask_file(parent, title, filter, chosen, self._folder())

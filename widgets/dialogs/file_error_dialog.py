@@ -24,8 +24,7 @@ class FileErrorDialog(Dialog):
         self.lines = theme.label("\n".join(_numbered_lines(place)), "code")
         self.lines.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.lines.setVisible(bool(self.lines.text()))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
+        buttons = self.button_row(QDialogButtonBox.StandardButton.Close)
         layout = self.column(theme.GRID)
         layout.addWidget(theme.label("This file cannot be read", "title"))
         for label in (self.file, self.error_text, self.lines):

@@ -26,10 +26,8 @@ class GridDialog(Dialog):
         self.rows = editor_for(ask("rows", Count(rows, 1, 32, doc="along y")))
         self.columns = editor_for(ask("columns", Count(columns, 1, 32, doc="along x")))
         self.extent = theme.paragraph("", "muted")
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons = self.button_row(QDialogButtonBox.StandardButton.Cancel)
         self.use = buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
         layout = self.column()
         for widget in (self.rows, self.columns, self.extent, buttons):
             layout.addWidget(widget)

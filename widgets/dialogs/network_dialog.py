@@ -70,11 +70,10 @@ class NetworkDialog(Dialog):
         grid.setColumnStretch(1, 1)
         self.note, self.trouble = theme.paragraph("", "alarm"), theme.paragraph("", "alarm")
         self.counters, self.refusal = theme.label("", "value"), theme.paragraph("", "small")
-        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
+        self.buttons = self.button_row(QDialogButtonBox.StandardButton.Apply, QDialogButtonBox.StandardButton.Close)
         self.apply = self.buttons.button(QDialogButtonBox.StandardButton.Apply)
         self.apply.clicked.connect(self._apply)
         self.apply.setDefault(True)
-        self.buttons.rejected.connect(self.reject)
         column = self.column()
         column.addLayout(grid)
         for widget in (self.note, self.trouble, self.counters, self.refusal):

@@ -24,12 +24,10 @@ class TextSizeDialog(Dialog):
             + with_native_keys(" not, and can still be undone; only the sound pauses. Ctrl++ and Ctrl+- choose on."),
             "muted",
         )
-        buttons = QDialogButtonBox()
+        buttons = self.button_row()
         self.now = buttons.addButton("Restart now", QDialogButtonBox.ButtonRole.AcceptRole)
         self.later = buttons.addButton("At the next start", QDialogButtonBox.ButtonRole.RejectRole)
         self.now.setDefault(True)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
         self.accepted.connect(self.restart_requested)
         layout = self.column(theme.GRID)
         for widget in (self.title, self.sample, explained, buttons):

@@ -40,11 +40,9 @@ class TransportDialog(Dialog):
         help = theme.paragraph(transport.dialog_help, "small")
         self.refusal = theme.paragraph("", "alarm")
         self.refusal.hide()
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons = self.button_row(QDialogButtonBox.StandardButton.Cancel)
         self._connect = buttons.addButton("Connect", QDialogButtonBox.ButtonRole.AcceptRole)
         self._connect.setDefault(True)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
         column = self.column()
         for widget in (
             theme.label(transport.title, "title"),

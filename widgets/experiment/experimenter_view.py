@@ -5,7 +5,7 @@ import time
 import numpy as np
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.experiments.duration import about
 from underfoot.floor.layout import Floor
@@ -14,6 +14,7 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
+from underfoot.widgets.controls.panels import progress_bar
 from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held, questions_of
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
@@ -65,11 +66,7 @@ class ExperimenterView(QWidget):
         super().__init__()
         self.title, self.state = theme.paragraph("", "title"), theme.paragraph("", "muted")
         self.page, self.live, self.news = theme.paragraph(), theme.label("", "force"), theme.paragraph("", "alarm")
-        self.progress = QProgressBar()
-        self.progress.setRange(0, 1000)
-        self.progress.setTextVisible(False)
-        self.progress.setFixedHeight(theme.GRID)
-        self.progress.setAccessibleName("How much is done")
+        self.progress = progress_bar("How much is done", theme.GRID)
         self.form = AnswerForm()
         self.next, self.pause, self.window_button, self.leave = (
             PageButton("Next"),

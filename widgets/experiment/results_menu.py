@@ -1,5 +1,6 @@
 """The menu of results: the list of sessions, analysis of other files, and export of trials."""
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -7,7 +8,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFileDialog, QMenu, QPushButton
 
 from underfoot.studies.results import FORMS
-from underfoot.widgets.controls.file_dialog import file_dialog, save_dialog
+from underfoot.widgets.controls.file_dialog import ask_save, file_dialog
 
 _WORDS = {
     "CSV": "Write all trials as CSV…",
@@ -58,10 +59,11 @@ class ResultsButton(QPushButton):
 
     def _ask_place(self, form: str) -> None:
         if form in _TABLES:
-            dialog = save_dialog(self.window(), *_TABLES[form], "Tables (*.csv)", ".csv")
-        else:
-            dialog = file_dialog(self.window(), f"A folder for the {form}")
-            dialog.setFileMode(QFileDialog.FileMode.Directory)
-            dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+            then = partial(self.place_chosen.emit, form)
+            ask_save(self.window(), *_TABLES[form], "Tables (*.csv)", ".csv", then)
+            return
+        dialog = file_dialog(self.window(), f"A folder for the {form}")
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
         dialog.fileSelected.connect(lambda path: self.place_chosen.emit(form, Path(path)))
         dialog.open()

@@ -16,7 +16,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import cadence_of
 from underfoot.quantities import counted
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import save_dialog
+from underfoot.widgets.controls.file_dialog import ask_save
 from underfoot.widgets.controls.gait_tip import GaitTip
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
@@ -99,22 +99,20 @@ class StepPanel(QWidget):
         self._show_count()
         self.cleared.emit()
 
-    def export(self, path: str) -> None:
+    def export(self, path: Path) -> None:
         """Write the footsteps as CSV, and show that, or the reason of a failure."""
         try:
-            self.table.export(Path(path))
+            self.table.export(path)
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        self._folder = Path(path).parent
+        self._folder = path.parent
         self._is_saved = True
         self.notified.emit(f"{counted(self.table.steps.rowCount(), 'footstep')} saved as {path}.")
 
     def _ask_for_file(self) -> None:
         name = str(self._folder / "steps.csv")
-        dialog = save_dialog(self, "Export footsteps", name, "CSV table (*.csv)", ".csv")
-        dialog.fileSelected.connect(self.export)
-        dialog.open()
+        ask_save(self, "Export footsteps", name, "CSV table (*.csv)", ".csv", self.export)
 
     def _show_count(self) -> None:
         steps = self.table.steps.steps

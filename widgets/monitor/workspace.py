@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
-from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from underfoot.engine.commands import Mark, Start
 from underfoot.engine.reports import CommandApplied, SensorFaults
@@ -15,7 +15,7 @@ from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
-from underfoot.widgets.controls.panels import column
+from underfoot.widgets.controls.panels import column, splitter
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.monitor.floor_panel import FloorPanel
 from underfoot.widgets.monitor.force_panel import DURATIONS_S, ForcePanel
@@ -273,15 +273,12 @@ class MonitorWorkspace(Workspace):
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        down = QSplitter(Qt.Orientation.Vertical)
-        down.setObjectName("monitor down")
+        down = splitter("monitor down", Qt.Orientation.Vertical)
         down.setMinimumSize(96 * theme.GRID, 52 * theme.GRID)
         layout.addWidget(scrolling(down))
-        across = QSplitter(Qt.Orientation.Horizontal)
-        across.setObjectName("monitor across")
+        across = splitter("monitor across", Qt.Orientation.Horizontal)
         down.addWidget(across)
-        plots = QSplitter(Qt.Orientation.Vertical)
-        plots.setObjectName("monitor plots")
+        plots = splitter("monitor plots", Qt.Orientation.Vertical)
         across.addWidget(self.floor)
         column(plots, self.time_bar, body=plots, parent=across)
         across.setStretchFactor(0, 5)
@@ -294,6 +291,3 @@ class MonitorWorkspace(Workspace):
         down.setStretchFactor(0, 5)
         down.setStretchFactor(1, 2)
         down.setSizes([512, 216])
-        for splitter in (plots, across, down):
-            splitter.setHandleWidth(1)
-            splitter.setChildrenCollapsible(False)

@@ -12,7 +12,7 @@ from underfoot.drawing.table import csv
 from underfoot.errors import UnderfootError
 from underfoot.files import write_file
 from underfoot.widgets import theme
-from underfoot.widgets.controls.file_dialog import save_dialog
+from underfoot.widgets.controls.file_dialog import ask_save
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import message_box
 
@@ -53,14 +53,11 @@ def _picture(plot: QWidget) -> QImage:
 
 def _ask(plot: QWidget, drawing: Drawing, suffix: str) -> None:
     name = (drawing.title or plot.accessibleName() or "plot").lower().replace(" ", "-")
-    dialog = save_dialog(plot.window(), "Save a plot", "", f"*{suffix}", suffix)
-    dialog.selectFile(f"{name}{suffix}")
 
-    def chosen(path: str) -> None:
+    def chosen(path: Path) -> None:
         try:
-            save(plot, drawing, Path(path))
+            save(plot, drawing, path)
         except UnderfootError as error:
             message_box(plot.window(), "Save a plot", str(error)).open()
 
-    dialog.fileSelected.connect(chosen)
-    dialog.open()
+    ask_save(plot.window(), "Save a plot", f"{name}{suffix}", f"*{suffix}", suffix, chosen)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QComboBox, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.quantities import counted
@@ -13,8 +13,8 @@ from underfoot.records.comparison import STANCE_SUFFIX, compared, comparison_dra
 from underfoot.records.survey import Stance
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.file_dialog import save_dialog
-from underfoot.widgets.controls.panels import tool_button, with_header
+from underfoot.widgets.controls.file_dialog import ask_save
+from underfoot.widgets.controls.panels import splitter, tool_button, with_header
 from underfoot.widgets.escape import claims_escape
 from underfoot.widgets.plots.plot import Plot
 from underfoot.widgets.recordings.comparison_table import ComparisonTable
@@ -90,10 +90,7 @@ class ComparisonView(QWidget):
     def save(self) -> None:
         """Ask for a file, and write table and curves."""
         name = str(self.paths[0].with_name("comparison.csv")) if self.paths else ""
-        dialog = save_dialog(self.window(), "Save the comparison", name, "CSV (*.csv)", ".csv")
-        dialog.selectFile(name)
-        dialog.fileSelected.connect(lambda path: self._write(Path(path)))
-        dialog.open()
+        ask_save(self.window(), "Save the comparison", name, "CSV (*.csv)", ".csv", self._write)
 
     def clear(self) -> None:
         """Compare nothing, and read no more."""
@@ -170,10 +167,7 @@ class ComparisonView(QWidget):
             self.save_button,
             self.close_button,
         ]
-        down = QSplitter(Qt.Orientation.Vertical)
-        down.setObjectName("comparison down")
-        down.setHandleWidth(1)
-        down.setChildrenCollapsible(False)
+        down = splitter("comparison down", Qt.Orientation.Vertical)
         layout.addWidget(with_header(head, down, ((self.facts,), (self.save_button,))))
         down.addWidget(self.plot)
         holder = QWidget(down)

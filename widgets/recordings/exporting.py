@@ -12,7 +12,7 @@ from underfoot.quantities import pretty_text
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
-from underfoot.widgets.controls.file_dialog import save_dialog
+from underfoot.widgets.controls.file_dialog import ask_save
 from underfoot.widgets.polled_process import PolledProcess
 from underfoot.widgets.recordings.tracks import time_text
 
@@ -59,10 +59,8 @@ class ExportDialog(Dialog):
         for label in (no_selection, self.about, self.omissions):
             label.setFixedWidth(52 * theme.GRID)
         self._vibration_label = theme.label("Vibration")
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
+        buttons = self.button_row(QDialogButtonBox.StandardButton.Save, QDialogButtonBox.StandardButton.Cancel)
         buttons.button(QDialogButtonBox.StandardButton.Save).setText("Choose a file…")
-        buttons.accepted.connect(self._accept)
-        buttons.rejected.connect(self.reject)
         grid = QGridLayout(self)
         grid.setContentsMargins(theme.MARGINS)
         grid.setVerticalSpacing(theme.GRID)
@@ -88,12 +86,12 @@ class ExportDialog(Dialog):
             widget.setVisible(one.suffix in _ONE_KIND)
         self.adjustSize()
 
-    def _accept(self) -> None:
+    def accept(self) -> None:
         stretch = self.stretch.currentData()
         self.wanted.emit(
             self.format.currentData(), self.vibration.currentData(), tuple(stretch) if stretch is not None else None
         )
-        self.accept()
+        super().accept()
 
 
 class Exporting(QWidget):
@@ -151,14 +149,12 @@ class Exporting(QWidget):
         part = "" if stretch_s is None else " {:.2f}-{:.2f} s".format(*stretch_s)
         name = str(Path(self._folder or source.parent) / f"{source.stem}{part}{suffix}")
         filter = f"{formats()[suffix].title.partition(':')[0]} (*{suffix})"
-        dialog = save_dialog(self.window(), "Export to", name, filter, suffix)
-        dialog.selectFile(name)
-        dialog.fileSelected.connect(lambda path: self._chosen(source, Path(path), vibration, stretch_s))
-        dialog.open()
 
-    def _chosen(self, source: Path, path: Path, vibration: str, stretch_s: Stretch | None) -> None:
-        self._folder = str(path.parent)
-        self.begin(source, path, vibration, stretch_s)
+        def begin(path: Path) -> None:
+            self._folder = str(path.parent)
+            self.begin(source, path, vibration, stretch_s)
+
+        ask_save(self.window(), "Export to", name, filter, suffix, begin)
 
     def _take(self, messages: list[Progress | str]) -> None:
         for message in messages:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.footsteps import Step
@@ -17,7 +17,7 @@ from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import recorded_step_lines
 from underfoot.widgets import theme
 from underfoot.widgets.controls.gait_tip import GaitTip
-from underfoot.widgets.controls.panels import tool_button, with_header
+from underfoot.widgets.controls.panels import splitter, tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 from underfoot.widgets.plots.plot import Plot
 
@@ -67,11 +67,8 @@ class RecordedSteps(QWidget):
         head += [self.compare_button, self.copy_button]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        across = QSplitter(Qt.Orientation.Horizontal)
+        across = splitter("recordings steps", Qt.Orientation.Horizontal)
         layout.addWidget(across)
-        across.setObjectName("recordings steps")
-        across.setHandleWidth(1)
-        across.setChildrenCollapsible(False)
         shrinking: list[list[QWidget]] = [[self.compare_button], [self.copy_button], [*self.filters.values()]]
         table = with_header(head, WholeRows(self.table), shrinking, across)
         table.setMinimumWidth(30 * theme.GRID)

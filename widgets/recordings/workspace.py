@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.floor.profile_parts import InUse, lines_of
@@ -20,7 +20,7 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.file_dialog import documents_folder
 from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.menu import Menu
-from underfoot.widgets.controls.panels import column, tool_button, with_header
+from underfoot.widgets.controls.panels import column, splitter, tool_button, with_header
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.recordings.comparison_view import MOST, ComparisonView
 from underfoot.widgets.recordings.exporting import Exporting
@@ -442,8 +442,7 @@ class RecordingsWorkspace(Workspace):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        down = QSplitter(Qt.Orientation.Vertical)
-        down.setObjectName("recordings down")
+        down = splitter("recordings down", Qt.Orientation.Vertical)
         layout.addWidget(self.recordings)
         self._pages = QStackedWidget()
         layout.addWidget(self._pages, 1)
@@ -454,8 +453,7 @@ class RecordingsWorkspace(Workspace):
         timeline = with_header(head, self.timeline, shrinking)
         column(timeline, self.readout.text, body=timeline, parent=down)
         yield
-        below = QSplitter(Qt.Orientation.Horizontal)
-        below.setObjectName("recordings below")
+        below = splitter("recordings below", Qt.Orientation.Horizontal)
         down.addWidget(below)
         down.setStretchFactor(0, 1)
         down.setSizes([500, 220])
@@ -465,9 +463,6 @@ class RecordingsWorkspace(Workspace):
         below.addWidget(floor)
         below.setStretchFactor(0, 1)
         below.setSizes([820, 208])
-        for splitter in (below, down):
-            splitter.setHandleWidth(1)
-            splitter.setChildrenCollapsible(False)
 
     def _head(self) -> list[QWidget | None]:
         self.title, self.facts = ElidedLabel("title"), ElidedLabel("muted")

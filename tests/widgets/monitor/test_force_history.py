@@ -147,7 +147,7 @@ def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tm
     assert str(file) in said[-1]
     assert monitor.steps.table.steps.rowCount() == 0
     monitor.add_steps([STEP])
-    monitor.steps.export(str(tmp_path / "saved.csv"))
+    monitor.steps.export(tmp_path / "saved.csv")
     monitor.set_session(default_floor(), RATE, is_simulated=True)
     monitor.close_down()
     assert list((tmp_path / "footsteps").iterdir()) == [file]

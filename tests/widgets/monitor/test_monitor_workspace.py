@@ -218,16 +218,16 @@ def test_the_cadence_of_who_limps_is_the_number_of_steps_in_a_minute(monitor):
 def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp_path):
     monitor.add_steps([STEP, SPIKE])
     with qtbot.waitSignal(monitor.notified) as said:
-        monitor.steps.export(str(tmp_path / "steps.csv"))
+        monitor.steps.export(tmp_path / "steps.csv")
     assert said.args[0].startswith("2 footsteps")
     assert len((tmp_path / "steps.csv").read_text().splitlines()) == 3
     monitor.steps.clear()
     monitor.add_steps([STEP])
     with qtbot.waitSignal(monitor.notified) as said:
-        monitor.steps.export(str(tmp_path / "steps.csv"))
+        monitor.steps.export(tmp_path / "steps.csv")
     assert said.args[0].startswith("1 footstep saved")
     with qtbot.waitSignal(monitor.notified) as said:
-        monitor.steps.export(str(tmp_path / "missing" / "steps.csv"))
+        monitor.steps.export(tmp_path / "missing" / "steps.csv")
     assert "cannot be written" in said.args[0]
     qtbot.mouseClick(monitor.steps.clear_button, Qt.MouseButton.LeftButton)
     assert monitor.steps.count.text() == "none yet"

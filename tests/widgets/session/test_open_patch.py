@@ -15,7 +15,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
-from underfoot.widgets.controls.file_dialog import save_dialog
+from underfoot.widgets.controls.file_dialog import ask_save
 from underfoot.widgets.design.first_steps import SILENT_TEXT, FirstSteps
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.session import settings_file
@@ -316,7 +316,7 @@ def test_the_first_save_offers_the_documents_and_the_next_where_that_ended(qtbot
     assert dialog.selectedFiles() == [str(tmp_path / "Ice.json")]
     dialog.selectFile(str(tmp_path / "kept" / "Ice.json"))
     dialog.accept()
-    table = save_dialog(window, "A table", "trials.csv", "", ".csv")
+    table = ask_save(window, "A table", "trials.csv", "", ".csv", print)
     assert table.selectedFiles() == [str(tmp_path / "kept" / "trials.csv")]
     table.reject()
 
