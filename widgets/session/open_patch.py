@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from msgspec import Struct
@@ -96,16 +97,14 @@ class OpenPatch(QObject):
     def __init__(self, registry: Registry, settings: Settings, folder: Path, window: QWidget) -> None:
         """Create the open patch; copies of unsaved work are kept in `folder`, and `window` is the parent of dialogs."""
         super().__init__(window)
-        self.patch = Patch()
-        self.path: Path | None = None
         self.slot = SLOTS[0]
+        self.content = SlotContent(Patch(), None, Patch())
         self.other: SlotContent | None = None
         self.keeps_autosave = self.reopens = False
         """`reopens`: the window closes to be opened anew with what is open now, saved or not."""
         self.autosave = Autosave(folder)
         self.nodes = OwnNodes(registry, settings, window)
         self.nodes.notified.connect(self.notified)
-        self._saved = self.patch
         self._preset_openings: list[tuple[SlotContent, Patch]] = []  # what a preset replaced, and the preset
         self._registry, self._settings, self._window = registry, settings, window
         self._file_chooser = FileChooser(window, lambda: settings.folder, self.notified.emit)
@@ -114,9 +113,14 @@ class OpenPatch(QObject):
         self._writer = CopyWriter(self.notified.emit, self._timer)
 
     @property
-    def content(self) -> SlotContent:
-        """The patch that is edited, its file, and the saved content."""
-        return SlotContent(self.patch, self.path, self._saved)
+    def patch(self) -> Patch:
+        """The patch that is edited."""
+        return self.content.patch
+
+    @property
+    def path(self) -> Path | None:
+        """Its file; None without one."""
+        return self.content.path
 
     @property
     def is_saved(self) -> bool:
@@ -145,7 +149,7 @@ class OpenPatch(QObject):
 
     def set_patch(self, patch: Patch) -> None:
         """Set the patch after an edit."""
-        self.patch = patch
+        self.content = replace(self.content, patch=patch)
         for before, preset in reversed(self._preset_openings):
             if patch in (before.patch, preset):
                 self._restore_file(before, preset if patch == preset else None)
@@ -172,8 +176,8 @@ class OpenPatch(QObject):
 
     def _restore_file(self, before: SlotContent, preset: Patch | None) -> None:
         """Restore the file after an undo, or after a redo, of a `preset`, which has none: saving asks for one."""
-        self._saved = preset if preset is not None and before.is_saved else before.saved
-        self._set_path(before.path if preset is None else None)
+        saved = preset if preset is not None and before.is_saved else before.saved
+        self._set_content(SlotContent(self.patch, before.path if preset is None else None, saved))
 
     # --- A and B ---
 
@@ -181,10 +185,8 @@ class OpenPatch(QObject):
         """Edit and play the other slot. B starts as a copy of A without a file."""
         self._preset_openings.clear()
         other = self.other or SlotContent(self.patch_for_other(), None, self.patch_for_other())
-        self.other = self.content
-        self.slot = other_slot(self.slot)
-        self.patch, self._saved = other.patch, other.saved
-        self._set_path(other.path)
+        self.other, self.slot = self.content, other_slot(self.slot)
+        self._set_content(other)
         self.switched.emit(self.slot, self.patch)
         self.patch_changed.emit(self.patch)
         self.title_changed.emit()
@@ -221,13 +223,12 @@ class OpenPatch(QObject):
         if path is not None and self.read(path, keep):
             return
         if recovered is not None:
-            other = recovered.other
-            self.other = SlotContent(other.patch, other.path, self._saved_patch(other)) if other is not None else None
-            self._set_document(recovered.patch, recovered.path, saved=self._saved_patch(recovered))
+            self.other = self._recovered(recovered.other) if recovered.other is not None else None
+            self._replace(self._recovered(recovered))
             if not recovered.for_restart:
                 self.notified.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
         else:
-            self._set_document(default_patch, None, saved=default_patch)
+            self.open_untitled(default_patch)
             if unreadable:
                 self.notified.emit(unreadable)
 
@@ -256,35 +257,33 @@ class OpenPatch(QObject):
 
     def _open(self, path: Path, patch: Patch, then: Callable[[], object]) -> None:
         if path.resolve() in map(Path.resolve, preset_files.patches().values()):  # the program's file, not the user's
-            patch = with_files_kept(patch, self._registry, path.parent, None)
-            self._set_document(patch, None, saved=patch)
+            self.open_untitled(with_files_kept(patch, self._registry, path.parent, None))
         else:
-            self._set_document(patch, path, saved=patch)
+            self._replace(SlotContent(patch, path, patch))
             self._settings.remember_file(path)
         self.notified.emit(self.nodes.missing_text(patch) or f"{path.name} is open.")
         then()
 
-    def _set_document(self, patch: Patch, path: Path | None, saved: Patch) -> None:
+    def _replace(self, content: SlotContent) -> None:
         self._preset_openings.clear()
-        self.patch, self._saved = patch, saved
-        self._set_path(path)
-        self.opened.emit(patch)
-        self.patch_changed.emit(patch)
+        self._set_content(content)
+        self.opened.emit(self.patch)
+        self.patch_changed.emit(self.patch)
         self.title_changed.emit()
         self._timer.start()
 
-    def _set_path(self, path: Path | None) -> None:
-        before, self.path = self.folder, path
+    def _set_content(self, content: SlotContent) -> None:
+        before, self.content = self.folder, content
         if self.folder != before:
             self.folder_changed.emit(self.folder)
 
-    def _saved_patch(self, work: RecoveredWork) -> Patch:
-        if work.path is None:
-            return work.patch if work.is_saved else Patch()
-        try:
-            return self.nodes.load(work.path)
-        except UnderfootError:
-            return Patch()
+    def _recovered(self, work: RecoveredWork) -> SlotContent:
+        """Return what was in a slot; what cannot be read of its file counts as an empty patch."""
+        saved = work.patch if work.path is None and work.is_saved else Patch()
+        if work.path is not None:
+            with suppress(UnderfootError):
+                saved = self.nodes.load(work.path)
+        return SlotContent(work.patch, work.path, saved)
 
     # --- files ---
 
@@ -292,7 +291,7 @@ class OpenPatch(QObject):
         """Begin an empty patch, once the present one is safe."""
 
         def begin() -> None:
-            self._set_document(Patch(), None, saved=Patch())
+            self.open_untitled(Patch())
             self.notified.emit("A new patch is open.")
 
         self.ask_to_save(begin)
@@ -311,7 +310,7 @@ class OpenPatch(QObject):
 
     def open_untitled(self, patch: Patch) -> None:
         """Begin with a patch without a file, such as an imported one."""
-        self._set_document(patch, None, saved=patch)
+        self._replace(SlotContent(patch, None, patch))
 
     def save(self, then: Callable[[], object] | None = None) -> None:
         """Save to the patch's file, asking for one if needed; call `then` once it is saved."""
@@ -330,7 +329,7 @@ class OpenPatch(QObject):
     def _was_changed(self, path: Path) -> bool:
         """Return whether the patch's file holds something else than was read from it or written to it."""
         try:
-            return read_file(path) != self._saved.dumps() and self.nodes.load(path) != self._saved
+            return read_file(path) != self.content.saved.dumps() and self.nodes.load(path) != self.content.saved
         except UnderfootError:  # as a patch, or not at all
             return path.exists()
 
@@ -353,8 +352,7 @@ class OpenPatch(QObject):
             self.notified.emit(str(error))
             return False
         left = self.nodes.copy_node_files(patch, self.folder, folder)
-        self.patch = self._saved = patch
-        self._set_path(path)
+        self._set_content(SlotContent(patch, path, patch))
         self._settings.outside_files += self._unknown_files(patch, folder)  # the user's own choice
         if patch != before:
             self.paths_changed.emit(patch)

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
-from windows import design, dialog_of, noise_patch, quiet_window
+from windows import choose_file, design, dialog_of, noise_patch, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -69,8 +69,8 @@ def test_closing_asks_about_both_one_after_the_other(two, qtbot):
 
 
 def test_each_slot_is_saved_to_its_own_file(two, qtbot, tmp_path):
-    two.open_patch.path = tmp_path / "b.json"
-    two.open_patch.save()
+    choose_file(two, tmp_path / "b.json", two.open_patch.save)
+    qtbot.waitUntil(two.isActiveWindow)
     assert Patch.load(tmp_path / "b.json", REGISTRY).node("noise").parameters == {"amplitude": 4.0}
     QTest.keyClick(design(two).canvas, X)
     assert two.open_patch.path == tmp_path / "hiss.json"
