@@ -1,16 +1,19 @@
 """Windows of tests, the patch that they open, and what they play."""
 
+from contextlib import contextmanager
+
 import numpy as np
 from live import LONG_BLOCK
 from on_screen import show
 from polling import Poll
 from PySide6.QtCore import QCoreApplication, QEvent
-from PySide6.QtWidgets import QFileDialog, QLineEdit
+from PySide6.QtWidgets import QFileDialog, QLineEdit, QWidget
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
 
@@ -31,6 +34,21 @@ def quiet_window(qtbot, folder, path=None):
     qtbot.addWidget(made, before_close_func=lambda w: w.leave())
     show(qtbot, made)
     return made
+
+
+@contextmanager
+def started_patch(folder, path=None):
+    """The open patch of a start with `path`, without a window, and what it says. What is unsaved at its end is kept."""
+    over, said = QWidget(), []
+    made = OpenPatch(REGISTRY, Settings(), folder / "unsaved", over)
+    made.notified.connect(said.append)
+    made.restore_or_open(path, Patch())
+    try:
+        yield made, said
+    finally:
+        made.keeps_autosave = True
+        made.close()
+        over.deleteLater()
 
 
 def play_on_simulator(folder):

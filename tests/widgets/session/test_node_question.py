@@ -4,7 +4,7 @@ from long_recording import write_recording
 from made_studies import protocol_text
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
-from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
+from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window, started_patch
 
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -52,21 +52,21 @@ def test_a_node_is_run_and_offered_once_the_person_has_agreed(qtbot, own_node):
 
 
 def test_another_file_is_asked_about_again_and_is_what_is_run_then(qtbot, own_node):
-    window = quiet_window(qtbot, own_node.folder / "kept")
-    window.open_patch.open(own_node.patch)
-    answer(qtbot, window, "Run it")
-    first = REGISTRY["hum-of-mine"]
-    own_node.write(sign="-1.0")
-    window.open_patch.open(own_node.patch)
-    assert own_node.runs == 1
-    answer(qtbot, window, "Do not")
-    assert REGISTRY["hum-of-mine"].missing  # the file that was agreed to is not there any more
-    assert own_node.runs == 1
-    own_node.write(sign="-2.0")
-    window.open_patch.open(own_node.patch)
-    answer(qtbot, window, "Run it")
-    assert own_node.runs == 2
-    assert REGISTRY["hum-of-mine"] is not first
+    with started_patch(own_node.folder / "kept") as (open_patch, _):
+        open_patch.open(own_node.patch)
+        answer(qtbot, open_patch.parent(), "Run it")
+        first = REGISTRY["hum-of-mine"]
+        own_node.write(sign="-1.0")
+        open_patch.open(own_node.patch)
+        assert own_node.runs == 1
+        answer(qtbot, open_patch.parent(), "Do not")
+        assert REGISTRY["hum-of-mine"].missing  # the file that was agreed to is not there any more
+        assert own_node.runs == 1
+        own_node.write(sign="-2.0")
+        open_patch.open(own_node.patch)
+        answer(qtbot, open_patch.parent(), "Run it")
+        assert own_node.runs == 2
+        assert REGISTRY["hum-of-mine"] is not first
 
 
 def test_without_consent_the_node_is_missing_says_why_and_is_saved_as_it_is(qtbot, own_node):
@@ -172,36 +172,35 @@ def test_a_study_of_ones_own_waits_for_the_answer_when_its_page_is_opened(qtbot,
 
 
 def test_a_patch_that_is_saved_elsewhere_takes_its_node_along_and_writes_over_no_other(qtbot, own_node):
-    window = quiet_window(qtbot, own_node.folder / "kept")
-    window.open_patch.open(own_node.patch)
-    answer(qtbot, window, "Run it")
-    save_as = window.actions_by_name["save as"].trigger
-    for name in ("first", "second"):
-        (own_node.folder / name).mkdir()
-    other = own_node.folder / "second" / "nodes" / own_node.file.name
-    other.parent.mkdir()
-    other.write_text("# mine")
-    choose_file(window, own_node.folder / "first" / "hum.json", save_as)
-    assert (own_node.folder / "first" / "nodes" / own_node.file.name).read_bytes() == own_node.file.read_bytes()
-    assert window.status.message == f"Saved as {own_node.folder / 'first' / 'hum.json'}"
-    choose_file(window, own_node.folder / "second" / "hum.json", save_as)
-    assert other.read_text() == "# mine"
-    assert "is another one, and stays" in window.status.message
+    with started_patch(own_node.folder / "kept") as (open_patch, said):
+        open_patch.open(own_node.patch)
+        answer(qtbot, open_patch.parent(), "Run it")
+        for name in ("first", "second"):
+            (own_node.folder / name).mkdir()
+        other = own_node.folder / "second" / "nodes" / own_node.file.name
+        other.parent.mkdir()
+        other.write_text("# mine")
+        choose_file(open_patch.parent(), own_node.folder / "first" / "hum.json", open_patch.save_as)
+        assert (own_node.folder / "first" / "nodes" / own_node.file.name).read_bytes() == own_node.file.read_bytes()
+        assert said[-1] == f"Saved as {own_node.folder / 'first' / 'hum.json'}"
+        choose_file(open_patch.parent(), own_node.folder / "second" / "hum.json", open_patch.save_as)
+        assert other.read_text() == "# mine"
+        assert "is another one, and stays" in said[-1]
 
 
 def test_a_patch_is_saved_though_its_node_is_another_one_meanwhile(qtbot, own_node):
-    window = quiet_window(qtbot, own_node.folder / "kept")
-    window.open_patch.open(own_node.patch)
-    answer(qtbot, window, "Run it")
-    edited = window.open_patch.patch.move({"hum": (10.0, 0.0)})
-    design(window).document.edit(edited, "Move")
-    plain = own_node.patch.with_name("plain.json")
-    noise_patch().save(plain)
-    window.open_patch.switch()
-    window.open_patch.read(plain)
-    own_node.file.write_text(own_node.file.read_text().replace("strength", "level"))
-    window.open_patch.read(plain)  # in the other slot, with a node of which the first patch cannot be
-    answer(qtbot, window, "Run it")
-    window.open_patch.switch()
-    window.open_patch.save()
-    assert Patch.unchecked(own_node.patch.read_bytes(), "saved") == edited
+    with started_patch(own_node.folder / "kept") as (open_patch, _):
+        open_patch.open(own_node.patch)
+        answer(qtbot, open_patch.parent(), "Run it")
+        edited = open_patch.patch.move({"hum": (10.0, 0.0)})
+        open_patch.set_patch(edited)
+        plain = own_node.patch.with_name("plain.json")
+        noise_patch().save(plain)
+        open_patch.switch()
+        open_patch.read(plain)
+        own_node.file.write_text(own_node.file.read_text().replace("strength", "level"))
+        open_patch.read(plain)  # in the other slot, with a node of which the first patch cannot be
+        answer(qtbot, open_patch.parent(), "Run it")
+        open_patch.switch()
+        open_patch.save()
+        assert Patch.unchecked(own_node.patch.read_bytes(), "saved") == edited

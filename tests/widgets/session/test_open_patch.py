@@ -7,7 +7,7 @@ import pytest
 from on_screen import show
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
-from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
+from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window, started_patch
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -56,18 +56,15 @@ def test_a_preset_that_the_window_was_started_with_is_not_saved_over(qtbot, tmp_
 
 def test_work_that_cannot_be_copied_is_said_once_and_copied_when_it_can_be(qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr("underfoot.widgets.session.open_patch.AUTOSAVE_MS", 10)
-    window = quiet_window(qtbot, tmp_path)
-    said = []
-    window.open_patch.notified.connect(said.append)
     kept = tmp_path / "unsaved" / "work-0.json"
-    kept.mkdir()
-    for amplitude in (1.0, 2.0):
-        window.open_patch.set_patch(noise_patch().set("noise", "amplitude", amplitude, REGISTRY))
-        window.open_patch.write_autosave()
-        qtbot.waitUntil(lambda: bool(said))
-    kept.rmdir()
-    qtbot.waitUntil(lambda: '"amplitude":2.0' in kept.read_text() if kept.is_file() else False)
-    window.leave()
+    with started_patch(tmp_path) as (open_patch, said):
+        kept.mkdir()
+        for amplitude in (1.0, 2.0):
+            open_patch.set_patch(noise_patch().set("noise", "amplitude", amplitude, REGISTRY))
+            open_patch.write_autosave()
+            qtbot.waitUntil(lambda: bool(said))
+        kept.rmdir()
+        qtbot.waitUntil(lambda: '"amplitude":2.0' in kept.read_text() if kept.is_file() else False)
     assert said == [f"Unsaved work would not survive a crash: {kept} cannot be written: it is a folder"]
 
 
@@ -169,9 +166,11 @@ def test_settings_are_in_their_file_while_the_window_is_open(qtbot, tmp_path):
     assert Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")]
 
 
-def test_settings_of_two_windows_are_kept(qtbot, tmp_path):
+def test_settings_of_two_windows_are_kept(qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr(settings_file, "LOOK_MS", 1)
     paths = [str(tmp_path / f"{name}.json") for name in ("first", "second", "third")]
-    one, two = quiet_window(qtbot, tmp_path), quiet_window(qtbot, tmp_path)
+    owner = QObject()
+    one, two = (SettingsFile(tmp_path, pytest.fail, owner) for _ in range(2))
     for window, path in zip((one, two, one), paths, strict=True):
         window.settings.remember_file(Path(path))
         qtbot.waitUntil(lambda path=path: path in Settings.load(tmp_path).recent)
@@ -245,7 +244,7 @@ def test_work_is_put_aside_also_when_every_place_is_taken(tmp_path):
 
 
 @pytest.mark.parametrize("is_asked_for", [False, True])
-def test_work_that_cannot_be_read_is_kept_beside_the_next_and_that_is_said(qtbot, tmp_path, is_asked_for):
+def test_work_that_cannot_be_read_is_kept_beside_the_next_and_that_is_said(qapp, tmp_path, is_asked_for):
     """As that of another version: the next copy replaced it."""
     noise_patch().save(tmp_path / "hiss.json")
     left = b'{"format": "underfoot-work", "patch": {"version": 99}, "path": ""}'
@@ -253,11 +252,10 @@ def test_work_that_cannot_be_read_is_kept_beside_the_next_and_that_is_said(qtbot
         work = tmp_path / "unsaved" / "work-0.json"
         work.parent.mkdir(exist_ok=True)
         work.write_bytes(left)
-        window = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json" if is_asked_for else None)
-        assert work.with_name(name).read_bytes() == left
-        assert window.status.message.endswith(f"work-0.json cannot be read; it is kept as {name}")
-        design(window).document.edit(noise_patch("Edited"), "All")
-        window.leave()
+        with started_patch(tmp_path, tmp_path / "hiss.json" if is_asked_for else None) as (open_patch, said):
+            assert work.with_name(name).read_bytes() == left
+            assert said[-1].endswith(f"work-0.json cannot be read; it is kept as {name}")
+            open_patch.set_patch(noise_patch("Edited"))
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1]", "\udcff".encode(errors="surrogateescape").decode("latin-1")])
@@ -397,42 +395,40 @@ def test_a_patch_that_reads_files_outside_its_folder_is_opened_once_the_person_s
     patch.save(strange / "strange.json")
     (strange / "linked.wav").symlink_to(tmp_path / "secret.wav")
     patch.set("wav-player", "file", "linked.wav", REGISTRY).save(strange / "linked.json")
-    window = quiet_window(qtbot, tmp_path)
-    before = window.open_patch.patch
-    for name in ("strange.json", "linked.json"):
-        window.open_patch.open(strange / name)
-        question = dialog_of(window, QMessageBox)
-        assert "outside its own folder" in question.text()
-        assert question.textFormat() == Qt.TextFormat.PlainText
-        qtbot.mouseClick(question.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
-        assert window.open_patch.patch == before
-    window.open_patch.open(strange / "strange.json")
-    question = dialog_of(window, QMessageBox)
-    assert str(tmp_path / "secret.wav") in question.text()
-    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Open), Qt.MouseButton.LeftButton)
-    assert window.open_patch.patch == patch
-    window.open_patch.new()
-    window.open_patch.open(strange / "strange.json")  # not asked a second time
-    assert window.open_patch.patch == patch
+    with started_patch(tmp_path) as (open_patch, _):
+        before = open_patch.patch
+        for name in ("strange.json", "linked.json"):
+            open_patch.open(strange / name)
+            question = dialog_of(open_patch.parent(), QMessageBox)
+            assert "outside its own folder" in question.text()
+            assert question.textFormat() == Qt.TextFormat.PlainText
+            qtbot.mouseClick(question.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+            assert open_patch.patch == before
+        open_patch.open(strange / "strange.json")
+        question = dialog_of(open_patch.parent(), QMessageBox)
+        assert str(tmp_path / "secret.wav") in question.text()
+        qtbot.mouseClick(question.button(QMessageBox.StandardButton.Open), Qt.MouseButton.LeftButton)
+        assert open_patch.patch == patch
+        open_patch.new()
+        open_patch.open(strange / "strange.json")  # not asked a second time
+        assert open_patch.patch == patch
 
 
 def test_work_left_by_a_crash_is_kept_when_the_file_of_the_start_is_opened_after_a_question(qtbot, tmp_path):
-    first = quiet_window(qtbot, tmp_path)
-    design(first).document.edit(noise_patch("Left behind"), "All")
-    first.leave()
+    with started_patch(tmp_path) as (first, _):
+        first.set_patch(noise_patch("Left behind"))
     folder = tmp_path / "patches"
     folder.mkdir()
     Patch(title="Outside").add("wav-player", REGISTRY, file="../rain.wav").save(folder / "outside.json")
-    second = quiet_window(qtbot, tmp_path, folder / "outside.json")
-    assert second.open_patch.patch.title == "Left behind"
-    second.open_patch.write_autosave()
-    question = dialog_of(second, QMessageBox)
-    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Open), Qt.MouseButton.LeftButton)
-    assert second.open_patch.patch.title == "Outside"
-    assert "Unsaved work from last time is kept" in second.status.message
-    second.close()
-    assert not second.isVisible()
-    assert quiet_window(qtbot, tmp_path).open_patch.patch.title == "Left behind"
+    with started_patch(tmp_path, folder / "outside.json") as (second, said):
+        assert second.patch.title == "Left behind"
+        second.write_autosave()
+        question = dialog_of(second.parent(), QMessageBox)
+        qtbot.mouseClick(question.button(QMessageBox.StandardButton.Open), Qt.MouseButton.LeftButton)
+        assert second.patch.title == "Outside"
+        assert "Unsaved work from last time is kept" in said[-1]
+    with started_patch(tmp_path) as (third, _):
+        assert third.patch.title == "Left behind"
 
 
 def test_a_patch_that_the_person_saved_is_opened_without_a_question(qtbot, tmp_path):
