@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
 from underfoot.drawing.layout import AXIS_PX, Margins, content_of, frame_of
 from underfoot.drawing.shapes import Area, Backdrop, Dots, HeatImage, Polyline, Segments, Text
+from underfoot.drawing.table import csv
 
 LIVE = Drawing(
     "force",
@@ -44,6 +45,16 @@ def test_a_drawing_has_its_title_labels_and_legend_around_the_axes():
     keys = [shape for shape in frame.shapes if isinstance(shape, Polyline)]
     assert len(keys) == 2
     assert keys[1].points[:, 0].min() > words["first"].x + measure("first", 11)
+
+
+def test_points_have_their_labels_beside_them_and_within_the_axes():
+    dots = replace(series("", [0.0, 0.5, 1.0], [0.0, np.nan, 1.0], "dots"), labels=("sand", "lost", "gravel"))
+    drawing = Drawing("Map", "x", "y", (dots,), x_range=(0.0, 1.0), y_range=(0.0, 1.0))
+    frame = framed(drawing)
+    left, right = (shape for shape in content_of(drawing, frame, measure) if isinstance(shape, Text))
+    assert (left.text, left.anchor, right.text, right.anchor) == ("sand", "start", "gravel", "end")
+    assert frame.area.left < left.x < right.x < frame.area.right
+    assert [line.split(",")[0] for line in csv(drawing).splitlines()] == ["series", "sand", "lost", "gravel"]
 
 
 def test_a_long_title_and_a_long_legend_go_on_in_the_next_line():

@@ -28,6 +28,7 @@ class Series(Struct, frozen=True):
     - `colour`: a name in `COLOURS`.
     - `right`: whether `y` belongs to the axis on the right.
     - `in_legend`: whether the legend has its name: of many alike it has none, while a table tells them apart.
+    - `labels`: a text beside each point, or none.
 
     Points that are not finite are left out, and break a line; so are points at or below 0 on a logarithmic axis.
     """
@@ -41,6 +42,7 @@ class Series(Struct, frozen=True):
     right: bool = False
     in_legend: bool = True
     spread: NDArray[np.float64] | None = None
+    labels: tuple[str, ...] = ()
 
     @property
     def outline_y(self) -> NDArray[np.float64]:

@@ -97,6 +97,7 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         yield Segments(np.array([ends]), line.colour, line.dashed)
     for series in drawing.series:
         yield from shapes_of(series, x, frame.right if series.right and frame.right is not None else y)
+        yield from _labels_of(series, x, y, area, measure)
     for line in marks:
         if line.name:
             top = float(y.place(line.at)) if line.axis == "y" else area.top
@@ -108,6 +109,15 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         yield from frame.above
     else:
         yield from _note(drawing.note, area, measure)
+
+
+def _labels_of(series: Series, x: Axis, y: Axis, area: Box, measure: Measure) -> Iterator[Shape]:
+    """Yield the label of each point, to its right, or, at the right edge, to its left."""
+    for label, across, up in zip(series.labels, x.place(series.x), y.place(series.y), strict=False):
+        if math.isfinite(across) and math.isfinite(up):
+            is_left = across + _PAD + measure(label, SMALL_PX) > area.right
+            place = float(across) + (-_PAD if is_left else _PAD)
+            yield Text(label, place, float(up) + 4.0, "text", "end" if is_left else "start")
 
 
 def _note(note: str, area: Box, measure: Measure) -> Iterator[Shape]:

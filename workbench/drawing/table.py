@@ -6,8 +6,8 @@ from underfoot.drawing import Drawing
 
 
 def csv(drawing: Drawing) -> str:
-    """Return every point drawn, one per line, with its series and, for arrows, the end, for bands how far they reach to
-    each side; then every level of a heat map, at the centre of its cell.
+    """Return every point drawn, one per line, with its series or its own label and, for arrows, the end, for bands how
+    far they reach to each side; then every level of a heat map, at the centre of its cell.
 
     >>> from underfoot.drawing import series
     >>> print(csv(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),))), end="")
@@ -27,7 +27,8 @@ def csv(drawing: Drawing) -> str:
         cells = [[""] * len(series.x) if one is None else [f"{v:.9g}" for v in one.tolist()] for one in columns]
         if drawing.x_names:
             cells[0] = [_quoted(drawing.x_names[round(at) - 1]) for at in series.x.tolist()]
-        lines += [",".join([name, *row]) for row in zip(*cells, strict=True)]
+        names = map(_quoted, series.labels) if series.labels else [name] * len(series.x)
+        lines += [",".join([label, *row]) for label, *row in zip(names, *cells, strict=True)]
     heat = drawing.heat
     if heat is not None:
         rows, columns = heat.levels.shape

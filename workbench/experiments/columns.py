@@ -39,6 +39,8 @@ DESCRIPTIONS = {
     "number": "Answer: number of a stimulus.",
     "answer": "Answer: one of the words of the protocol.",
     "rating": "Answer: place on the slider, 0 to 100.",
+    "dissimilarity": "Answer: how different both of a pair were, 0 to 100.",
+    "same": "Answer: whether both of a pair were the same, yes or no.",
     "magnitude": "Answer: a number above 0, on a scale of the participant's own.",
     "label": "Answer: the participant's own words.",
     "sort": "What the label was sorted into.",

@@ -3,10 +3,13 @@
 import math
 from collections.abc import Mapping
 
+from underfoot.experiments.methods.pairs import DISSIMILARITY, SAME
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import Adjusted
 
 _PAGE_S, _QUESTION_S, _ANSWER_S, _ADJUST_S = 15.0, 8.0, 2.5, 20.0
+_OF_TWO = ("interval", DISSIMILARITY, SAME)
+"""The answers to trials that have two intervals also without a standard."""
 _BY_FOOT_S: Mapping[str, float] = {"step": 3.0, "crossings": 8.0}
 """Usual duration of a presentation started by foot, in seconds."""
 
@@ -37,7 +40,7 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
     if isinstance(method.questions_for(given)[0], Adjusted):
         trial_s = _ADJUST_S + stage.trial_pause_s
     elif method.uses_stimuli:
-        intervals = 2 if given.get("standard") or method.questions_for(given)[0].name == "interval" else 1
+        intervals = 2 if given.get("standard") or method.questions_for(given)[0].name in _OF_TWO else 1
         presented_s = intervals * _BY_FOOT_S.get(stage.start, protocol.present_s)
         trial_s = presented_s + (intervals - 1) * stage.interval_pause_s + _ANSWER_S + stage.trial_pause_s
     else:

@@ -17,6 +17,7 @@ from underfoot.experiments.methods.adjustment import ASCENDING, LEVEL_DB, SET_TO
 from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, balanced_share, is_silent
 from underfoot.experiments.observer import Observer
+from underfoot.experiments.pair_judge import PairJudge
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.study import Page
@@ -434,6 +435,7 @@ OBSERVERS: Mapping[str, type[Observer]] = {
         Discriminator,
         Rater,
         MagnitudeEstimator,
+        PairJudge,
         Labeller,
         FootSelector,
     )

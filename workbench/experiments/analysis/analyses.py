@@ -17,6 +17,7 @@ from underfoot.experiments.analysis import (
     identification,
     labels,
     magnitudes,
+    pairs,
     ratings,
     staircase,
     targets,
@@ -34,6 +35,7 @@ from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.method import BLOCK_ROW
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.methods.adjustment import ASCENDING, DESCENDING, SET_TO
+from underfoot.experiments.methods.pairs import DISSIMILARITY, SAME
 from underfoot.experiments.methods.staircases import is_silent
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
@@ -64,6 +66,7 @@ ANALYSES: Mapping[str, Analysis] = {
     "adjustment": Analysis(adjustment.estimates, adjustment.findings, ("comparison", "series", "level_db or set_to")),
     "rating": Analysis(ratings.estimates, ratings.findings, ("stimulus", "rating")),
     "magnitude-estimation": Analysis(magnitudes.estimates, magnitudes.findings, ("stimulus", "magnitude")),
+    "pairs": Analysis(pairs.estimates, pairs.findings, ("stimulus", "other", f"{DISSIMILARITY} or {SAME}")),
     "free-labels": Analysis(labels.estimates, labels.findings, ("stimulus", "label")),
     "target-selection": Analysis(
         targets.estimates, targets.findings, ("selected", "time_s", "width_m", "distance_m", "bearing_rad")
@@ -189,13 +192,14 @@ def _spoiled(rows: Iterable[Row]) -> list[str]:
 
 
 _NUMBERS = (
-    *("trial", "block", "run", "rating", "magnitude", "level_db", "gain_db", "level_m_s2", "time_s"),
+    *("trial", "block", "run", "rating", DISSIMILARITY, "magnitude", "level_db", "gain_db", "level_m_s2", "time_s"),
     *(SET_TO, "start_at", "standard_at"),
     *("width_m", "distance_m", "bearing_rad", "stages_row", BLOCK_ROW),
 )
 _WHOLE = ("number", "correct")
 _WORDS = {
     "felt": (YES, NO),
+    SAME: (YES, NO),
     "selected": (YES, NO),
     "interval": (FIRST, SECOND),
     "comparison_at": (FIRST, SECOND),
