@@ -13,6 +13,7 @@ from made_recordings import ABOUT
 
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile, BadValue
+from underfoot.records.exports import ExportSource, write_export
 from underfoot.records.recording import Recording
 from underfoot.records.recording_format import APPLICATION_ID
 from underfoot.records.recording_writer import Writer
@@ -95,6 +96,25 @@ def test_one_with_more_frames_than_there_are_numbers_for_is_refused(whole):
         base.execute("update vibration set count = 9223372036854775807 where first > 0")
     with Recording(whole) as recording, pytest.raises(BadFile, match="vibration cannot be read: its rows are numbered"):
         assert recording.span
+
+
+@pytest.mark.parametrize("suffix", [".wav", ".h5"])
+@pytest.mark.parametrize(
+    "lie", ["update vibration set first = 1099511627776 where first > 0", "update force set data = ?"]
+)
+def test_silence_of_months_is_not_written_and_what_is_before_it_can_be(whole, tmp_path, suffix, lie):
+    """A number in the file says so; it took until the disk was full."""
+    samples = np.zeros((200, 10))
+    samples[199, :2] = 2.0**40
+    with closing(sqlite3.connect(whole)) as base, base:
+        base.execute(lie, [samples.tobytes()] * lie.count("?"))
+    path = tmp_path / f"out{suffix}"
+    with Recording(whole) as recording:
+        with pytest.raises(BadFile, match=r"whole.uf has no vibration for 265.1 days from 0\.[12] s on; allowed: "):
+            write_export(ExportSource(recording), path)
+        assert not path.exists()
+        write_export(ExportSource(recording, stretch_s=(0.0, 0.1)), path)
+    assert path.exists()
 
 
 @pytest.mark.parametrize("key", ["rate", "force_rate"])
