@@ -48,10 +48,13 @@ def test_gait_is_that_of_the_walker():
         assert step.double_support_ms == pytest.approx(stance_ms - 1e3 * walker.step_s, abs=15.0)
         assert step.swing_ms == pytest.approx(2e3 * walker.step_s - stance_ms, abs=15.0)
         assert step.heading_deg == pytest.approx(0.0, abs=2.0 * step.heading_error_deg)
+        assert step.speed_m_s == pytest.approx(0.6 * 110.0 / 60.0, rel=0.03)
+        assert step.stance_percent == pytest.approx(50.0 * walker.contact_s / walker.step_s, abs=1.0)
     (found,) = gait_of(steps)
     assert found.cadence_per_min == pytest.approx(110.0, rel=0.02)
     assert found.stance_asymmetry_percent < 2.0
     assert found.line().startswith(f"person 1: {len(steps)} steps, 110 steps a minute, length 6")
+    assert ", 1.1" in found.line()
 
 
 def test_a_step_that_was_not_seen_leaves_what_is_between_its_neighbours_unknown():

@@ -23,6 +23,8 @@ from underfoot.widgets.controls.tables import leaves_space, make_read_only, offe
 
 ROWS = (
     *(column for column in COLUMNS if column.name in (*STEP_MEASURES, *BODY_WEIGHT_MEASURES)),
+    Column("speed_m_s", "Speed", "m/s", 2, "Step length times cadence, of steps that are not beside a turn"),
+    Column("stance_percent", "Stance", "% of the cycle", 1, "Contact over contact and the swing before it"),
     *map(
         Column,
         GAIT_MEASURES,

@@ -96,14 +96,17 @@ def _lines(groups: "Sequence[Group]") -> list[str]:
 
 
 def _text(one: "Figures") -> str:
-    """Return mean, SD and difference; what rounds to 0 has no minus.
+    """Return mean, SD and difference; what rounds to 0 has no minus. Means below 10 have two decimals.
 
     >>> from underfoot.records.comparison import Figures
     >>> _text(Figures(2, 616.7, 1.0, -0.1, -0.02))
     '616.7 ± 1.0 +0.0 %'
+    >>> _text(Figures(2, 1.234, 0.056))
+    '1.23 ± 0.06'
     """
     if not one.count:
         return "-"
-    spread = f" ± {one.sd:.1f}" if math.isfinite(one.sd) else ""
+    form = "z.1f" if abs(one.mean) >= 10.0 else "z.2f"
+    spread = f" ± {one.sd:{form}}" if math.isfinite(one.sd) else ""
     share = f" {one.difference_percent:+z.1f} %" if math.isfinite(one.difference_percent) else ""
-    return f"{one.mean:z.1f}{spread}{share}"
+    return f"{one.mean:{form}}{spread}{share}"

@@ -82,6 +82,16 @@ class Step(Struct, frozen=True):
         """When the contact ended."""
         return self.start_s + 1e-3 * self.contact_ms
 
+    @property
+    def speed_m_s(self) -> float:
+        """Walking speed from the person's last step to this one: step length times cadence."""
+        return self.step_length_mm * self.cadence_per_min / 6e4
+
+    @property
+    def stance_percent(self) -> float:
+        """Share of this foot's gait cycle, the swing before and the contact, in which it is on the ground."""
+        return 100.0 * self.contact_ms / (self.swing_ms + self.contact_ms)
+
     peak1_percent_bw = _percent_bw("peak1_n")
     valley_percent_bw = _percent_bw("valley_n")
     peak2_percent_bw = _percent_bw("peak2_n")

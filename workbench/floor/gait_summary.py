@@ -86,6 +86,7 @@ class PersonGait:
             (self.cadence_per_min, "{:.0f} steps a minute"),
             (self.step_length_mm, "length {:.0f} mm"),
             (self.step_width_mm, "width {:.0f} mm"),
+            (self.step_length_mm * self.cadence_per_min / 6e4, "{:.2f} m/s"),
             (self.stance_ms, "stance {:.0f} ms"),
             (self.swing_ms, "swing {:.0f} ms"),
             (abs(self.double_support_ms), feet + " {:.0f} ms"),

@@ -34,6 +34,8 @@ STEP_MEASURES = (
     "step_width_mm",
     "swing_ms",
     "double_support_ms",
+    "speed_m_s",
+    "stance_percent",
 )
 """Measures of a `Step` of which a mean says something; that of a heading, a time or a number does not."""
 GAIT_MEASURES = ("stance_asymmetry_percent", "length_asymmetry_percent", "stride_variation_percent")
@@ -44,7 +46,7 @@ _MOST_BANDS = 4
 """Of more groups, bands would lie over each other and over the means."""
 STANCE_SUFFIX = ".stance.csv"
 
-_NO_SHARE = ("double_support_ms", *GAIT_MEASURES)
+_NO_SHARE = ("double_support_ms", "stance_percent", *GAIT_MEASURES)
 _COLOURS = ("force", "vibration", "events", "contact", "measured", "muted")
 
 
