@@ -32,9 +32,9 @@ DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
 """Time for which a sensor must carry less than `DEAD_N` to be dead; `ALIVE_N` is a sign of life. For the same time it
 must fall to be reversed.
 """
-FLAT_S, FLAT_SAMPLES, FLAT_SHARE = 0.020, 8, 0.15
+FLAT_S, FLAT_SAMPLES, FLAT_SHARE, FLATS = 0.020, 8, 0.15, 5
 """A constant reading for this time and number of samples is a fault if the others' load changes by this share
-meanwhile.
+meanwhile, and if it is the same reading as often in a row, or for `DEAD_S`.
 """
 FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
 """A loose sensor loses at least `FALL_N` at once and recovers within `BACK_S`, `FALLS` times within `WITHIN_S`."""
@@ -56,6 +56,9 @@ _SENSOR = np.dtype(
         ("flat_s", np.float64),
         ("flat_samples", np.int64),
         ("flat_others_n", np.float64),
+        ("is_counted", np.bool_),
+        ("flats", np.int64),
+        ("flat_reading", np.int64),
         ("dead_s", np.float64),
         ("reversed_s", np.float64),
         ("fell_s", np.float64),
@@ -71,9 +74,10 @@ _SENSOR = np.dtype(
     align=True,
 )
 """State of a sensor: its force at rest, its newest force and reading, and the ends of its readings; the time and
-samples of a constant reading, and the others' load when it began; the times for which it looked dead, and reversed; its
-last fall to rest (-inf: it has recovered), from which load, how often, and when first; for how long it has been well;
-its mean, the side of it on which it swung last, and in these `NOISY_S` how often and how far.
+samples of a constant reading, the others' load when it began, whether it is among the `flats` so far, all at
+`flat_reading`; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has recovered), from
+which load, how often, and when first; for how long it has been well; its mean, the side of it on which it swung last,
+and in these `NOISY_S` how often and how far.
 """
 _TILE = np.dtype(
     [
@@ -367,12 +371,18 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
     if reading != sensor.reading or step_s == 0.0 or own_n < CONTACT_N:
         sensor.flat_samples = 0
         sensor.flat_s = 0.0
+        sensor.is_counted = False
         sensor.flat_others_n = others_n
         return False
     flat_samples, flat_s, began_n = sensor.flat_samples + 1, sensor.flat_s + step_s, sensor.flat_others_n
     sensor.flat_samples, sensor.flat_s = flat_samples, flat_s
     has_changed = abs(others_n - began_n) > max(FLAT_SHARE * max(others_n, began_n), CONTACT_N)
     if flat_samples < FLAT_SAMPLES or flat_s < FLAT_S or not has_changed:
+        return False
+    if not sensor.is_counted:  # where a foot rolls on, a converter of 10 bits rests for a moment, now here, now there
+        sensor.flats = sensor.flats + 1 if reading == sensor.flat_reading else 1
+        sensor.flat_reading, sensor.is_counted = reading, True
+    if sensor.flats < FLATS and flat_s < DEAD_S:
         return False
     sensor.well_s = 0.0
     return True
