@@ -1,7 +1,7 @@
 """The inspector: the selected nodes, with controls made from the declarations of their parameters."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -19,7 +19,7 @@ from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
 from underfoot.patch.wiring import node_id, port_name
 from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.controls.fields import Field, ParameterEditor, value_text
+from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
@@ -32,7 +32,7 @@ from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.pictured_editor import pictured_editor_for
 from underfoot.widgets.design.rhythm_editor import RhythmEditor
 from underfoot.widgets.design.scene import percent
-from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
+from underfoot.widgets.design.shared_parameters import Shared, range_text, shared_by, shown_value, values_of
 
 INTERVAL_NODES = ("poisson", "texture")
 """Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
@@ -93,7 +93,8 @@ class Inspector(QScrollArea):
         self._registry = registry
         self._patch = Patch()
         self._ids: list[str] = []
-        self._group: Group | None = None
+        self._groups: Sequence[Group] = ()
+        self._shared: list[Shared] = []
         self._tiles: tuple[str, ...] = ()
         self._folder: Path | None = None
         self._shape: object = None
@@ -116,19 +117,19 @@ class Inspector(QScrollArea):
         self.setMinimumWidth(MINIMUM_PX)
         self.show_selection(Patch(), [])
 
-    def show_selection(self, patch: Patch, ids: Sequence[str], group: str = "") -> None:
-        """Show these nodes of a patch; without any, show the patch. `group` is the group they belong to, if given."""
+    def show_selection(self, patch: Patch, ids: Sequence[str], groups: Collection[str] = ()) -> None:
+        """Show these nodes of a patch; without any, show the patch. `groups` are the sub-patches that have them all."""
         self._patch = patch
-        self._group = next((one for one in patch.groups if one.id == group), None)
+        self._groups = [one for one in patch.groups if one.id in groups]
         there = {node.id: node for node in patch.nodes}
         self._ids = [id for id in ids if id in there]
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
         around = [(one.id, one.title, one.published) for one in patch.groups if {*self._ids}.intersection(one.members)]
         ends = [(id, name) for id in self._ids[:1] for name in self._registry[there[id].type].parameters]
-        if self._group is not None:
-            ends = [(node_id(end), port_name(end)) for end in self._group.published]
+        if self._groups:
+            ends = [(node_id(end), port_name(end)) for group in self._groups for end in group.published]
         units = [getattr(self._declared(*end), "unit", "") for end in ends]
-        looks = (shape, group, around, units)
+        looks = (shape, [group.id for group in self._groups], around, units)
         if looks != self._shape:
             self._shape = looks
             self._edit_number += 1
@@ -139,7 +140,7 @@ class Inspector(QScrollArea):
         """Rebuild the page in the current colours."""
         distributions = self._distributions
         self._shape = None
-        self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
+        self.show_selection(self._patch, self._ids, [group.id for group in self._groups])
         if distributions is not None:
             self.show_distributions(distributions)
 
@@ -165,7 +166,7 @@ class Inspector(QScrollArea):
     def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
         """Show the ranges of the outputs ("node.port") in their last preview, for driving nodes."""
         self._signal_ranges = signal_ranges
-        if len(self._ids) == 1 or self._group is not None:
+        if len(self._ids) == 1 or len(self._groups) == 1:
             self._refresh()
 
     def show_set_values(self, values: Mapping[tuple[str, str], object]) -> None:
@@ -203,8 +204,8 @@ class Inspector(QScrollArea):
         column.setSpacing(8)
         self._cost = theme.label("")
         self._tiles_awake = theme.label("")
-        if self._group is not None:
-            self._build_group(column, self._group)
+        if len(self._groups) == 1:
+            self._build_group(column, self._groups[0])
         elif len(self._ids) == 1:
             self._build_node(column, self._registry[self._patch.node(self._ids[0]).type])
         elif self._ids:
@@ -281,7 +282,7 @@ class Inspector(QScrollArea):
         It has what concerns OSC, too.
         """
         groups = self._patch.groups
-        first = self._group.id if self._group is not None else innermost(groups).get(node_id(end), "")
+        first = self._groups[0].id if self._groups else innermost(groups).get(node_id(end), "")
         around = [one for id in chain(groups, first) for one in groups if one.id == id and one.collapsed]
         for group in reversed(around):  # a frame shows no parameters
             where = "" if group is around[-1] else f" around it{group.title and f': {group.title}'}"
@@ -327,18 +328,22 @@ class Inspector(QScrollArea):
                 self.edited.emit([id], name, value, f"{id}.{notes} {self._edit_number}")
 
     def _build_many(self, column: QVBoxLayout) -> None:
-        column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
+        of = f" in {len(self._groups)} sub-patches" if self._groups else ""
+        column.addWidget(theme.paragraph(f"{len(self._ids)} nodes{of}", "title"))
         there = {node.id: node.type for node in self._patch.nodes}
-        types = [self._registry[there[id]] for id in self._ids]
-        column.addWidget(theme.paragraph(", ".join(_with_counts([type.label for type in types])), "small"))
+        names = [self._registry[there[id]].label for id in self._ids]
+        column.addWidget(theme.paragraph(", ".join(_with_counts(names)), "small"))
         column.addSpacing(8)
-        ids = list(self._ids)
-        for name, parameter in shared_parameters(types).items():
-            editor = editor_for(parameter)
-            self._add_editor(column, name, editor)
+        self._shared = shared_by(self._patch, self._registry, self._ids, self._groups)
+        for parameter, label, ids in self._shared:
+            editor, name = editor_for(parameter), parameter.name
+            self._add_editor(column, f"{ids[0]}.{name}" if self._groups else name, editor)
+            editor.set_name(label)
             editor.label.setWordWrap(True)
             editor.value_changed.connect(
-                lambda value, name=name: self.edited.emit(ids, name, value, f"{ids}.{name} {self._edit_number}")
+                lambda value, ids=list(ids), name=name: self.edited.emit(
+                    ids, name, value, f"{ids}.{name} {self._edit_number}"
+                )
             )
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost})
@@ -392,7 +397,7 @@ class Inspector(QScrollArea):
 
     def _refresh(self) -> None:
         wires = drivers(self._patch)
-        if self._group is not None:
+        if len(self._groups) == 1:
             for end, editor in self.editors.items():
                 self._show_parameter(editor, node_id(end), port_name(end), wires)
         elif len(self._ids) == 1:
@@ -404,11 +409,12 @@ class Inspector(QScrollArea):
             if self.picture is not None:
                 self.picture.set_values({name: editor.value() for name, editor in self.editors.items()})
         elif self._ids:
-            for name, editor in self.editors.items():
-                driven = sum(name in wires.get(id, {}) for id in self._ids)
-                values = values_of(self._patch, self._registry, self._ids, name, self._set_values)
-                is_set = any((id, name) in self._set_values for id in self._ids)
-                self._show_values(editor, values, driven, is_set=is_set)
+            for (parameter, _, ids), editor in zip(self._shared, self.editors.values(), strict=True):
+                name = parameter.name
+                driven = sum(name in wires.get(id, {}) for id in ids)
+                values = values_of(self._patch, self._registry, ids, name, self._set_values)
+                is_set = any((id, name) in self._set_values for id in ids)
+                self._show_values(editor, values, f"{driven} of {len(ids)}" if driven else "", is_set=is_set)
         else:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
@@ -432,13 +438,13 @@ class Inspector(QScrollArea):
         if isinstance(editor, NumberEditor):
             self._show_driver(editor, source)
 
-    def _show_values(self, editor: ParameterEditor, values: list[object], driven: int, *, is_set: bool) -> None:
+    def _show_values(self, editor: ParameterEditor, values: list[object], driven: str, *, is_set: bool) -> None:
         """Show the common value of several nodes, or that their values differ, in how many it is driven, and whether
         OSC has set any.
         """
         value = shown_value(editor.parameter, values)
-        differing = _range_text(editor.parameter, values) if len(values) > 1 else ""
-        wired = f"driven in {driven} of {len(self._ids)}" if driven else ""
+        differing = range_text(editor.parameter, values) if len(values) > 1 else ""
+        wired = f"driven in {driven}" if driven else ""
         editor.set_mixed(differing, ", ".join(filter(None, (wired, REMARK if is_set else ""))))
         if value != editor.value() and not editor.is_held:
             editor.set_value(value)
@@ -477,18 +483,6 @@ def _with_counts(names: Sequence[str]) -> list[str]:
     ['2 × Noise', 'Gain']
     """
     return [f"{names.count(name)} × {name}" if names.count(name) > 1 else name for name in dict.fromkeys(names)]
-
-
-def _range_text(parameter: Parameter, values: Sequence[object]) -> str:
-    """Return differing values as a short text.
-
-    >>> _range_text(Count(0, 0, 9), [3, 1, 2])
-    '1 to 3'
-    """
-    if isinstance(parameter, Number | Count):
-        numbers = [float(value) for value in values if isinstance(value, int | float)]
-        return f"{value_text(parameter, min(numbers))} to {value_text(parameter, max(numbers))}"
-    return "several values"
 
 
 def _line() -> QFrame:

@@ -258,10 +258,10 @@ class PatchScene(QGraphicsScene):
             return [id for id in self.nodes if id in chosen]
         return [node.id for node in self.patch.nodes if self.group_view.shown_as.get(node.id) in chosen]
 
-    def selected_sub_patch(self) -> GroupNodeItem | None:
-        """Return the selected sub-patch; None for another selection, or a larger one."""
-        chosen = self.selected()
-        return self.group_nodes.get(chosen[0]) if len(chosen) == 1 else None
+    def selected_sub_patches(self) -> list[GroupNodeItem]:
+        """Return the selected sub-patches; none if something else is selected, too."""
+        found = [self.group_nodes.get(id) for id in self.selected()]
+        return [item for item in found if item is not None] if all(found) else []
 
     def members(self, ids: Iterable[str]) -> list[str]:
         """Return the nodes and notes in these items."""

@@ -1,13 +1,58 @@
-"""Parameters that several nodes have in common, and that can be set for all together. Without Qt."""
+"""Parameters that several nodes or sub-patches have in common, and that can be set for all together."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number, Parameter, ask
+from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import node_id, port_name
+from underfoot.widgets.controls.fields import value_text
+from underfoot.widgets.design.patch_editing import with_wired_unit
+
+
+class Shared(NamedTuple):
+    """A parameter, the name that its control has, and the nodes that it is set in."""
+
+    parameter: Parameter
+    label: str
+    ids: Sequence[str]
+
+
+def shared_by(patch: Patch, registry: Registry, ids: Sequence[str], groups: Sequence[Group]) -> list[Shared]:
+    """Return what these sub-patches show alike; if nothing, or without sub-patches, what these nodes have in common."""
+    types = [registry[patch.node(id).type] for id in ids]
+    own = [Shared(parameter, parameter.label, ids) for parameter in shared_parameters(types).values()]
+    return (groups and _shown_alike(patch, registry, groups)) or own
+
+
+def _shown_alike(patch: Patch, registry: Registry, groups: Sequence[Group]) -> list[Shared]:
+    """Return the parameters that all of these sub-patches show, as copies of one do: of nodes of the same type, and in
+    the same order where one sub-patch shows several.
+    """
+
+    def shown(group: Group) -> dict[tuple[str, str, int], str]:
+        uses, found = Counter[tuple[str, str]](), dict[tuple[str, str, int], str]()
+        for end in group.published:
+            kind = patch.node(node_id(end)).type, port_name(end)
+            found[*kind, uses[kind]] = node_id(end)
+            uses[kind] += 1
+        return found
+
+    first, *others = map(shown, groups)
+    shared = []
+    for key in [key for key in first if all(key in other for other in others)]:
+        ids = [first[key], *(other[key] for other in others)]
+        own = registry[key[0]].parameters[key[1]]
+        common, *rest = (with_wired_unit(patch, registry, id, own) for id in ids)
+        if all(other == common for other in rest):
+            label = f"{patch.node(ids[0]).name_in(registry)}: {own.label.lower()}"
+            shared.append(Shared(common, label, ids))
+    return shared
 
 
 def shared_parameters(types: Sequence[NodeType]) -> dict[str, Parameter]:
@@ -21,6 +66,18 @@ def shared_parameters(types: Sequence[NodeType]) -> dict[str, Parameter]:
         if common is not None:
             found[name] = common
     return found
+
+
+def range_text(parameter: Parameter, values: Sequence[object]) -> str:
+    """Return differing values as a short text.
+
+    >>> range_text(Count(0, 0, 9), [3, 1, 2])
+    '1 to 3'
+    """
+    if isinstance(parameter, Number | Count):
+        numbers = [float(value) for value in values if isinstance(value, int | float)]
+        return f"{value_text(parameter, min(numbers))} to {value_text(parameter, max(numbers))}"
+    return "several values"
 
 
 def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:

@@ -365,8 +365,8 @@ class DesignWorkspace(Workspace):
             source = wires[0][0]
             self.previews.choose([node_id(source)], port_name(source))
             return
-        sub_patch = scene.selected_sub_patch()
-        ports = sub_patch.geometry.ports if sub_patch is not None else ()
+        sub_patches = scene.selected_sub_patches()
+        ports = sub_patches[0].geometry.ports if len(sub_patches) == 1 else ()
         self.previews.choose([node_id(placed.name) for placed in ports if placed.side == "out"][:1] or ids)
 
     def show_slot(self, slot: str, patch: Patch) -> None:
@@ -379,9 +379,9 @@ class DesignWorkspace(Workspace):
             self.canvas.fit_view(all_nodes=True)
 
     def _inspect(self, ids: Sequence[str]) -> None:
-        sub_patch = self.canvas.patch_scene.selected_sub_patch()
+        sub_patches = [item.node.id for item in self.canvas.patch_scene.selected_sub_patches()]
         had_focus = self.inspector.isAncestorOf(self.window().focusWidget() or self)
-        self.inspector.show_selection(self.patch(), ids, sub_patch.node.id if sub_patch is not None else "")
+        self.inspector.show_selection(self.patch(), ids, sub_patches)
         if had_focus and not self.inspector.isAncestorOf(self.window().focusWidget() or self):
             self.canvas.setFocus()  # its field is gone, with the page of another selection
 

@@ -6,6 +6,7 @@ import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port
 from groups_by_hand import collapse, in_view, menu_texts, write
 from msgspec import structs
+from on_screen import type_into
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -328,6 +329,23 @@ def test_a_parameter_inside_is_shown_and_set_on_the_sub_patch(row):
     row.canvas.setFocus()
     QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
     assert row.patch().groups == ()
+
+
+def test_copies_of_a_sub_patch_are_set_together_by_what_they_show(row, qtbot):
+    """Three selected showed nothing: their nodes have no parameter in common."""
+    collapse(row, "hum", "through")
+    row.document.edit(published(row.patch(), "group", "hum.frequency", True), "Show")
+    for _ in range(2):
+        QTest.keyClick(row.canvas, Qt.Key.Key_D, CONTROL)
+    row.document.edit(row.patch().set("hum1", "frequency", 80.0, REGISTRY), "Set")
+    row.canvas.patch_scene.select(["group", "group1", "group2"])
+    editor = row.inspector.editors["hum.frequency"]
+    assert editor.label.text() == "Hum: frequency: 50 Hz to 80 Hz"
+    type_into(qtbot, editor, "77")
+    assert [row.patch().node(id).parameters["frequency"] for id in ("hum", "hum1", "hum2")] == [77.0] * 3
+    assert row.document.stack.undoText() == "Set frequency of 3 nodes"
+    row.document.edit(published(row.patch(), "group1", "hum1.frequency", False), "Hide")
+    assert not row.inspector.editors
 
 
 def test_a_parameter_within_two_sub_patches_is_shown_on_the_outer_one(row):
