@@ -84,10 +84,11 @@ class Kernel:
 class Intrinsic:
     """Function that emits its own machine code (an intrinsic of Numba). Python calls `in_python` instead.
 
-    That is for kernels that run as plain Python, where Numba is disabled.
+    `function(context, *types)` returns a signature, and a function that emits code. `in_python` is for kernels that run
+    as plain Python, where Numba is disabled.
     """
 
-    def __init__(self, function: Callable[..., Any], in_python: Callable[..., Any] | None = None) -> None:
+    def __init__(self, function: Callable[..., "Emission"], in_python: Callable[..., Any] | None = None) -> None:
         self.py_func, self.__doc__ = function, function.__doc__
         self._in_python = in_python
 
@@ -129,16 +130,6 @@ def allocating(declared: Kernel) -> Kernel:
     return declared
 
 
-def intrinsic(function: Callable[..., "Emission"]) -> Intrinsic:
-    """Declare an intrinsic: `function(context, *types)` returns a signature, and a function that emits code."""
-    return Intrinsic(function)
-
-
-def intrinsic_or(in_python: Callable[..., Any]) -> Callable[[Callable[..., "Emission"]], Intrinsic]:
-    """Declare an intrinsic, and the function that does the same in Python, on NumPy's arrays."""
-    return lambda function: Intrinsic(function, in_python)
-
-
 def callback(signature: "str | Signature", function: Callable[..., Any]) -> "CFunc":
     """Compile or load, at once, a kernel that is called by its address."""
     from underfoot.compilation import IS_DISABLED, compiled_callback
@@ -163,7 +154,7 @@ def copy(values: Floats, out: Floats) -> None:
         out[i] = values[i]
 
 
-@intrinsic
+@Intrinsic
 def call_at(context: "TypingContext", address: "types.Type", *arguments: "types.Type") -> "Emission":
     """Call a `callback` that returns nothing by its address, which unlike a kernel's code is not in its caller's."""
     from llvmlite import ir
@@ -179,8 +170,7 @@ def call_at(context: "TypingContext", address: "types.Type", *arguments: "types.
     return types.void(types.int64, types.StarArgTuple(tuple(map(types.unliteral, arguments)))), code
 
 
-@intrinsic_or(lambda: None)
-def widest(context: "TypingContext") -> "Emission":
+def _prefer_widest(context: "TypingContext") -> "Emission":
     """Let the loops of the calling kernel use the processor's widest vectors.
 
     The compiler prefers half of them on processors with 512 bits. Long loops over modes gain a quarter to a third from
@@ -193,3 +183,6 @@ def widest(context: "TypingContext") -> "Emission":
         return context.get_dummy_value()
 
     return types.void(), code
+
+
+widest = Intrinsic(_prefer_widest, in_python=lambda: None)

@@ -39,7 +39,7 @@ class _VectorModel(models.PrimitiveModel):
         super().__init__(manager, kind, kind.vector)
 
 
-def loaded(array: types.Type, count: int) -> Emission:
+def loaded(array: types.Type, m: types.Type, count: int) -> Emission:
     """Load `count` numbers of an array."""
     kind = Lanes(count)
 
@@ -49,7 +49,12 @@ def loaded(array: types.Type, count: int) -> Emission:
     return kind(array, types.intp), code
 
 
-def stored(array: types.Array, kind: Lanes) -> Emission:
+def loaded_like(like: Lanes, array: types.Type, m: types.Type) -> Emission:
+    """Load as many numbers as `like` has."""
+    return _after(like, *loaded(array, m, like.count))
+
+
+def stored(array: types.Array, m: types.Type, kind: Lanes) -> Emission:
     """Store numbers to an array; to one of float32 rounded to nearest."""
 
     def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
@@ -59,7 +64,7 @@ def stored(array: types.Array, kind: Lanes) -> Emission:
     return types.void(array, types.intp, kind), code
 
 
-def stored_across(array: types.Array, kind: types.UniTuple) -> Emission:
+def stored_across(array: types.Array, m: types.Type, kind: types.UniTuple) -> Emission:
     """Store a square block of numbers, column by column."""
     count = kind.count
     assert kind.dtype == Lanes(count)
@@ -84,7 +89,7 @@ def stored_across(array: types.Array, kind: types.UniTuple) -> Emission:
     return types.void(array, types.intp, kind), code
 
 
-def repeated(count: int) -> Emission:
+def repeated(number: types.Type, count: int) -> Emission:
     """Broadcast a number to `count` lanes."""
     kind = Lanes(count)
 
@@ -95,7 +100,12 @@ def repeated(count: int) -> Emission:
     return kind(types.float64), code
 
 
-def after(like: Lanes, rest: Signature, code: Code) -> Emission:
+def repeated_like(like: Lanes, number: types.Type) -> Emission:
+    """Broadcast a number to as many lanes as `like` has."""
+    return _after(like, *repeated(number, like.count))
+
+
+def _after(like: Lanes, rest: Signature, code: Code) -> Emission:
     """Return an intrinsic with one more argument, before the others, of which only the type matters."""
 
     def code_of_rest(
@@ -130,17 +140,9 @@ def selected(where: Compared, numbers: Lanes, others: Lanes) -> Emission:
     return numbers(where, numbers, others), code
 
 
-def any_of(where: Compared) -> Emission:
-    """Return whether a comparison holds in any lane."""
-    return _judged(where, "!=", 0)
+def judged(where: Compared, sign: str, bits: int) -> Emission:
+    """Compare the bits of a comparison, one for each lane, with `bits`, where -1 has all: by "==" or "!=", `sign`."""
 
-
-def all_of(where: Compared) -> Emission:
-    """Return whether a comparison holds in all lanes."""
-    return _judged(where, "==", -1)
-
-
-def _judged(where: Compared, sign: str, bits: int) -> Emission:
     def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         word = builder.bitcast(arguments[0], ir.IntType(where.count))
         return builder.icmp_signed(sign, word, word.type(bits))

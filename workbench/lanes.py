@@ -6,89 +6,34 @@ m + 7; they are added, subtracted, multiplied, divided and compared like single 
 bits. Indices of a two-dimensional array continue from row to row.
 """
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from underfoot.kernels import Floats, intrinsic_or
+from underfoot.kernels import Floats, Intrinsic
 
 if TYPE_CHECKING:
     from numba import types
 
     from underfoot.emission import Emission, TypingContext
-    from underfoot.lane_lowering import Compared, Lanes
 
 
-@intrinsic_or(lambda array, m: np.ravel(array)[m : m + 4].copy())
-def four(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Emission":
-    """Return the numbers m to m + 3 of an array of float64, which must exist."""
-    from underfoot.lane_lowering import loaded
+def _lowered(name: str, in_python: Callable[..., Any], *given: int | str) -> Intrinsic:
+    """Return the intrinsic that a function of `lane_lowering`, loaded with the first kernel, emits for its arguments'
+    types, and these numbers or names; and what it does in Python, on NumPy's arrays.
+    """
 
-    return loaded(array, 4)
+    def emitted(context: "TypingContext", *kinds: "types.Type") -> "Emission":
+        from underfoot import lane_lowering
 
+        emission: Emission = getattr(lane_lowering, name)(*kinds, *given)
+        return emission
 
-@intrinsic_or(lambda array, m: np.ravel(array)[m : m + 8].copy())
-def eight(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Emission":
-    """Return the numbers m to m + 7 of an array of float64, which must exist."""
-    from underfoot.lane_lowering import loaded
-
-    return loaded(array, 8)
-
-
-@intrinsic_or(lambda like, array, m: np.ravel(array)[m : m + len(like)].copy())
-def take_like(context: "TypingContext", like: "Lanes", array: "types.Array", m: "types.Type") -> "Emission":
-    """Return the numbers of an array of float64 from index m on, as many as `like` has; all must exist."""
-    from underfoot.lane_lowering import after, loaded
-
-    return after(like, *loaded(array, like.count))
-
-
-@intrinsic_or(lambda array, m, numbers: np.put(array, range(m, m + len(numbers)), numbers))
-def put(context: "TypingContext", array: "types.Array", m: "types.Type", numbers: "Lanes") -> "Emission":
-    """Write numbers from index m on of an array of float64, or of float32."""
-    from underfoot.lane_lowering import stored
-
-    return stored(array, numbers)
-
-
-@intrinsic_or(lambda array, m, rows: np.put(array, range(m, m + 64), np.transpose(rows)))
-def put_across(context: "TypingContext", array: "types.Array", m: "types.Type", rows: "types.UniTuple") -> "Emission":
-    """Write a tuple of eight rows of eight numbers column by column, from index m of an array on."""
-    from underfoot.lane_lowering import stored_across
-
-    return stored_across(array, rows)
-
-
-@intrinsic_or(lambda number: np.full(4, number))
-def all_four(context: "TypingContext", number: "types.Type") -> "Emission":
-    """Return four copies of a number."""
-    from underfoot.lane_lowering import repeated
-
-    return repeated(4)
-
-
-@intrinsic_or(lambda number: np.full(8, number))
-def all_eight(context: "TypingContext", number: "types.Type") -> "Emission":
-    """Return eight copies of a number."""
-    from underfoot.lane_lowering import repeated
-
-    return repeated(8)
-
-
-@intrinsic_or(lambda number: np.full(1, number))
-def all_one(context: "TypingContext", number: "types.Type") -> "Emission":
-    """Return a number as a vector of one, for what is written for four or eight."""
-    from underfoot.lane_lowering import repeated
-
-    return repeated(1)
-
-
-@intrinsic_or(lambda like, number: np.full(len(like), number))
-def full_like(context: "TypingContext", like: "Lanes", number: "types.Type") -> "Emission":
-    """Return as many copies of a number as `like` has."""
-    from underfoot.lane_lowering import after, repeated
-
-    return after(like, *repeated(like.count))
+    taken = [Parameter("context", Parameter.POSITIONAL_OR_KEYWORD), *signature(in_python).parameters.values()]
+    vars(emitted)["__signature__"] = Signature(taken)  # which Numba reads
+    return Intrinsic(emitted, in_python)
 
 
 def _total(numbers: Floats) -> float:
@@ -97,49 +42,47 @@ def _total(numbers: Floats) -> float:
     return float(numbers[0])
 
 
-@intrinsic_or(_total)
-def total(context: "TypingContext", numbers: "Lanes") -> "Emission":
-    """Return the sum of one, four or eight: the second half is added to the first, until one number is left."""
-    from underfoot.lane_lowering import summed
+four = _lowered("loaded", lambda array, m: np.ravel(array)[m : m + 4].copy(), 4)
+"""Return the numbers m to m + 3 of an array of float64, which must exist: `four(array, m)`."""
 
-    return summed(numbers)
+eight = _lowered("loaded", lambda array, m: np.ravel(array)[m : m + 8].copy(), 8)
+"""Return the numbers m to m + 7 of an array of float64, which must exist: `eight(array, m)`."""
 
+take_like = _lowered("loaded_like", lambda like, array, m: np.ravel(array)[m : m + len(like)].copy())
+"""Return as many numbers as `like` has: `take_like(like, array, m)`."""
 
-@intrinsic_or(lambda where, numbers, others: np.where(where, numbers, others))
-def chosen(context: "TypingContext", where: "Compared", numbers: "Lanes", others: "Lanes") -> "Emission":
-    """Return numbers where a comparison holds, and the others elsewhere."""
-    from underfoot.lane_lowering import selected
+put = _lowered("stored", lambda array, m, numbers: np.put(array, range(m, m + len(numbers)), numbers))
+"""Write numbers from index m on of an array of float64, or of float32: `put(array, m, numbers)`."""
 
-    return selected(where, numbers, others)
+put_across = _lowered("stored_across", lambda array, m, rows: np.put(array, range(m, m + 64), np.transpose(rows)))
+"""Write a tuple of eight rows of eight numbers column by column: `put_across(array, m, rows)`."""
 
+all_four = _lowered("repeated", lambda number: np.full(4, number), 4)
+"""Return four copies of a number."""
 
-@intrinsic_or(lambda where: bool(np.any(where)))
-def anywhere(context: "TypingContext", where: "Compared") -> "Emission":
-    """Return whether a comparison holds in any lane."""
-    from underfoot.lane_lowering import any_of
+all_eight = _lowered("repeated", lambda number: np.full(8, number), 8)
+"""Return eight copies of a number."""
 
-    return any_of(where)
+all_one = _lowered("repeated", lambda number: np.full(1, number), 1)
+"""Return a number as a vector of one, for what is written for four or eight."""
 
+full_like = _lowered("repeated_like", lambda like, number: np.full(len(like), number))
+"""Return as many copies of a number as `like` has: `full_like(like, number)`."""
 
-@intrinsic_or(lambda where: bool(np.all(where)))
-def everywhere(context: "TypingContext", where: "Compared") -> "Emission":
-    """Return whether a comparison holds in all lanes."""
-    from underfoot.lane_lowering import all_of
+total = _lowered("summed", _total)
+"""Return the sum of one, four or eight: the second half is added to the first, until one number is left."""
 
-    return all_of(where)
+chosen = _lowered("selected", lambda where, numbers, others: np.where(where, numbers, others))
+"""Return numbers where a comparison holds, and the others elsewhere: `chosen(where, numbers, others)`."""
 
+anywhere = _lowered("judged", lambda where: bool(np.any(where)), "!=", 0)
+"""Return whether a comparison holds in any lane."""
 
-@intrinsic_or(lambda numbers: np.sqrt(numbers))
-def roots(context: "TypingContext", numbers: "Lanes") -> "Emission":
-    """Return the square roots."""
-    from underfoot.lane_lowering import each
+everywhere = _lowered("judged", lambda where: bool(np.all(where)), "==", -1)
+"""Return whether a comparison holds in all lanes."""
 
-    return each(numbers, "llvm.sqrt")
+roots = _lowered("each", lambda numbers: np.sqrt(numbers), "llvm.sqrt")
+"""Return the square roots."""
 
-
-@intrinsic_or(lambda numbers: np.abs(numbers))
-def magnitudes(context: "TypingContext", numbers: "Lanes") -> "Emission":
-    """Return the magnitudes."""
-    from underfoot.lane_lowering import each
-
-    return each(numbers, "llvm.fabs")
+magnitudes = _lowered("each", lambda numbers: np.abs(numbers), "llvm.fabs")
+"""Return the magnitudes."""

@@ -9,7 +9,7 @@ import time
 from functools import cache
 from typing import TYPE_CHECKING
 
-from underfoot.kernels import intrinsic, kernel, widest
+from underfoot.kernels import Intrinsic, kernel, widest
 
 if TYPE_CHECKING:
     from underfoot.emission import Emission, Type, TypingContext
@@ -54,7 +54,7 @@ def _multiply_add(rounds: int) -> float:
     return _chains(rounds)
 
 
-@intrinsic
+@Intrinsic
 def _chains(context: "TypingContext", rounds: "Type") -> "Emission":
     """Run rounds of `x = 0.5 x + 0.1` in each lane of each chain; return the sum of the first lanes."""
     from llvmlite import ir

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.shared_blocks import new_block
 from underfoot.errors import DeviceError
-from underfoot.kernels import intrinsic, kernel
+from underfoot.kernels import Intrinsic, kernel
 
 if TYPE_CHECKING:
     from llvmlite import ir
@@ -44,7 +44,7 @@ from which on all are zero.
 _HEADER_BYTES = 64  # a cache line of its own
 
 
-@intrinsic
+@Intrinsic
 def publish(context: "TypingContext", header: "types.Array", count: "types.Type") -> "Emission":
     """Publish to readers that `count` rows were written."""
     from numba import types
@@ -56,7 +56,7 @@ def publish(context: "TypingContext", header: "types.Array", count: "types.Type"
     return types.void(header, types.int64), code
 
 
-@intrinsic
+@Intrinsic
 def _written(context: "TypingContext", header: "types.Array") -> "Emission":
     from numba import types
 

@@ -26,7 +26,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError, in_one_line, require
-from underfoot.kernels import allocating, callback, intrinsic, kernel
+from underfoot.kernels import Intrinsic, allocating, callback, kernel
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
@@ -286,7 +286,7 @@ def _taken(function: Callable[..., Any]) -> list[str]:
     return list(inspect.signature(function).parameters)
 
 
-@intrinsic
+@Intrinsic
 def shifted(context: "TypingContext", pointer: "Type", places: "Type") -> "Emission":
     """Return the pointer shifted by `places` float64 values."""
     from numba import types

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from underfoot.kernels import intrinsic
+from underfoot.kernels import Intrinsic
 
 if TYPE_CHECKING:
     from llvmlite import ir
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
 
-@intrinsic
+@Intrinsic
 def call_tail(
     context: "TypingContext", address: "types.Type", c: "types.Type", s: "types.Type", t: "types.Type", d: "types.Type"
 ) -> "Emission":
@@ -28,7 +28,7 @@ def call_tail(
     return types.float64(i64, i64, i64, i64, i64), code
 
 
-@intrinsic
+@Intrinsic
 def cycles(context: "TypingContext") -> "Emission":
     """Return the processor's cycle counter."""
     from llvmlite import ir
