@@ -402,7 +402,7 @@ def main():  # what it imports is not for its children, which read this file, to
     playing.play(24_000)
     print(*session.pids.values(), flush=True)
     names = session.memory.names
-    print(names.status, names.force.name, names.vibration.name, names.scope.name, flush=True)
+    print(names.status, *(ring.name for ring in names.rings), flush=True)
     {then}
 
 if __name__ == "__main__":

@@ -17,14 +17,10 @@ _LEAST_FORCE_HZ = 2000.0
 
 
 class MemoryNames(Struct, frozen=True):
-    """The data another process needs to open the memory of a session."""
+    """The data another process needs to open the memory of a session: of its status, and of its rings in order."""
 
     status: str
-    force: RingName
-    vibration: RingName
-    commanded: RingName
-    measured: RingName
-    scope: RingName
+    rings: tuple[RingName, ...]
 
 
 class SessionMemory(Struct, frozen=True):
@@ -64,23 +60,17 @@ class SessionMemory(Struct, frozen=True):
     @staticmethod
     def open(names: MemoryNames) -> "SessionMemory":
         """Open the memory that another process created."""
-        rings = (names.force, names.vibration, names.commanded, names.measured, names.scope)
-        return SessionMemory(Status.open(names.status), *(Ring.open(name) for name in rings))
+        return SessionMemory(Status.open(names.status), *map(Ring.open, names.rings))
 
     @property
     def names(self) -> MemoryNames:
         """Names by which other processes open it."""
-        return MemoryNames(self.status.name, *(ring.where for ring in self._rings))
+        return MemoryNames(self.status.name, tuple(ring.where for ring in self._rings))
 
     @property
     def recorded(self) -> dict[str, Ring]:
         """The rings that are recorded, by the name of their table."""
-        return {
-            "force": self.force,
-            "vibration": self.vibration,
-            "commanded": self.commanded,
-            "measured": self.measured,
-        }
+        return {name: getattr(self, name) for name in ("force", "vibration", "commanded", "measured")}
 
     def skip(self, frame: int) -> None:
         """Continue at a session frame, where an engine begins."""
