@@ -8,7 +8,7 @@ from loops import FLOOR, loop_of, played
 from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
-from underfoot.engine.commands import Level, Panic, Play, PressTile, ProgramSwap, Pulse, Set, Strike, Tare, Walk
+from underfoot.engine.commands import Level, Panic, Play, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
 from underfoot.engine.safety import Limits
 from underfoot.engine.tile_pulse import PULSE_HZ, PULSE_M_S2, PULSE_S
 from underfoot.floor.layout import Floor
@@ -47,8 +47,8 @@ def test_commands_at_odd_frames_give_the_same_bytes_at_any_block_size(blocks):
         loop = loop_of(stepped_bank(), block=max(blocks))
         for frame, command in AT_ODD_FRAMES:
             if isinstance(command, str):
-                program = loop.build(rough_step() if command == "swap" else stepped_bank())
-                command = ProgramSwap(program, together=command != "swap back in turn")
+                patch = rough_step() if command == "swap" else stepped_bank()
+                command = Swap(patch.dumps(), together=command != "swap back in turn")
             loop.send(command, frame)
         return played(loop, 40_000, blocks), [(done.frame, done.command) for done in loop.applied]
 
@@ -84,9 +84,9 @@ def test_swapping_a_patch_for_itself_cannot_be_heard(patch):
     """States are kept, and the gains of old and new sum to 1: bit for bit the same."""
     plain = played(loop_of(patch), 48_000)
     loop = loop_of(patch)
-    loop.send(ProgramSwap(loop.build(patch)), 11_111)
-    loop.send(ProgramSwap(loop.build(patch)), 11_200)
-    loop.send(ProgramSwap(loop.build(patch)), 30_000)
+    loop.send(Swap(patch.dumps()), 11_111)
+    loop.send(Swap(patch.dumps()), 11_200)
+    loop.send(Swap(patch.dumps()), 30_000)
     assert plain.any()
     assert played(loop, 48_000).tobytes() == plain.tobytes()
     assert len(loop.programs.retired) == 3
@@ -98,7 +98,7 @@ def test_another_patch_is_faded_in_over_the_old_one():
     loops = [loop_of(p, walking=False, limits=(OPEN,) * 4) for p in (old, new, old)]
     mixed = loops[2]
     replaced = mixed.program
-    mixed.send(ProgramSwap(mixed.build(new)), edge)
+    mixed.send(Swap(new.dumps()), edge)
     before, _, out = (played(loop, 19_200)[:, 0].astype(float) for loop in loops)
     assert out[:edge].tobytes() == before[:edge].tobytes()
     assert mixed.programs.retired[0] is replaced
@@ -113,9 +113,9 @@ def test_where_both_would_cost_too_much_the_old_one_is_faded_out_first(blocks):
     plain = played(loop_of(patch, walking=False), 24_000)[:, 0].astype(float)
     loop = loop_of(patch, block=max(blocks), walking=False)
     replaced = loop.program
-    loop.send(ProgramSwap(loop.build(patch), together=False), 9_600)
+    loop.send(Swap(patch.dumps(), together=False), 9_600)
     loop.send(Set("tone", "amplitude", 4.0), 9_700)  # meant for both
-    loop.send(ProgramSwap(loop.build(patch.set("tone", "amplitude", 4.0, REGISTRY))), 9_800)  # has to wait
+    loop.send(Swap(patch.set("tone", "amplitude", 4.0, REGISTRY).dumps()), 9_800)  # has to wait
     out = played(loop, 24_000, blocks)[:, 0].astype(float)
     amplitude = np.interp(np.arange(24_000), [9_728, 9_968], [1.0, 2.0])
     gain = np.interp(np.arange(24_000), [9_600, 10_080, 10_560], [1.0, 0.0, 1.0])
@@ -143,7 +143,7 @@ def test_a_number_that_is_set_moves_in_a_ramp():
 def test_what_is_looked_at_goes_on_through_swaps_and_commands():
     patch = hum(tone={"amplitude": 2.0})
     loop = loop_of(patch, block=1024, walking=False, scopes=("tone.out",))
-    loop.send(ProgramSwap(loop.build(patch, ("tone.out",))), 1_500)
+    loop.send(Swap(patch.dumps(), ("tone.out",)), 1_500)
     loop.send(Level(-6.0), 3_333)
     seen = []
     for _ in range(6):
@@ -249,7 +249,7 @@ def test_a_patch_that_begins_to_read_where_people_stand_gets_the_same_place_as_o
 
     reads_place = hum().add("contact", REGISTRY)
     always, later = (loop_of(patch, scopes=scopes) for patch, scopes in ((reads_place, ("contact.x",)), (hum(), ())))
-    later.send(ProgramSwap(later.build(reads_place, ("contact.x",))), 24_000)
+    later.send(Swap(reads_place.dumps(), ("contact.x",)), 24_000)
     wanted, found = places(always, 96_000), places(later, 96_000)
     assert wanted[:24_000].any()
     assert wanted[24_000:].any()

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from underfoot.clock import FADE, RAMP, SPAN
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.commands import Play, ProgramSwap
+from underfoot.engine.commands import Play, Swap
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.safety import DC_HZ
 from underfoot.errors import BadValue
@@ -471,7 +471,7 @@ def loop_of(patch, blocks, swap=None, length=9600):
     loop = Loop(patch, TYPES, source, LoopOptions(block=max(blocks)))
     loop.send(Play(True), 0)
     if swap is not None:
-        loop.send(ProgramSwap(loop.build(swap[1])), swap[0])
+        loop.send(Swap(swap[1].dumps()), swap[0])
     played, at, turn = np.zeros(length), 0, 0
     while at < length:
         n = min(blocks[turn % len(blocks)], length - at)

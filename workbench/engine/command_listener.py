@@ -129,8 +129,7 @@ class CommandListener:
         # A program's cost is unknown before it runs: estimate it by the number of nodes.
         both = 1.0 + len(swap.program.node_ids) / max(len(self._loop.program.node_ids), 1)
         together = self._runner.load * both <= MOST_LOAD
-        command = replace(swap.command, together=together) if swap.command is not None else None
-        return replace(swap, together=together, command=command)
+        return replace(swap, command=replace(swap.command, together=together))
 
     def _report_costs(self) -> None:
         source = self._loop.source

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol
 
 import msgspec
 import numpy as np
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import asdict, fields
 from numpy.typing import NDArray
 
@@ -113,7 +113,7 @@ class Swap(Command, frozen=True):
         """Build the program."""
         program = loop.build(Patch.loads(self.patch, loop.registry), self.scopes)
         program.begins_anew = self.anew
-        return ProgramSwap(program, self.together, self, next_span(round(self.settle_s * loop.rate_hz)))
+        return ProgramSwap(program, self)
 
 
 class Start(Swap, frozen=True):
@@ -129,10 +129,9 @@ class Start(Swap, frozen=True):
 
     def prepared(self, loop: LoopParts) -> "ProgramStart":
         """Build the program and the forces of the step."""
-        swap, floor = super().prepared(loop), loop.source.floor
-        row = floor.index(self.tile)
-        step_n = step_forces(floor.tiles[row])
-        return ProgramStart(swap.program, swap.together, self, swap.settle_frames, row, self.from_frame, step_n)
+        floor = loop.source.floor
+        step_n = step_forces(floor.tiles[floor.index(self.tile)])
+        return ProgramStart(super().prepared(loop).program, self, step_n)
 
 
 class CancelStart(Command, frozen=True):
@@ -321,39 +320,37 @@ def equalisers_of(profiles: Mapping[str, Profile]) -> tuple[TileEqualiser, ...]:
 
 
 class ProgramSwap(Action, frozen=True):
-    """Fade to a program: `together` with the old one, or one after the other if both would cost too much."""
+    """Fade to the program of a command: together with the old one, or one after the other."""
 
     program: Program
-    together: bool = True
-    command: Swap | None = None
-    settle_frames: int = 0
+    command: Swap
 
     def free_from(self, loop: LoopParts) -> int:
         return loop.programs.free_from
 
     def apply(self, loop: LoopParts, frame: int) -> None:
-        if self.together:
-            loop.programs.crossfade(self.program, frame, self.settle_frames)
+        settle_frames = next_span(round(self.command.settle_s * loop.rate_hz))
+        if self.command.together:
+            loop.programs.crossfade(self.program, frame, settle_frames)
         else:
-            loop.programs.fade_through_silence(self.program, frame, self.settle_frames)
+            loop.programs.fade_through_silence(self.program, frame, settle_frames)
 
-    def reported(self) -> Swap | None:
+    def reported(self) -> Swap:
         return self.command
 
 
 class ProgramStart(ProgramSwap, frozen=True):
-    """Fade to a program, and press and strike a tile, the floor's `row`, as in a preview."""
+    """Fade to the program of a start, and press and strike its tile, as in a preview."""
 
-    row: int = 0
-    from_frame: int = 0
-    step_n: NDArray[np.float64] = field(default_factory=lambda: np.zeros((1, 4)))
+    command: Start
+    step_n: NDArray[np.float64]
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         super().apply(loop, frame)
-        begins = frame if self.together else frame + FADE
+        begins = frame if self.command.together else frame + FADE
         step = begins + round(STEP_S * loop.rate_hz)
-        loop.intake.steps.begin(self.row, step, self.step_n)
-        self.program.strike("", loop.source.floor.tiles[self.row].id, float(step), 1.0)
+        loop.intake.steps.begin(loop.source.floor.index(self.command.tile), step, self.step_n)
+        self.program.strike("", self.command.tile, float(step), 1.0)
 
 
 class EqualiserChange(Action, frozen=True):

@@ -17,7 +17,7 @@ from underfoot.clock import RATE_HZ, SPAN
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.block_runner import load_kernels
-from underfoot.engine.commands import Play, ProgramSwap, TileEqualiser
+from underfoot.engine.commands import Play, Swap, TileEqualiser
 from underfoot.engine.equaliser_bank import EqualiserBank
 from underfoot.engine.intake import Intake
 from underfoot.engine.loop import Loop, LoopOptions
@@ -75,7 +75,7 @@ class KernelParts:
         """Load the rest by running a loop without output: the program, a swap of it, and the output stages."""
         loop = Loop(self.patch, REGISTRY, SimulatedFloor(self.target.floor, self.target.rate), self.options)
         loop.send(Play(True))
-        loop.send(ProgramSwap(loop.build(self.patch, self.options.scopes)))
+        loop.send(Swap(self.patch.dumps(), self.options.scopes))
         loop.play(_MOMENT)
 
 

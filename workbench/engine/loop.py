@@ -137,7 +137,7 @@ class Loop:
         """
         if isinstance(action, Command):
             action = action.prepared(self)
-        if isinstance(action, ProgramStart) and frame is None and action.from_frame > self.frame:
+        if isinstance(action, ProgramStart) and frame is None and action.command.from_frame > self.frame:
             self._await_start(action)
             return
         if self._start is not None and isinstance(action, Set):
@@ -208,7 +208,7 @@ class Loop:
     def _apply_due(self, now: int, stop: int) -> int:
         """Apply what is due at frame `now`; return the frame up to which nothing more is due, at most `stop`."""
         if self._start is not None:
-            due = next_span(self._start.from_frame)
+            due = next_span(self._start.command.from_frame)
             if due <= now:
                 self._begin_start()
             else:
