@@ -108,7 +108,7 @@ BAD_FORCES = {
     "nan": (cell("nan"), "line 12, column t1.1 is 'nan'; allowed: a number"),
     "short line": (lambda lines: [*lines[:11], "0.0105,1", *lines[12:]], "line 12 has 2 columns; allowed: 9"),
     "time runs back": (lambda lines: [*lines, lines[5]], "a later time"),
-    "binary": (lambda lines: ["\0\1\2"], "is not a text file"),
+    "binary": (lambda lines: ["\0\1\2"], "is not a force CSV: it is not UTF-8 text"),
     "prose": (lambda lines: ["Dear reader,", "no numbers here"], "line 1 has no column time_s"),
     "a sample a day": (lambda lines: [lines[0], lines[1], lines[2].replace("0.001", "86400")], "allowed:"),
 }

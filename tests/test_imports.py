@@ -35,6 +35,7 @@ LEVELS = (
         "array_tables",
         "errors",
         "clock",
+        "csv_tables",
         "compilation",
         "documents",
         "drawing",

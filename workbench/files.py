@@ -100,17 +100,6 @@ def require_readable(path: str | Path) -> None:
         path_of(path).open("rb").close()
 
 
-def read_table(path: str | Path, what: str) -> str:
-    """Return the text of a table of any size; `BadFile` says that it is not `what` if it is not UTF-8."""
-    data = read_large_file(path)
-    try:
-        if b"\0" in data:  # in no text; of gigabytes of them, a parser of tables makes many times as much
-            raise ValueError
-        return data.decode("utf-8-sig")
-    except ValueError:
-        raise BadFile(f"{path} is not {what}: it is not UTF-8 text; save it as CSV, UTF-8") from None
-
-
 def head_of(path: str | Path, count: int) -> bytes | None:
     """Return the first bytes of a file, by which its kind is told; None if it cannot be read, or is no file.
 

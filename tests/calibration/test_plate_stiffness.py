@@ -135,7 +135,7 @@ def test_the_command_calibrates_from_a_table(underfoot, tmp_path):
     [
         ("0.5,1,x,2", "line 2: force_n is 'x'; allowed: a finite number"),
         ("\n0.5,1,600,inf", "line 3: displacement_mm is 'inf'; allowed: a finite number"),
-        ("0.5,1,600", "line 2: displacement_mm is ''; allowed: a finite number"),
+        ("0.5,1,600,", "line 2: displacement_mm is ''; allowed: a finite number"),
         ("20,1,600,2", "line 2: position is 20; allowed: 0 to 1, the servo's whole way"),
     ],
 )

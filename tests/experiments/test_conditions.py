@@ -145,11 +145,11 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path):
     assert ", line 1: a column is 'like'; allowed: a name for each column, each once" in refused(
         tmp_path, "like,like\nTD,TD\n"
     )
-    assert ", line 2: 2 cells are needed, as in the header" in refused(tmp_path, "stimulus,like\na\n")
+    assert ": line 2 has 1 column; allowed: 2 as in line 1" in refused(tmp_path, "stimulus,like\na\n")
     assert " has no conditions" in refused(tmp_path, "")
-    for data in (b"PK\x03\x04\xff", bytes(1000)):
+    for data, said in ((b"PK\x03\x04\xff", "save its sheet as CSV"), (bytes(1000), "save it as CSV, UTF-8")):
         (tmp_path / "trials.csv").write_bytes(data)
-        with pytest.raises(BadFile, match="save it as CSV, UTF-8"):
+        with pytest.raises(BadFile, match=said):
             read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), tmp_path))
 
 

@@ -456,7 +456,7 @@ def test_what_cannot_be_is_one_line(tmp_path):
     (tmp_path / "c.csv").write_text("participant,method,trial\nP1,rating,1\n")
     assert "trials of rating have no column stimulus; allowed: a table with" in said("analyse", tmp_path / "c.csv")
     (tmp_path / "d.csv").write_text("participant,method,trial\nP1,rating\n")
-    assert "line 2: 3 cells are needed" in said("analyse", tmp_path / "d.csv")
+    assert "line 2 has 2 columns; allowed: 3 as in line 1" in said("analyse", tmp_path / "d.csv")
 
 
 def test_a_study_is_not_begun_on_a_sound_card_that_is_not_there(tmp_path):

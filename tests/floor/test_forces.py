@@ -87,9 +87,9 @@ def test_a_gap_stays_a_gap_and_does_not_change_the_rate(tmp_path):
         ([HEADER, *(f"{n},1,2,3,4,5,6,7,8" for n in range(3))],
          "time_s rises by 1 from line to line, 1 samples a second; allowed: 20 to 100000 a second, with time_s in"),
         (b"PK\x03\x04 a workbook", "is a workbook or another archive; save its sheet as CSV"),
-        (b"\xff\xfea", "is not a text file"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\xff", "is not a text file"),
-        (b"time_s,t1.1\0\n", "is not a text file"),
+        (b"\xff\xfea", "is not a force CSV: it is not UTF-8 text"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\xff", "is not a force CSV: it is not UTF-8 text"),
+        (b"time_s,t1.1\0\n", "is not a force CSV: it is not UTF-8 text"),
     ],
 )  # fmt: skip
 def test_a_bad_file_names_the_place_in_one_line(tmp_path, lines, line):

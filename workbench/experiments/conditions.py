@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from underfoot.csv_tables import read_csv_table
 from underfoot.documents import placed
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.columns import NOT_FACTORS
@@ -21,7 +22,7 @@ from underfoot.experiments.draft import Draft
 from underfoot.experiments.languages import is_own
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, settings_kept, usually_scaled
-from underfoot.experiments.trial_files import cells_of, value_of
+from underfoot.experiments.trial_files import value_of
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
 
@@ -64,22 +65,17 @@ def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
 
     Copies a patch from the table's folder to the draft's, if the folders differ.
     """
-    header, lines = cells_of(path, "a table of conditions")
-    named = ["correct" if column == _PSYCHOPY_CORRECT else column for column in header]
+    table = read_csv_table(path, "a table of conditions")
+    named = ["correct" if column == _PSYCHOPY_CORRECT else column for column in table.names]
     for column in named:
         _check_column(path, column, named)
-    given = [
-        {column: cell.strip() for column, cell in zip(named, line.values(), strict=True) if cell.strip()}
-        for line in lines
-    ]
-    if not any(given):
+    if not table.rows:
         raise BadFile(f"{path} has no conditions; allowed: a header, and a line for each condition")
     limit = draft.raw.get("limit_m_s2")
     limit_m_s2 = float(limit) if isinstance(limit, int | float) else math.inf  # the draft reports a wrong limit
     found: dict[str, dict[str, Any]] = {}
-    for number, cells in enumerate(given, 2):
-        if not cells:
-            continue
+    for number, line in table.rows:
+        cells = {column: cell.strip() for column, cell in zip(named, line, strict=True) if cell.strip()}
         name = cells.get("stimulus", f"c{number - 1}")
         try:
             if not IDENTIFIER.fullmatch(name) or name in found:

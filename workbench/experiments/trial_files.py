@@ -12,12 +12,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from underfoot.csv_tables import read_csv_table
 from underfoot.errors import BadFile
 from underfoot.experiments.columns import DESCRIPTIONS, FIRST_COLUMNS, RESPONSE_S
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Question
 from underfoot.experiments.table import OF_PERSON, Row, columns_of, why_left_out
-from underfoot.files import make_folder, read_table, write_file
+from underfoot.files import make_folder, write_file
 from underfoot.version import __version__
 
 _BIDS_RESPONSE_S = "response_time"
@@ -46,7 +47,6 @@ _TEXT_COLUMNS = (
 """Columns of text, also where a cell looks like a number."""
 _MISSING = ("", "NA", "n/a")
 """Cells that are empty; R and BIDS write something there."""
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 
 
 def csv_text(rows: Sequence[Row], columns: Sequence[str] = ()) -> str:
@@ -82,12 +82,13 @@ def read_csv(path: str | Path) -> list[Row]:
     The columns participant, method and trial are required; stage defaults to "main", and block to 1. Numeric cells
     become numbers, except in a column of labels, in which a number can be a label. NA of R, and n/a of BIDS, is empty.
     """
-    header, lines = cells_of(path, "a table of trials")
+    table = read_csv_table(path, "a table of trials")
     for column in ("participant", "method", "trial"):
-        if column not in header:
+        if column not in table.names:
             raise BadFile(f"{path} has no column {column}; allowed: a CSV with participant, method, trial and answers")
     found: list[Row] = []
-    for line in lines:
+    for _, cells in table.rows:
+        line = dict(zip(table.names, cells, strict=True))
         row: dict[str, Any] = {
             name: cell if name in _TEXT_COLUMNS else value_of(cell)
             for name, cell in line.items()
@@ -98,32 +99,6 @@ def read_csv(path: str | Path) -> list[Row]:
     if not found:
         raise BadFile(f"{path} has no trials")
     return found
-
-
-def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str, str]]]:
-    """Return the header of a CSV, and the cells of each row by column; raise `BadFile` if it is not a table.
-
-    The separator is the most frequent of comma, semicolon and tab in the header. Between semicolons and tabs, a number
-    can have a decimal comma, as spreadsheets write it in French or German; it gets a point.
-    """
-    text = read_table(path, what)
-    first = text.partition("\n")[0]
-    separator = max(",;\t", key=first.count)
-    try:
-        reader = csv.DictReader(io.StringIO(text), strict=True, skipinitialspace=True, delimiter=separator)
-        header = reader.fieldnames or []
-        lines = list(reader)
-    except csv.Error as error:
-        raise BadFile(f"{path} is not {what}: {error}") from None
-    for number, line in enumerate(lines, 2):
-        if None in line or None in line.values():
-            raise BadFile(f"{path}, line {number}: {len(header)} cells are needed, as in the header")
-    if separator != ",":
-        lines = [
-            {name: cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for name, cell in line.items()}
-            for line in lines
-        ]
-    return header, lines
 
 
 def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Protocol | None = None) -> list[Path]:

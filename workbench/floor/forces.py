@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from underfoot.csv_tables import delimiter_of, table_text
 from underfoot.errors import BadFile
 from underfoot.files import head_of, no_file, read_file
 from underfoot.floor.layout import Floor
@@ -166,15 +167,7 @@ def _headed(path: str | Path, data: bytes, id: str) -> tuple[str, list[tuple[int
 
 def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
     """Return the numbered lines of a text, without empty ones and remarks."""
-    if data.startswith(b"PK\x03\x04"):
-        raise BadFile(f"{path} is a workbook or another archive; save its sheet as CSV")
-    coding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        text = data.decode(coding)
-    except UnicodeDecodeError:  # what is read is ASCII: further columns and remarks may be in any older code
-        text = data.decode("latin-1") if coding == "utf-8-sig" else "\0"
-    if "\0" in text:
-        raise BadFile(f"{path} is not a text file; a force CSV is UTF-8 text")
+    text = table_text(path, data, "a force CSV", "latin-1")  # what is read is ASCII: remarks may be in any older code
     return [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
@@ -184,11 +177,8 @@ def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
 
 def _delimited(lines: list[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
     """Return the delimiter, and the lines without quotes and Excel's line `sep=;`."""
-    declared = re.fullmatch(r'\s*"?sep=(.)"?\s*', lines[0][1], re.IGNORECASE)
-    if declared and len(lines) > 1:
-        lines = lines[1:]
-    head = lines[0][1]
-    delimiter = declared[1] if declared else next((one for one in (";", "\t") if one in head), ",")
+    delimiter, is_said = delimiter_of(*(line for _, line in [*lines, (0, "")][:2]))
+    lines = lines[is_said:]
     if not any('"' in line for _, line in lines):
         return delimiter, lines
     return "\t", [(number, "\t".join(_unquoted(line, delimiter))) for number, line in lines]

@@ -43,7 +43,10 @@ def test_forces_that_cannot_be_read_are_refused_there_too(qtbot, tmp_path):
     path = tmp_path / "walk.csv"
     path.write_bytes(bytes(range(256)))
     choose_file(window, path, lambda: window.main_bar.target_chosen.emit("file"))
-    assert dialog_of(window, FileErrorDialog).error_text.text() == "It is not a text file; a force CSV is UTF-8 text"
+    assert (
+        dialog_of(window, FileErrorDialog).error_text.text()
+        == "It is not a force CSV: it is not UTF-8 text; save it as CSV, UTF-8"
+    )
 
 
 def test_a_patch_that_cannot_be_read_is_shown_at_its_place(qtbot, tmp_path):

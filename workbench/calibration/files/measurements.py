@@ -7,16 +7,14 @@ semicolons or tabs; between semicolons and tabs a number can have a decimal comm
 with # are ignored.
 """
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.csv_tables import read_csv_table
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.files import read_table
-from underfoot.quantities import counted
 
 LARGEST_READING = 65535.0
 _LARGEST = 1e9
@@ -159,42 +157,21 @@ def _read(
 
     Groups of columns that are `optional` follow each other; each is read if its first column is there.
     """
-    text = read_table(path, "a table of measurements")
-    lines = [
-        (number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"
-    ]
-    first, header = lines[0] if lines else (1, "")
-    separator = max(",;\t", key=header.count)
-    names = [name.strip().lower() for name in _cells(path, first, header, separator)]
+    found = read_csv_table(path, "a table of measurements", remark="#")
+    names = [name.strip().lower() for name in found.names]
     for group in optional:
         if group[0] not in names:
             break
         wanted += group
     for name in wanted:
         if names.count(name) != 1:
-            found = f"{names.count(name)} columns {name}" if name in names else f"no column {name}"
-            raise BadFile(f"{path}: line {first} has {found}; allowed: {','.join(wanted)}")
-    kept = [(number, _cells(path, number, line, separator)) for number, line in lines[1:]]
-    if not kept:
+            there = f"{names.count(name)} columns {name}" if name in names else f"no column {name}"
+            raise BadFile(f"{path}: line {found.head} has {there}; allowed: {','.join(wanted)}")
+    if not found.rows:
         raise BadFile(f"{path} has no line under its header")
-    if separator != ",":
-        kept = [(number, [cell.replace(",", ".") for cell in cells]) for number, cells in kept]
-    for number, cells in kept:
-        if len(cells) != len(names):
-            there = counted(len(cells), "column")
-            raise BadFile(f"{path}: line {number} has {there}; allowed: {len(names)} as in line {first}")
-    tiles = np.array([cells[names.index("tile")].strip() for _, cells in kept])
-    columns = {name: _numbers(path, name, names.index(name), kept) for name in wanted if name != "tile"}
-    return tiles, np.array([number for number, _ in kept]), columns
-
-
-def _cells(path: str | Path, number: int, line: str, separator: str) -> list[str]:
-    if '"' not in line:
-        return line.split(separator)
-    try:
-        return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-    except csv.Error as error:
-        raise BadFile(f"{path}: line {number} is not CSV: {error}") from None
+    tiles = np.array([cells[names.index("tile")].strip() for _, cells in found.rows])
+    columns = {name: _numbers(path, name, names.index(name), found.rows) for name in wanted if name != "tile"}
+    return tiles, np.array([number for number, _ in found.rows]), columns
 
 
 def _numbers(path: str | Path, name: str, at: int, kept: list[tuple[int, list[str]]]) -> NDArray[np.float64]:

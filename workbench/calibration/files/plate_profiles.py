@@ -3,8 +3,6 @@
 Footsteps are a CSV `position,footstep,force_n,displacement_mm`, a row per sample.
 """
 
-import csv
-import io
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -12,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.csv_tables import read_csv_table
 from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadFile
-from underfoot.files import read_table
 from underfoot.floor.profile import Profile
 
 COLUMNS = ("position", "footstep", "force_n", "displacement_mm")
@@ -24,24 +22,16 @@ Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64
 
 def read_plate_profiles(path: str | Path) -> Profiles:
     """Read the footsteps in a file; `BadFile` names the invalid line."""
-    text = read_table(path, "a table of footsteps")
-    try:
-        separator = max(",;\t", key=text.partition("\n")[0].count)
-        reader = csv.DictReader(io.StringIO(text), delimiter=separator)
-        lines = [(reader.line_num, line) for line in reader]
-    except csv.Error as error:
-        raise BadFile(f"{path} is not a table of footsteps: {error}") from None
-    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+    table = read_csv_table(path, "a table of footsteps")
+    missing = [name for name in COLUMNS if name not in table.names]
     if missing:
         raise BadFile(f"{path} has no column {missing[0]}; allowed: a CSV with the columns {', '.join(COLUMNS)}")
     found: dict[tuple[float, str], list[tuple[float, float]]] = {}
-    for number, line in lines:
-        point = "." if separator == "," else ","
-        position, force, displacement = (
-            _number(f"{path}, line {number}: {name}", line[name], point) for name in (COLUMNS[0], *COLUMNS[2:])
-        )
+    for number, cells in table.rows:
+        place, line = f"{path}, line {number}", dict(zip(table.names, cells, strict=True))
+        position, force, displacement = (_number(place, name, line[name]) for name in (COLUMNS[0], *COLUMNS[2:]))
         if not 0.0 <= position <= 1.0:
-            raise BadFile(f"{path}, line {number}: position is {position:g}; allowed: 0 to 1, the servo's whole way")
+            raise BadFile(f"{place}: position is {position:g}; allowed: 0 to 1, the servo's whole way")
         found.setdefault((position, line["footstep"]), []).append((force, displacement))
     if not found:
         raise BadFile(f"{path} has no samples; allowed: a CSV with the columns {', '.join(COLUMNS)}")
@@ -49,14 +39,13 @@ def read_plate_profiles(path: str | Path) -> Profiles:
     return {key: (samples[:, 0], samples[:, 1]) for key, samples in arrays.items()}
 
 
-def _number(place: str, cell: str | None, point: str) -> float:
-    """Return a cell's number, which may be written with this decimal point; `BadFile` if it has none."""
-    text = cell or ""  # a short line has None
+def _number(place: str, name: str, cell: str) -> float:
+    """Return a cell's number; `BadFile` if it has none."""
     with suppress(ValueError):
-        number = float(text.replace(point, "."))
+        number = float(cell)
         if isfinite(number):
             return number
-    raise BadFile(f"{place} is {text[:60]!r}; allowed: a finite number")
+    raise BadFile(f"{place}: {name} is {cell[:60]!r}; allowed: a finite number")
 
 
 def plate_file(profile_path: Path) -> Path:
