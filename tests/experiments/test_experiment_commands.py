@@ -401,10 +401,11 @@ def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(typing, tmp_path
 
 
 def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(typing, tmp_path):
-    """As it was begun: two trials, of which one was answered before the change."""
+    """As it was begun: two trials, of which one was answered before the change; a stop at the thanks reads them."""
     protocol, session = tmp_path / "a.json", tmp_path / "p.session"
     stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
-    text = protocol_text(stages=[stage], present_s=0.1)
+    thanks = {"id": "thanks", "kind": "read", "text": "Thank you."}
+    text = protocol_text(stages=[stage, thanks], present_s=0.1)
     protocol.write_text(text)
     file = SessionFile.create(session, Protocol.loads(text), "P", tmp_path)
     file.add(file.study(Protocol.loads(text)).answer({"rating": 40.0}))
@@ -422,9 +423,10 @@ def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(typing
     for arguments in ((session,), (protocol, "--participant", "Q", "--session", new)):
         assert said("experiment", *arguments, "--trigger", tmp_path / "no port").endswith("there is no such port")
     assert not new.exists()  # it was left, empty
-    typing(["experiment", session], (("press Enter to begin", ""), ("How strong was it", "60")))
+    typed = (("press Enter to begin", ""), ("How strong was it", "60"), ("Press Enter to go on", "stop"))
+    typing(["experiment", session], typed)
     file = SessionFile.open(session)
-    assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
+    assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}, {}]
     file.close()
 
 

@@ -92,17 +92,18 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
         file = open_file()
         if is_new:
             unless_begun.callback(remove_file, file.path)  # an empty one would seem to have been begun
-        opened.callback(file.close)
+        unless_begun.callback(file.close)
         file.hold()  # before equipment is opened, which another window may use with this session
         beside = beside or file.folder
         protocol, folder = file.as_begun(beside)
         session = Session(target, Patch(title="study"), REGISTRY, beside)
         opened.callback(session.close)
         equipment = _equipment(options, protocol, session)
-        opened.callback(equipment.close)
+        unless_begun.callback(equipment.close)
         session.start()
         runner = Runner(session, file, protocol, folder, equipment)
         unless_begun.pop_all()
+        opened.callback(runner.close_file)
         _Terminal(runner, opened.enter_context(TypedLines())).run()
 
 
