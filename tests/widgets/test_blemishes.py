@@ -24,8 +24,9 @@ from PySide6.QtWidgets import (
     QToolTip,
     QWidget,
 )
-from windows import quiet_window
+from windows import end_window, quiet_window, wait_until_kept
 
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.network.server import Counts
 from underfoot.nodes import REGISTRY as NODES
@@ -43,6 +44,28 @@ from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.main_bar import MainBar
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
+from underfoot.widgets.window import MainWindow
+
+
+@pytest.fixture(scope="module")
+def whole_window(qapp, tmp_path_factory):
+    """A window with all workspaces, without a session."""
+    folder = tmp_path_factory.mktemp("kept")
+    made = MainWindow(folder, Target(default_floor()))
+    made.settings.first_steps_done = True
+    made.show()
+    made.workspaces.create_all()
+    made.open_patch.write_autosave()
+    wait_until_kept(made, folder)
+    yield made
+    end_window(made)
+
+
+@pytest.fixture
+def whole(whole_window, qtbot):
+    """The same window with the focus."""
+    show(qtbot, whole_window)
+    return whole_window
 
 
 @pytest.mark.parametrize("width", [1024, 1100, 1280, 1600])
@@ -71,25 +94,23 @@ def test_the_first_window_is_no_larger_than_its_screen(qtbot, tmp_path):
         assert size.height() <= room.height()
 
 
-def test_what_shows_a_sign_or_a_choice_alone_has_words_for_screen_readers(qtbot, tmp_path):
-    window = quiet_window(qtbot, tmp_path)
-    window.workspaces.create_all()
-    signs = [button for button in window.findChildren(QAbstractButton) if button.text() and not has_word(button.text())]
+def test_what_shows_a_sign_or_a_choice_alone_has_words_for_screen_readers(whole):
+    signs = [button for button in whole.findChildren(QAbstractButton) if button.text() and not has_word(button.text())]
     assert {"★", "−", "+"} <= {button.text() for button in signs}
     assert not [(button.text(), button.toolTip()) for button in signs if not has_word(button.accessibleName())]
     said = {
         box.accessibleName(): QAccessible.queryAccessibleInterface(box).text(QAccessible.Text.Description)
-        for box in window.workspaces.findChildren(QComboBox)
+        for box in whole.workspaces.findChildren(QComboBox)
     }
     assert said["Ground"].startswith("Ground: ")
     assert not [name for name, description in said.items() if not description]
-    tabs = [tab for group in window.findChildren(QButtonGroup) for tab in group.buttons()]
-    tabs += window.workspaces["Monitor"].force.span_buttons.values()
+    tabs = [tab for group in whole.findChildren(QButtonGroup) for tab in group.buttons()]
+    tabs += whole.workspaces["Monitor"].force.span_buttons.values()
     roles = {QAccessible.queryAccessibleInterface(tab).role() for tab in tabs}
     assert roles == {QAccessible.Role.RadioButton}  # they were check boxes, of which any number can be on
-    window.show_message("A line that is longer than the window is wide. " * 8)
-    lines = [QAccessible.queryAccessibleInterface(label) for label in window.status.findChildren(QLabel)]
-    assert window.status.message in {line.text(QAccessible.Text.Name) for line in lines}  # it was "Message"
+    whole.show_message("A line that is longer than the window is wide. " * 8)
+    lines = [QAccessible.queryAccessibleInterface(label) for label in whole.status.findChildren(QLabel)]
+    assert whole.status.message in {line.text(QAccessible.Text.Name) for line in lines}  # it was "Message"
 
 
 @pytest.mark.parametrize(
@@ -209,10 +230,9 @@ def test_buttons_of_a_file_dialog_have_pictures_of_ours(qtbot, tmp_path):
         assert icon.pixmap(32).toImage() == theme.icon(picture, theme.TEXT).pixmap(32).toImage()
 
 
-def test_the_monitor_is_usable_before_its_session_is_open(qtbot, tmp_path):
-    window = quiet_window(qtbot, tmp_path)
-    window.workspaces.choose("Monitor")
-    monitor = window.workspaces["Monitor"]
+def test_the_monitor_is_usable_before_its_session_is_open(whole):
+    whole.workspaces.choose("Monitor")
+    monitor = whole.workspaces["Monitor"]
     for plot in (monitor.force.plot, monitor.vibration.spectrogram):
         QTest.mouseMove(plot, plot.rect().center())
         plot.wheeled.emit(120.0)
@@ -260,31 +280,28 @@ def test_a_node_and_its_family_do_not_lie_on_one_another_in_a_list(qtbot):
     assert narrow[0] == narrow[1]
 
 
-def test_tab_comes_to_every_control_and_back(qtbot, tmp_path):
-    window = quiet_window(qtbot, tmp_path)
-    names, takes_tab = window.workspaces.names, Qt.FocusPolicy.TabFocus
+def test_tab_comes_to_every_control_and_back(whole):
+    names, takes_tab = whole.workspaces.names, Qt.FocusPolicy.TabFocus
     assert {"Design", "Monitor", "Calibrate", "Experiment", "Recordings", "Scenes"} <= set(names)
     for name in names:
-        window.workspaces.choose(name)
+        whole.workspaces.choose(name)
         QApplication.processEvents()
-        start, passed = window.main_bar.menu, []
+        start, passed = whole.main_bar.menu, []
         start.setFocus()
         while not passed or QApplication.focusWidget() not in passed:
             passed.append(QApplication.focusWidget())
             QTest.keyClick(passed[-1], Qt.Key.Key_Tab)
         assert QApplication.focusWidget() is start, name
-        there = [part for part in window.workspaces[name].findChildren(QWidget) if part.focusPolicy() & takes_tab]
+        there = [part for part in whole.workspaces[name].findChildren(QWidget) if part.focusPolicy() & takes_tab]
         there = [part for part in there if part.isVisible() and part.isEnabled() and part.focusProxy() is None]
         missed = {part.accessibleName() for part in there if part not in passed and not part.visibleRegion().isEmpty()}
         assert missed <= {"A", "B"}, name  # the keys of a group of which one is checked: arrows go on from there
 
 
-def test_the_key_of_the_menu_is_no_button_s(qtbot, tmp_path):
+def test_the_key_of_the_menu_is_no_button_s(whole):
     """Of two with the same key, neither would be used."""
-    window = quiet_window(qtbot, tmp_path)
-    window.workspaces.create_all()
-    keys = [button.shortcut() for button in window.findChildren(QAbstractButton) if not button.shortcut().isEmpty()]
-    assert keys.count(window.main_bar.menu.shortcut()) == 1
+    keys = [button.shortcut() for button in whole.findChildren(QAbstractButton) if not button.shortcut().isEmpty()]
+    assert keys.count(whole.main_bar.menu.shortcut()) == 1
 
 
 def test_headings_of_a_table_end_where_their_figures_do(qtbot):
@@ -304,8 +321,9 @@ def test_headings_of_a_table_end_where_their_figures_do(qtbot):
     assert ends[0] == ends[1]
 
 
-def test_facts_of_the_inspector_end_where_the_numbers_above_them_do(qtbot, tmp_path):
-    inspector = quiet_window(qtbot, tmp_path).workspaces["Design"].inspector
+def test_facts_of_the_inspector_end_where_the_numbers_above_them_do(whole):
+    whole.workspaces.choose("Design")
+    inspector = whole.workspaces["Design"].inspector
     image, scale = inspector.grab().toImage(), inspector.devicePixelRatioF()
 
     def ends_at(widget):
