@@ -13,6 +13,7 @@ from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire
+from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.controls.menu import Shortcut, add_action
 from underfoot.widgets.design.asking_view import AskingView
 from underfoot.widgets.design.connecting import WireDrag
@@ -39,7 +40,6 @@ _COPYING = Qt.KeyboardModifier.AltModifier
 _NO_KEYS = Qt.KeyboardModifier.NoModifier
 _VIEW_ACTIONS = ("frame", "frame all", "zoom in", "zoom out", "actual size")
 """Actions that only move the view, also during a drag."""
-_ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
 
 class Canvas(AskingView):
@@ -381,13 +381,13 @@ class Canvas(AskingView):
             self._escape()
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.enter()
-        elif event.key() in _ARROWS:
-            dx, dy = _ARROWS[Qt.Key(event.key())]
+        elif event.key() in ARROWS:
+            right, up = ARROWS[Qt.Key(event.key())]
             if self.patch_scene.selected():
                 steps = 4 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-                self._act("nudge", partial(self.nudge, dx * steps, dy * steps))
+                self._act("nudge", partial(self.nudge, right * steps, -up * steps))
             else:
-                self.pan(64 * dx, 64 * dy)
+                self.pan(64 * right, -64 * up)
         else:
             super().keyPressEvent(event)
 

@@ -32,7 +32,7 @@ from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.pictured_editor import pictured_editor_for
 from underfoot.widgets.design.rhythm_editor import RhythmEditor
 from underfoot.widgets.design.scene import percent
-from underfoot.widgets.design.shared_parameters import Shared, range_text, shared_by, shown_value, values_of
+from underfoot.widgets.design.shared_parameters import range_text, shared_by, shown_value, values_of
 
 INTERVAL_NODES = ("poisson", "texture")
 """Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
@@ -94,7 +94,6 @@ class Inspector(QScrollArea):
         self._patch = Patch()
         self._ids: list[str] = []
         self._groups: Sequence[Group] = ()
-        self._shared: list[Shared] = []
         self._tiles: tuple[str, ...] = ()
         self._folder: Path | None = None
         self._shape: object = None
@@ -103,6 +102,8 @@ class Inspector(QScrollArea):
         self._signal_ranges: Mapping[str, tuple[float, float]] = {}
         self._set_values: Mapping[tuple[str, str], object] = {}
         self.editors: dict[str, ParameterEditor] = {}
+        self._ends: dict[str, list[str]] = {}
+        """What each editor sets: the same parameter of one node or of several, "node.parameter". None: the patch's."""
         self._osc: dict[str, OscActions] = {}
         self.picture: NodePicture | None = None
         self.distribution: DistributionView | None = None
@@ -196,14 +197,13 @@ class Inspector(QScrollArea):
 
     def _build(self) -> None:
         self.editors, self.picture, self.distribution, self.errors, self._distributions = {}, None, None, None, None
-        self._osc = {}
+        self._osc, self._ends = {}, {}
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
         column.setContentsMargins(16, 16, 8, 16)
         column.setSpacing(8)
-        self._cost = theme.label("")
-        self._tiles_awake = theme.label("")
+        self._cost, self._tiles_awake = theme.label(""), theme.label("")
         if len(self._groups) == 1:
             self._build_group(column, self._groups[0])
         elif len(self._ids) == 1:
@@ -245,15 +245,14 @@ class Inspector(QScrollArea):
             self.picture.setAccessibleName(f"{type.label} as a picture")
             self.picture.edit_began.connect(self._begin)
             self.picture.edited.connect(
-                lambda name, value: self.edited.emit([id], name, value, f"{id} picture {self._edit_number}")
+                lambda name, value: self.edited.emit([id], name, value, self._word(f"{id} picture"))
             )
             column.addWidget(self.picture)
         for name in type.parameters:
             editor = pictured_editor_for(self._declared(id, name))
             if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
-            self._add_editor(column, name, editor)
-            self._connect_editor(editor, f"{id}.{name}")
+            self._add_parameter(column, name, editor, [f"{id}.{name}"])
         if type.type in INTERVAL_NODES:
             self.distribution = DistributionView(most=1)
             self.distribution.setFixedHeight(DISTRIBUTION_PX)
@@ -266,15 +265,21 @@ class Inspector(QScrollArea):
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
-    def _connect_editor(self, editor: ParameterEditor, end: str) -> None:
-        """Emit what is done in the control of a node's parameter, "node.parameter"."""
-        id, _, name = end.partition(".")
-        editor.value_changed.connect(lambda value: self.edited.emit([id], name, value, f"{end} {self._edit_number}"))
+    def _add_parameter(self, column: QVBoxLayout, key: str, editor: ParameterEditor, ends: list[str]) -> None:
+        """Add the control of these parameters, "node.parameter". That of one can be driven, and has a menu."""
+        self._add_editor(column, key, editor)
+        self._ends[key] = ends
+        ids, name = [node_id(end) for end in ends], port_name(ends[0])
+        editor.value_changed.connect(lambda value: self.edited.emit(ids, name, value, self._word(*ends)))
+        if len(ends) > 1:
+            return
         if isinstance(editor, NumberEditor):
             editor.offer_driving()
-            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
-            editor.drive_requested.connect(lambda place: self.drive_requested.emit(id, name, place, editor.actions()))
-        self._add_menu(editor, end)
+            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(ends[0]))
+            editor.drive_requested.connect(
+                lambda place: self.drive_requested.emit(ids[0], name, place, editor.actions())
+            )
+        self._add_menu(editor, ends[0])
 
     def _add_menu(self, editor: ParameterEditor, end: str) -> None:
         """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around.
@@ -311,10 +316,9 @@ class Inspector(QScrollArea):
         for end in group.published:
             id, _, name = end.partition(".")
             editor = editor_for(self._declared(id, name))
-            self._add_editor(column, end, editor)
+            self._add_parameter(column, end, editor, [end])
             editor.set_name(f"{self._patch.node(id).name_in(self._registry)}: {editor.parameter.label.lower()}")
             editor.label.setWordWrap(True)
-            self._connect_editor(editor, end)
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
             column.addWidget(theme.paragraph(hint, "muted"))
@@ -325,7 +329,7 @@ class Inspector(QScrollArea):
         """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes."""
         for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
             if name in self.editors:
-                self.edited.emit([id], name, value, f"{id}.{notes} {self._edit_number}")
+                self.edited.emit([id], name, value, self._word(f"{id}.{notes}"))
 
     def _build_many(self, column: QVBoxLayout) -> None:
         of = f" in {len(self._groups)} sub-patches" if self._groups else ""
@@ -334,17 +338,12 @@ class Inspector(QScrollArea):
         names = [self._registry[there[id]].label for id in self._ids]
         column.addWidget(theme.paragraph(", ".join(_with_counts(names)), "small"))
         column.addSpacing(8)
-        self._shared = shared_by(self._patch, self._registry, self._ids, self._groups)
-        for parameter, label, ids in self._shared:
+        for parameter, label, ids in shared_by(self._patch, self._registry, self._ids, self._groups):
             editor, name = editor_for(parameter), parameter.name
-            self._add_editor(column, f"{ids[0]}.{name}" if self._groups else name, editor)
+            key = f"{ids[0]}.{name}" if self._groups else name
+            self._add_parameter(column, key, editor, [f"{id}.{name}" for id in ids])
             editor.set_name(label)
             editor.label.setWordWrap(True)
-            editor.value_changed.connect(
-                lambda value, ids=list(ids), name=name: self.edited.emit(
-                    ids, name, value, f"{ids}.{name} {self._edit_number}"
-                )
-            )
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost})
 
@@ -357,7 +356,7 @@ class Inspector(QScrollArea):
             editor.can_reset = name == "error_scale"
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
-                lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._edit_number}")
+                lambda value, name=name: self.patch_edited.emit(name, value, self._word(f"patch.{name}"))
             )
         column.addWidget(_line())
         self._nodes, self._wires = theme.label(""), theme.label("")
@@ -393,32 +392,27 @@ class Inspector(QScrollArea):
     def _begin(self) -> None:
         self._edit_number += 1
 
+    def _word(self, *what: str) -> str:
+        """Return the word for what belongs to the change that was begun last, of these parameters."""
+        return f"{' '.join(what)} {self._edit_number}"
+
     # --- refreshing ---
 
     def _refresh(self) -> None:
         wires = drivers(self._patch)
-        if len(self._groups) == 1:
-            for end, editor in self.editors.items():
-                self._show_parameter(editor, node_id(end), port_name(end), wires)
-        elif len(self._ids) == 1:
-            node = self._patch.node(self._ids[0])
-            if self.errors is not None:
-                self.errors.set_state((node.parameters, self._patch.error_scale))
-            for name, editor in self.editors.items():
-                self._show_parameter(editor, node.id, name, wires)
-            if self.picture is not None:
-                self.picture.set_values({name: editor.value() for name, editor in self.editors.items()})
-        elif self._ids:
-            for (parameter, _, ids), editor in zip(self._shared, self.editors.values(), strict=True):
-                name = parameter.name
-                driven = sum(name in wires.get(id, {}) for id in ids)
-                values = values_of(self._patch, self._registry, ids, name, self._set_values)
-                is_set = any((id, name) in self._set_values for id in ids)
-                self._show_values(editor, values, f"{driven} of {len(ids)}" if driven else "", is_set=is_set)
-        else:
-            for name, editor in self.editors.items():
-                if getattr(self._patch, name) != editor.value():
-                    editor.set_value(getattr(self._patch, name))
+        for key, editor in self.editors.items():
+            match self._ends.get(key, ()):
+                case [end]:
+                    self._show_parameter(editor, node_id(end), port_name(end), wires)
+                case [_, *_] as ends:
+                    self._show_shared(editor, ends, wires)
+                case _ if getattr(self._patch, key) != editor.value():
+                    editor.set_value(getattr(self._patch, key))
+        if self.errors is not None:
+            self.errors.set_state((self._patch.node(self._ids[0]).parameters, self._patch.error_scale))
+        if self.picture is not None:
+            self.picture.set_values({name: editor.value() for name, editor in self.editors.items()})
+        if not self._ids and not self._groups:
             self._nodes.setText(str(len(self._patch.nodes)))
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()
@@ -438,13 +432,19 @@ class Inspector(QScrollArea):
         if isinstance(editor, NumberEditor):
             self._show_driver(editor, source)
 
-    def _show_values(self, editor: ParameterEditor, values: list[object], driven: str, *, is_set: bool) -> None:
+    def _show_shared(
+        self, editor: ParameterEditor, ends: Sequence[str], wires: Mapping[str, Mapping[str, str]]
+    ) -> None:
         """Show the common value of several nodes, or that their values differ, in how many it is driven, and whether
         OSC has set any.
         """
+        name, ids = port_name(ends[0]), [node_id(end) for end in ends]
+        driven = sum(name in wires.get(id, {}) for id in ids)
+        is_set = any((id, name) in self._set_values for id in ids)
+        values = values_of(self._patch, self._registry, ids, name, self._set_values)
         value = shown_value(editor.parameter, values)
         differing = range_text(editor.parameter, values) if len(values) > 1 else ""
-        wired = f"driven in {driven}" if driven else ""
+        wired = f"driven in {driven} of {len(ids)}" if driven else ""
         editor.set_mixed(differing, ", ".join(filter(None, (wired, REMARK if is_set else ""))))
         if value != editor.value() and not editor.is_held:
             editor.set_value(value)
