@@ -53,27 +53,7 @@ _PLACES = {
 }
 """Module of each public name."""
 
-__all__ = [  # explicit, for type checkers; a test compares it with `_PLACES`
-    "BlockOnBelt",
-    "FibreBundle",
-    "Floor",
-    "Forces",
-    "Patch",
-    "Picture",
-    "Profile",
-    "Recording",
-    "Rendered",
-    "SlipDistribution",
-    "Table",
-    "Tile",
-    "UnderfootError",
-    "__version__",
-    "default_floor",
-    "open_patch",
-    "read_forces",
-    "render",
-    "walk",
-]
+__all__ = ["__version__", *_PLACES]
 
 
 def __getattr__(name: str) -> object:
