@@ -66,7 +66,7 @@ _RAISES = dis.opmap["RAISE_VARARGS"]
 
 
 class Names(Struct, frozen=True):
-    """Names available to a node's functions: its ports, its controls in order, its layouts and its prepared tables."""
+    """Names available to a node's functions: its ports, and its controls in order."""
 
     signals_in: tuple[str, ...]
     signals_out: tuple[str, ...]
@@ -74,8 +74,6 @@ class Names(Struct, frozen=True):
     events_out: tuple[str, ...]
     controls: Mapping[str, bool]
     """Numbers read once per span, in order, and whether each is passed as a whole number."""
-    tables: Mapping[str, int]
-    """Prepared tables and their numbers of dimensions."""
 
 
 class Binding:
@@ -185,7 +183,7 @@ class Binding:
 
     def _check(self) -> None:
         port_names = [*self.names.signals_in, *self.names.signals_out, *self.names.events_in, *self.names.events_out]
-        reserved = ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
+        reserved = ("controls", "state", "coefficients", *_CLOCK, *self.prepared)
         for name in [*port_names, *self.names.controls]:
             allowed = f"any name but {', '.join(reserved)}"
             require(name not in reserved, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
@@ -219,10 +217,10 @@ class Binding:
         }
         known["controls"] = "controls_at(c, ())"
         at = len(self.symbols)
-        for name, dimensions in names.tables.items():
-            shape = ", ".join(f"int(d[{at + 1 + k}])" for k in range(dimensions))
+        for name, table in self.prepared.items():
+            shape = ", ".join(f"int(d[{at + 1 + k}])" for k in range(table.dimensions))
             known[name] = f"carray(shifted(d, int(d[{at}])), ({shape},))"
-            at += 1 + dimensions
+            at += 1 + table.dimensions
         if self.coefficients is not None:
             known["coefficients"] = "coefficients"
         if self.state is not None and function != "design":

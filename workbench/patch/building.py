@@ -1,7 +1,7 @@
 """Builds a program's tables from a patch: buffers, event lists, controls and memories, node after node."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec import Struct, field
@@ -33,17 +33,6 @@ class Part(Struct, frozen=True):
     guards: Sequence[str] = ()
 
 
-class Built(NamedTuple):
-    """Tables, and the positions in them of everything that is accessed by name."""
-
-    tables: Tables
-    controls: dict[tuple[int, str], int]
-    signals: dict[tuple[int, str], int]
-    struck: dict[int, int]
-    lists: dict[str, int]
-    engine_signals: dict[str, NDArray[np.float64]]
-
-
 class _Buffers(Struct):
     """Signal buffers, or event lists, of a block. With 0 `rows`, one is shared by all tiles."""
 
@@ -58,7 +47,11 @@ class _Buffers(Struct):
 
 
 class Builder:
-    """Builds the tables of `parts`, in running order, for `tiles`."""
+    """Builds the tables of `parts`, in running order, for `tiles`.
+
+    `controls` and `signals` have the places in them of numbers, by node and name; `struck` the first list of events of
+    each node that can be struck, and `lists.of` those of outputs, "node.port".
+    """
 
     def __init__(
         self,
@@ -89,7 +82,7 @@ class Builder:
         self.data: list[NDArray[np.float64]] = []
         self.awake_at_first = np.zeros(len(parts), bool)
 
-    def build(self) -> Built:
+    def build(self) -> Tables:
         """Build everything, step by step."""
         self._add_engine_signals()
         for k, part in enumerate(self.parts):
@@ -100,8 +93,7 @@ class Builder:
             self._watch(k, part, inputs, events)
             self._add_controls(k, part)
             self._add_memory(k, part)
-        made = self._tables()
-        return Built(made, self.controls, self.signals, self.struck, self.lists.of, self._engine_signals_in(made))
+        return self._tables()
 
     # --- node by node ---
 
@@ -290,7 +282,7 @@ class Builder:
         )
         return starts, aligned_zeros(int(starts[-1]))
 
-    def _engine_signals_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
+    def engine_signals_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
         """Return the arrays that the engine fills: float64 [tile, frame] by name."""
         rows = len(self.tiles)
         found = {}

@@ -260,7 +260,6 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             events_in=(*_of("event", inputs), *_of("event", from_engine)),
             events_out=_of("event", outputs),
             controls={parameter.name: parameter.kind != "number" for parameter in _controls(parameters)},
-            tables={name: table.dimensions for name, table in tables.items()},
         )
         return NodeType(
             type=type,

@@ -66,9 +66,11 @@ class Program:
         self._struck_rows: list[int] = []
         self._faulty: dict[int, int] = {}  # the session frame that was told last
         self._settled = 0  # session frame at which the last ramp is over
-        made = Builder(patch, self._parts, self.tiles, self.scope_names, rate=rate, block=block).build()
-        self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
-        self._struck, self._lists, self.engine_signals = made.struck, made.lists, made.engine_signals
+        builder = Builder(patch, self._parts, self.tiles, self.scope_names, rate=rate, block=block)
+        self.tables = builder.build()
+        self._controls, self._signals = builder.controls, builder.signals
+        self._struck, self._lists = builder.struck, builder.lists.of
+        self.engine_signals = builder.engine_signals_in(self.tables)
         self._where = addresses(self.tables)
         nodes = self.tables.nodes
         self._nonzero_inputs = set(np.flatnonzero((nodes["sleep_rule"] == ALL) & (nodes["tail"] != 0)).tolist())
@@ -88,7 +90,8 @@ class Program:
         self.reads_centroid = "x_m" in self.engine_signals or "y_m" in self.engine_signals
         self.begins_anew = False
         """Whether only nodes that follow the floor take over state from the previous program."""
-        self._follow_floor = _follow_floor(patch, registry)
+        readers = [node.id for node in patch.nodes if registry[node.type].engine_signals]
+        self._follow_floor = downstream(patch.wires, readers)
 
     # --- running ---
 
@@ -263,11 +266,6 @@ def _nodes_to_outputs(patch: Patch, registry: Registry, scopes: Sequence[str]) -
             raise BadValue(f"scope is {scope!r}; allowed: {', '.join(known) or 'none'}")
     ends = {id for id, type in types.items() if type.is_sink} | {node_id(scope) for scope in scopes}
     return upstream(patch.wires, ends)
-
-
-def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
-    """Return the nodes that read signals of the floor, and those that depend on them."""
-    return downstream(patch.wires, [node.id for node in patch.nodes if registry[node.type].engine_signals])
 
 
 def _part(node: PlacedNode, registry: Registry, guards: Sequence[str], folder: Path | None) -> Part:
