@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeGuard
 
 from underfoot.arguments import choice, is_text
 from underfoot.errors import BadValue, refusal, require
@@ -111,7 +111,7 @@ class Number(Parameter):
         require(self.scale != "log" or self.low > 0.0, f"low of {self.name}", self.low, "above 0 with log")
 
     def check(self, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not self.low <= value <= self.high:
+        if not _is_within(value, self.low, self.high):
             raise self.refuse(value)
         return float(value)
 
@@ -163,9 +163,7 @@ class Count(Parameter):
         return Phrase("whole numbers {low} to {high} {unit}", low=self.low, high=self.high, unit=self.unit)
 
     def check(self, value: object) -> int:
-        if isinstance(value, bool) or not isinstance(value, int | float) or value != value // 1:
-            raise self.refuse(value)
-        if not self.low <= value <= self.high:
+        if not _is_within(value, self.low, self.high) or value != value // 1:
             raise self.refuse(value)
         return int(value)
 
@@ -203,11 +201,8 @@ class Numbers(Parameter):
         return f"a list of {self.least} to {self.most} numbers, each {self.low:g} to {self.high:g} {self.unit}".rstrip()
 
     def check(self, value: object) -> tuple[float, ...]:
-        if not isinstance(value, Sequence) or isinstance(value, str) or not self.least <= len(value) <= self.most:
+        if not (_is_list(value, self.least, self.most) and all(_is_within(one, self.low, self.high) for one in value)):
             raise self.refuse(value)
-        for item in value:
-            if isinstance(item, bool) or not isinstance(item, int | float) or not self.low <= item <= self.high:
-                raise self.refuse(value)
         return tuple(float(item) for item in value)
 
 
@@ -225,15 +220,22 @@ class Rows(Parameter):
         return f"up to {self.most} rows of [{columns}]"
 
     def check(self, value: object) -> tuple[tuple[float, ...], ...]:
-        if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > self.most:
+        if not (_is_list(value, 0, self.most) and all(map(self._is_row, value))):
             raise self.refuse(value)
-        for row in value:
-            if not isinstance(row, Sequence) or isinstance(row, str) or len(row) != len(self.columns):
-                raise self.refuse(value)
-            for item, (_, low, high) in zip(row, self.columns, strict=True):
-                if isinstance(item, bool) or not isinstance(item, int | float) or not low <= item <= high:
-                    raise self.refuse(value)
         return tuple(tuple(float(item) for item in row) for row in value)
+
+    def _is_row(self, row: object) -> bool:
+        if not _is_list(row, len(self.columns), len(self.columns)):
+            return False
+        return all(_is_within(one, low, high) for one, (_, low, high) in zip(row, self.columns, strict=True))
+
+
+def _is_within(value: object, low: float, high: float) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
+
+
+def _is_list(value: object, least: int, most: int) -> TypeGuard[Sequence[Any]]:
+    return isinstance(value, Sequence) and not isinstance(value, str) and least <= len(value) <= most
 
 
 @dataclass(frozen=True)
