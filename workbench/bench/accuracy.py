@@ -13,6 +13,7 @@ from underfoot.bench.method_comparison import Comparison, Method, Task, measured
 from underfoot.kernels import Floats
 from underfoot.models.elasto_plastic import Ground
 from underfoot.models.fibre_bundle.bundle import FibreBundle
+from underfoot.models.filtering import second_order
 from underfoot.models.modal import bank, hammer
 from underfoot.models.modal.impact import Hammer, ModalObject, strike
 from underfoot.models.signals import envelopes, noise, waveshaping
@@ -389,9 +390,9 @@ def strain_rates(quick: bool) -> Iterable[Task]:
 
     def strain_rate(rate: float) -> NDArray[np.float64]:
         push = force(np.arange(int(0.6 * rate)) / rate)
-        coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(push.size)
+        coefficients, out = second_order.COEFFICIENTS.zeros(), np.empty(push.size)
         envelopes.design_strain_rate(envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, mass, rate, coefficients)
-        envelopes.run_strain_rate(push, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
+        second_order.run(push, coefficients, second_order.STATE.zeros(), out)
         return out[:: int(rate) // 1000]
 
     def euler(rate: float) -> NDArray[np.float64]:
@@ -407,7 +408,7 @@ def strain_rates(quick: bool) -> Iterable[Task]:
         "relative L2 at each ms against DOP853",
         lambda result, _: relative_error(result, truth),
         [
-            Method("envelopes.run_strain_rate", "rate, Hz", rates, strain_rate),
+            Method("envelopes.design_strain_rate", "rate, Hz", rates, strain_rate),
             Method("semi-implicit Euler", "rate, Hz", rates, euler, naive=True),
         ],
     )

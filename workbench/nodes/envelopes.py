@@ -142,7 +142,7 @@ class StrainRateEnvelope:
     )
     part = Choice("absolute", options=envelopes.PARTS, doc="treatment of unloading, where the rate is negative")
     out = Output()
-    state, coefficients = second_order.MOVING_STATE, envelopes.STRAIN_COEFFICIENTS
+    state, coefficients = second_order.MOVING_STATE, second_order.COEFFICIENTS
 
     def design(frequency, damping, mass, rate, coefficients):
         envelopes.design_strain_rate(frequency, damping, mass, rate, coefficients)

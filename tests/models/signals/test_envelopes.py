@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from underfoot.errors import BadValue
+from underfoot.models.filtering import second_order
 from underfoot.models.signals import envelopes
 from underfoot.models.signals.envelopes import attack_decay
 from underfoot.models.signals.events import event_list
@@ -133,17 +134,18 @@ def test_the_constant_envelope_ramps_in_five_milliseconds_and_ends_at_zero(block
 
 
 def layer(mass_kg=1.0, damping=1.0):
-    coefficients = envelopes.STRAIN_COEFFICIENTS.zeros()
+    coefficients = second_order.COEFFICIENTS.zeros()
     envelopes.design_strain_rate(12.5, damping, mass_kg, RATE, coefficients)
     return coefficients
 
 
 def strain_rate(force, choice=envelopes.SIGNED, mass_kg=1.0, damping=1.0, block=None, state=None):
     coefficients, y = layer(mass_kg, damping), np.empty(force.size)
-    state = envelopes.STRAIN_STATE.zeros() if state is None else state
+    state = second_order.STATE.zeros() if state is None else state
     for first in range(0, force.size, block or force.size):
         part = slice(first, min(first + (block or force.size), force.size))
-        envelopes.run_strain_rate(force[part], choice, coefficients, state, y[part])
+        second_order.run(force[part], coefficients, state, y[part])
+        envelopes.take_part(choice, y[part])
     return y
 
 

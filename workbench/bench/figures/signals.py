@@ -14,6 +14,7 @@ from underfoot.engine.levels import SECONDS, Level
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
 from underfoot.engine.simulated_step import STEP_S
+from underfoot.models.filtering import second_order
 from underfoot.models.signals import envelopes, noise
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
@@ -211,11 +212,11 @@ def _stacked(title: str, waves: dict[str, tuple[NDArray[np.float64], float]]) ->
 
 def strain_rate_of_step() -> NDArray[np.float64]:
     """Return the strain rate in the first second of a step of force."""
-    coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(RATE)
+    coefficients, out = second_order.COEFFICIENTS.zeros(), np.empty(RATE)
     layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
     envelopes.design_strain_rate(*layer, float(RATE), coefficients)
     step = np.full(RATE, envelopes.FULL_FORCE_N)
-    envelopes.run_strain_rate(step, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
+    second_order.run(step, coefficients, second_order.STATE.zeros(), out)
     return out
 
 

@@ -17,7 +17,6 @@ NOTE_COEFFICIENTS = Layout("note_coefficients", "attack", "decay", "duration", "
 """Attack, decay and default duration of a note in frames, and its peak at strength 1."""
 CONTACT_STATE = Layout("contact_envelope", "level")
 CONTACT_COEFFICIENTS = Layout("contact_envelope_coefficients", "step")
-STRAIN_STATE, STRAIN_COEFFICIENTS = second_order.STATE, second_order.COEFFICIENTS
 
 SHORTEST_SEGMENT_S = 0.5e-3
 """Shortest attack or decay of a real-time note, to avoid clicks."""
@@ -132,20 +131,11 @@ def tail_contact(state: Memory, coefficients: Memory) -> float:
 def design_strain_rate(frequency_hz: float, damping: float, mass_kg: float, rate: float, coefficients: Memory) -> None:
     """Design a layer `x'' + 2 z w0 x' + w0^2 x = F / M` (6.1), from force to x', by the plain bilinear transform.
 
+    The step response is `t exp(-w0 t) / M`: it peaks 1 / w0 = 12.73 ms after the step (the thesis's 80 ms is 1 / f0).
     `frequency_hz` is w0 / 2 pi, limited to 0.49 of the rate; `damping` z, at least 0.01; `mass_kg` M, above 0.
     """
     w0 = 2.0 * math.pi * min(max(frequency_hz, 1e-3), second_order.HIGHEST * rate)
     second_order.design(0.5 * w0 / rate, 2.0 * max(damping, 0.01), 0.0, 1.0 / (mass_kg * w0), 0.0, coefficients)
-
-
-@kernel
-def run_strain_rate(force_n: Floats, part: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Fill `out` with the dynamic envelope: strain rate of a layer, SIGNED, ABSOLUTE or only its POSITIVE part.
-
-    The step response is `t exp(-w0 t) / M`: it peaks 1 / w0 = 12.73 ms after the step (the thesis's 80 ms is 1 / f0).
-    """
-    second_order.run(force_n, coefficients, state, out)
-    take_part(part, out)
 
 
 @kernel
