@@ -28,7 +28,7 @@ from underfoot.models.modal.contact_motion import (
     set_step,
     stay,
 )
-from underfoot.models.modal.phasors import BLOCK, advanced, free_block, in_use, tabulate
+from underfoot.models.modal.phasors import BLOCK, advance_phasors, free_block, in_use, tabulate
 
 HAMMER = Layout("hammer", "mass", "stiffness", "exponent", "damping", "load", "error", "substeps")
 """Mass (kg), stiffness (N/m^exponent), exponent, damping mu (s/m), a constant load on the hammer (N), the asked
@@ -280,8 +280,7 @@ def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
     s.struck_lately = 1.0
     s.given = start
     if start > 0:
-        for m in range(s.row):
-            s.end.re[m], s.end.im[m] = advanced(known.powers, m, s.begin.re[m], s.begin.im[m], BLOCK - start)
+        advance_phasors(s.begin, known.powers, BLOCK - start, s.row, s.end)
         block = s.work
         _fill(start, s.row, known, s, block, show)
         for i in range(BLOCK - start):
@@ -337,11 +336,11 @@ def _take_over(start: int, known: Memory, s: Memory) -> None:
     """Take the phasors at frame `start` of the block from free ringing."""
     z = s.z
     z.values[:] = 0.0
-    for m in range(int(s.active)):
-        if start == 0:
+    if start > 0:
+        advance_phasors(s.begin, known.powers, start - int(s.rung_from), int(s.active), z)
+    else:
+        for m in range(int(s.active)):
             z.re[m], z.im[m] = s.end.re[m], s.end.im[m]
-        else:
-            z.re[m], z.im[m] = advanced(known.powers, m, s.begin.re[m], s.begin.im[m], start - int(s.rung_from))
 
 
 @kernel

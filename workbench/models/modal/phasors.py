@@ -178,53 +178,43 @@ def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
 
 
 @kernel
-def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[float, float]:
-    """Return the phasor (x, y) of mode `m` after 0 to 64 `frames`."""
-    if frames == BLOCK:
-        return _times(powers.p64_re[m], powers.p64_im[m], x, y)
-    for _ in range(frames // 16):
-        x, y = _times(powers.p16_re[m], powers.p16_im[m], x, y)
-    for _ in range(frames % 16 // 4):
-        x, y = _times(powers.p4_re[m], powers.p4_im[m], x, y)
-    left = frames % 4
-    if left == 1:
-        x, y = _times(powers.p1_re[m], powers.p1_im[m], x, y)
-    elif left == 2:
-        x, y = _times(powers.p2_re[m], powers.p2_im[m], x, y)
-    elif left == 3:
-        x, y = _times(powers.p3_re[m], powers.p3_im[m], x, y)
-    return x, y
+def advance_phasors(begin: Memory, powers: Memory, frames: int, active: int, goal: Memory) -> None:
+    """Write the first `active` phasors of `begin`, after 0 to 64 `frames`, to `goal`."""
+    for m in range(0, active, LANES):
+        x, y = _advanced(powers, m, four(begin.re, m), four(begin.im, m), frames)
+        put(goal.re, m, x)
+        put(goal.im, m, y)
 
 
 @kernel
 def add_advanced(powers: Memory, amplitudes: Memory, strength: float, frames: int, phasors: Memory) -> None:
-    """Add the phasors `strength` times `amplitudes.re`, after 0 to 64 `frames`, to `phasors`: bits of `advanced`."""
+    """Add the phasors `strength` times `amplitudes.re`, after 0 to 64 `frames`, to `phasors`."""
     for m in range(0, phasors.row, LANES):
-        x, y = all_four(strength) * four(amplitudes.re, m), all_four(0.0)
-        if frames == BLOCK:
-            x, y = _turn(powers.p64_re, powers.p64_im, m, x, y)
-        else:
-            for _ in range(frames // 16):
-                x, y = _turn(powers.p16_re, powers.p16_im, m, x, y)
-            for _ in range(frames % 16 // 4):
-                x, y = _turn(powers.p4_re, powers.p4_im, m, x, y)
-            left = frames % 4
-            if left == 1:
-                x, y = _turn(powers.p1_re, powers.p1_im, m, x, y)
-            elif left == 2:
-                x, y = _turn(powers.p2_re, powers.p2_im, m, x, y)
-            elif left == 3:
-                x, y = _turn(powers.p3_re, powers.p3_im, m, x, y)
+        x, y = _advanced(powers, m, all_four(strength) * four(amplitudes.re, m), all_four(0.0), frames)
         put(phasors.re, m, four(phasors.re, m) + x)
         put(phasors.im, m, four(phasors.im, m) + y)
 
 
 @inlined
+def _advanced(powers: Memory, m: int, x: Floats, y: Floats, frames: int) -> tuple[Floats, Floats]:
+    """Return four phasors (x, y), from mode `m` on, after 0 to 64 `frames`."""
+    if frames == BLOCK:
+        return _turn(powers.p64_re, powers.p64_im, m, x, y)
+    for _ in range(frames // 16):
+        x, y = _turn(powers.p16_re, powers.p16_im, m, x, y)
+    for _ in range(frames % 16 // 4):
+        x, y = _turn(powers.p4_re, powers.p4_im, m, x, y)
+    left = frames % 4
+    if left == 1:
+        x, y = _turn(powers.p1_re, powers.p1_im, m, x, y)
+    elif left == 2:
+        x, y = _turn(powers.p2_re, powers.p2_im, m, x, y)
+    elif left == 3:
+        x, y = _turn(powers.p3_re, powers.p3_im, m, x, y)
+    return x, y
+
+
+@inlined
 def _turn(re: Floats, im: Floats, m: int, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     a, b = four(re, m), four(im, m)
-    return x * a - y * b, y * a + x * b
-
-
-@kernel
-def _times(a: float, b: float, x: float, y: float) -> tuple[float, float]:
     return x * a - y * b, y * a + x * b
