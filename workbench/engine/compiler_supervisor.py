@@ -8,7 +8,7 @@ from underfoot.engine.reports import Compiled, Outlines, Preview
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest
 
 SHARED = -1
-"""Ticket of a request to compile the program that the engine is loading."""
+"""Ticket of a request to compile the program that the engine is loading; its answer is not used."""
 
 
 class CompilerSupervisor:
@@ -43,22 +43,20 @@ class CompilerSupervisor:
         self._ticket += 1
         return self._ticket
 
-    def start(self) -> None:
-        """Start the process, if there is none."""
+    def start(self, *first: CompileRequest) -> None:
+        """Start the process, if there is none, with these requests, then the awaited picture."""
         if self._process is None:
-            self._launch()
+            self._process = ChildProcess("compiler", "underfoot.engine.compiler")
+            for request in (*first, *filter(None, [self._awaited])):
+                self._process.send(request)
 
     def compile(self, request: CompileRequest) -> None:
         """Compile a patch's kernels, in a new process if necessary; `Compiled` follows."""
         self._compile_ticket = request.ticket
         if self._process is None:
-            self._launch(request)
+            self.start(request)
         else:
             self._process.send(request)
-
-    def start_sharing(self, request: CompileRequest) -> None:
-        """Start the process to help the engine compile; the answer to this request is not used."""
-        self._launch(request)
 
     def request_picture(self, request: PreviewRequest | OutlinesRequest) -> None:
         """Request a picture: at once if there is a process, or when it starts."""
@@ -98,9 +96,3 @@ class CompilerSupervisor:
         """End the process; it has no unfinished work."""
         if self._process is not None:
             self._process.end(0.0)
-
-    def _launch(self, *first: CompileRequest) -> None:
-        """Start the process, and send it these requests, then the awaited picture."""
-        self._process = ChildProcess("compiler", "underfoot.engine.compiler")
-        for request in (*first, *filter(None, [self._awaited])):
-            self._process.send(request)

@@ -452,7 +452,7 @@ class Session:
                     self._recorder.send(record_of(frame, command, self.target.rate))
                 case Compiling():
                     if not self._compiler.is_started:
-                        self._compiler.start_sharing(self._compile_request(SHARED, from_end=True))
+                        self._compiler.start(self._compile_request(SHARED, from_end=True))
                     self._reports += self._compile_progress.take("engine", message)
                     continue
                 case PatchRefused():
