@@ -5,7 +5,7 @@ on a variable stiffness plate.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING
 from underfoot.commands.files import complete_names, live_targets
@@ -91,21 +91,14 @@ class ShakingRig:
     output_device: str = option("Sound card of --target sound; by default the system's.", "", "--output")
     input_device: str = option("Sound card of the accelerometer; by default the system's.", "", "--input")
     input_channel: int = option("Channel of the accelerometer, from 0.", 0)
+    has_load_cell: ClassVar[bool] = False
+    sensors: ClassVar[tuple[str, str]] = ("", "")
+    """None but the accelerometer."""
 
     @property
     def is_simulated(self) -> bool:
         """Whether nobody need stand on the tile."""
         return self.target != "sound"
-
-    @property
-    def has_load_cell(self) -> bool:
-        """No force is measured."""
-        return False
-
-    @property
-    def sensors(self) -> tuple[str, str]:
-        """There are none but the accelerometer."""
-        return "", ""
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """Open the rig within the context; `BadValue` for another target, `DeviceError` for an unknown sound card."""
