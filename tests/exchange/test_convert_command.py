@@ -23,9 +23,7 @@ def test_a_patch_goes_out_and_comes_back_with_all_that_was_lost_told(underfoot, 
     RULES[name](json.loads(out.read_text()))
     lines = [line.strip() for line in said.out.splitlines()]
     assert "envelope within" in said.out
-    assert lines[lines.index("not kept:") + 1 :] == list(
-        losses(Patch.load(SINE, REGISTRY), REGISTRY, FORMATS[name].carries)
-    )
+    assert lines[lines.index("not kept:") + 1 :] == list(losses(Patch.load(SINE, REGISTRY), FORMATS[name].carries))
     back = underfoot("convert", out, "-o", "back.json")
     assert back.status == 0, back.error
     assert back.out.splitlines()[-1] == "all is kept"

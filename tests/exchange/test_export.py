@@ -182,7 +182,7 @@ def test_csv_has_the_acceleration_of_each_tile(exports, tmp_path):
 def test_svg_is_a_picture_with_its_axes(exports, tmp_path):
     FORMATS["svg"].write(exports["gravel"], tmp_path / "a.svg")
     assert "acceleration, m/s" in (tmp_path / "a.svg").read_text()
-    lost = losses(exports["gravel"].patch, REGISTRY, FORMATS["svg"].carries)
+    lost = losses(exports["gravel"].patch, FORMATS["svg"].carries)
     assert not any("oscillation" in line or "frequencies" in line for line in lost)  # it is drawn sample by sample
 
 
@@ -278,9 +278,9 @@ def test_the_list_of_losses_names_every_parameter_of_every_node_that_a_format_do
     for name, parameter in node.parameters.items():
         if isinstance(parameter, FilePath | Tiles):
             patch = patch.set(type, name, "t1", REGISTRY)
-    has = features(patch, REGISTRY)
+    has = features(patch)
     for format in WRITTEN:
-        lines = losses(patch, REGISTRY, format.carries)
+        lines = losses(patch, format.carries)
         assert len(lines) == len(has.keys() - format.carries)
         every = "\n".join(lines)
         for name in has.keys() - format.carries:
@@ -300,7 +300,7 @@ def test_of_many_nodes_that_lose_the_same_the_first_are_named():
     patch = Patch()
     for _ in range(60):
         patch = patch.add("strike", REGISTRY)
-    (line,) = losses(patch, REGISTRY, KEPT.keys() - {"hand"})
+    (line,) = losses(patch, KEPT.keys() - {"hand"})
     assert line.startswith("strikes by hand: strike, strike1, ")
     assert line.endswith(", strike7, and 52 more")
 
@@ -323,7 +323,7 @@ def test_whatever_else_a_patch_has_is_in_the_list_of_losses_and_shared_in_full(f
     plain = plain.connect("tone.out", "tile-output.acceleration", REGISTRY)
     more = plain.name("tone", MORE[field]) if field == "label" else replace(plain, **{field: MORE[field]})
     for format in WRITTEN:
-        gone = set(losses(more, REGISTRY, format.carries)) - set(losses(plain, REGISTRY, format.carries))
+        gone = set(losses(more, format.carries)) - set(losses(plain, format.carries))
         assert len(gone) == (format.carries != KEPT.keys() and field not in format.carries), format.name
     FORMATS["share"].write(Export(more), tmp_path / "a.zip")
     with zipfile.ZipFile(tmp_path / "a.zip") as file:
@@ -345,12 +345,12 @@ def test_what_lies_above_the_range_is_left_out_of_bands_and_else_at_its_end_and_
     for name in RULES:
         (told,) = FORMATS[name].write(export, tmp_path / name)
         is_left_out = float(told.partition("within ")[2].split()[0]) > 20.0
-        lines = losses(patch, REGISTRY, FORMATS[name].carries)
+        lines = losses(patch, FORMATS[name].carries)
         assert is_left_out == (KEPT["range"] in lines) == (KEPT["frequency"] not in lines) == (name == "hjif")
 
 
 def test_chance_is_what_draws_at_random():
-    drawn = {type for type in REGISTRY if "chance" in features(Patch().add(type, REGISTRY), REGISTRY)}
+    drawn = {type for type in REGISTRY if "chance" in features(Patch().add(type, REGISTRY))}
     assert {"noise", "texture", "poisson", "stick-slip", "fibre-bundle"} <= drawn
     assert not drawn & {"tone", "impact", "low-pass", "rhythm", "breakpoints"}
 

@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
 from underfoot.exchange.format import Export, Format
 from underfoot.exchange.formats import WRITTEN
 from underfoot.exchange.losses import losses
-from underfoot.nodes import REGISTRY
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.dialog import Dialog
@@ -114,7 +113,7 @@ class ExportDialog(Dialog):
     def _show_format(self) -> None:
         """Show what the chosen format omits."""
         self.note.setText(f"{self.format.note[:1].upper()}{self.format.note[1:]}.")
-        lines = losses(self._export(False).patch, REGISTRY, self.format.carries)
+        lines = losses(self._export(False).patch, self.format.carries)
         self.losses_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
         self.losses.clear()
         self.losses.addItems([pretty_text(line) for line in lines])

@@ -93,7 +93,7 @@ def _write(options: ConvertOptions, source: Path, output_name: str) -> None:
     with interrupted_by_signals(), report_compiling(partial(compile_request, source)):
         told = format.write(export, output)
     print("\n".join([f"{output}: {format.label}", *(f"  {line}" for line in told)]))
-    _print_lost(losses(patch, REGISTRY, format.carries))
+    _print_lost(losses(patch, format.carries))
 
 
 def _read(options: ConvertOptions, source: Path, output_name: str) -> None:

@@ -3,8 +3,9 @@
 import inspect
 from collections.abc import Iterable, Mapping
 
+from underfoot.nodes import REGISTRY
 from underfoot.parameters import FilePath, Tiles
-from underfoot.patch.node import NodeType, Registry
+from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.quantities import first_of
 
@@ -39,24 +40,23 @@ MOST_NODES = 8
 """Nodes that are named in one line."""
 
 
-def losses(patch: Patch, registry: Registry, carries: Iterable[str]) -> tuple[str, ...]:
+def losses(patch: Patch, carries: Iterable[str]) -> tuple[str, ...]:
     """Return the losses of a patch in a format that carries these of `KEPT`: one line each, with the nodes concerned,
     of many the first.
 
-    >>> from underfoot.nodes import REGISTRY
-    >>> losses(Patch().add("sound-output", REGISTRY), REGISTRY, KEPT.keys() - {"sound"})
+    >>> losses(Patch().add("sound-output", REGISTRY), KEPT.keys() - {"sound"})
     ('what is for ears: sound-output',)
     """
-    has = features(patch, registry)
+    has = features(patch)
     missing = [name for name in KEPT if name in has and name not in set(carries)]
     return tuple(": ".join(filter(None, (KEPT[name], ", ".join(first_of(has[name], MOST_NODES))))) for name in missing)
 
 
-def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
+def features(patch: Patch) -> dict[str, list[str]]:
     """Return the features in `KEPT` that a patch has, with the nodes that have them, and the names of parameters."""
     found: dict[str, list[str]] = {name: [] for name in ALWAYS}
     for node in patch.nodes:
-        type = registry[node.type]
+        type = REGISTRY[node.type]
         for name in _features(node, type):
             text = node.id
             if name == "parameters" and type.parameters:

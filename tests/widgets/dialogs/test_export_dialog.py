@@ -70,7 +70,7 @@ def test_each_format_says_what_it_will_lose_before_it_is_written(opened):
     for format in WRITTEN:
         choose(dialog, format.name)
         assert dialog.format is format
-        assert lost(dialog) == [pretty_text(line) for line in losses(SINE, REGISTRY, format.carries)]
+        assert lost(dialog) == [pretty_text(line) for line in losses(SINE, format.carries)]
     choose(dialog, "share")
     assert dialog.losses_title.text() == "NOTHING WILL BE LOST"
 
