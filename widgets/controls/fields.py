@@ -1,5 +1,6 @@
 """Common parts of parameter editors: a label, a reset to the default, a text field, and help."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
@@ -361,3 +362,15 @@ def help_text(parameter: Parameter) -> str:
     else:
         allowed = parameter.allowed
     return "\n".join(line for line in (pretty_text(parameter.doc), allowed) if line)
+
+
+def range_text(parameter: Parameter, values: Sequence[object]) -> str:
+    """Return differing values as a short text.
+
+    >>> range_text(Count(0, 0, 9), [3, 1, 2])
+    '1 to 3'
+    """
+    if isinstance(parameter, Number | Count):
+        numbers = [float(value) for value in values if isinstance(value, int | float)]
+        return f"{value_text(parameter, min(numbers))} to {value_text(parameter, max(numbers))}"
+    return "several values"

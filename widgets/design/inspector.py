@@ -19,7 +19,7 @@ from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
 from underfoot.patch.wiring import node_id, port_name
 from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.controls.fields import Field, ParameterEditor
+from underfoot.widgets.controls.fields import Field, ParameterEditor, range_text
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
@@ -32,7 +32,7 @@ from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.pictured_editor import pictured_editor_for
 from underfoot.widgets.design.rhythm_editor import RhythmEditor
 from underfoot.widgets.design.scene import percent
-from underfoot.widgets.design.shared_parameters import range_text, shared_by, shown_value, values_of
+from underfoot.widgets.design.shared_parameters import shared_by, shown_value, values_of
 
 INTERVAL_NODES = ("poisson", "texture")
 """Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
@@ -249,10 +249,7 @@ class Inspector(QScrollArea):
             )
             column.addWidget(self.picture)
         for name in type.parameters:
-            editor = pictured_editor_for(self._declared(id, name))
-            if isinstance(editor, RhythmEditor):
-                editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
-            self._add_parameter(column, name, editor, [f"{id}.{name}"])
+            self._add_own_parameter(column, name, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
             self.distribution = DistributionView(most=1)
             self.distribution.setFixedHeight(DISTRIBUTION_PX)
@@ -266,20 +263,25 @@ class Inspector(QScrollArea):
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
     def _add_parameter(self, column: QVBoxLayout, key: str, editor: ParameterEditor, ends: list[str]) -> None:
-        """Add the control of these parameters, "node.parameter". That of one can be driven, and has a menu."""
+        """Add the control of these parameters, "node.parameter"."""
         self._add_editor(column, key, editor)
         self._ends[key] = ends
         ids, name = [node_id(end) for end in ends], port_name(ends[0])
         editor.value_changed.connect(lambda value: self.edited.emit(ids, name, value, self._word(*ends)))
-        if len(ends) > 1:
-            return
+
+    def _add_own_parameter(self, column: QVBoxLayout, key: str, end: str) -> ParameterEditor:
+        """Add the control of one parameter, which may be a picture, can be driven, and has a menu."""
+        id, name = node_id(end), port_name(end)
+        editor = pictured_editor_for(self._declared(id, name))
+        self._add_parameter(column, key, editor, [end])
         if isinstance(editor, NumberEditor):
             editor.offer_driving()
-            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(ends[0]))
-            editor.drive_requested.connect(
-                lambda place: self.drive_requested.emit(ids[0], name, place, editor.actions())
-            )
-        self._add_menu(editor, ends[0])
+            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
+            editor.drive_requested.connect(lambda place: self.drive_requested.emit(id, name, place, editor.actions()))
+        elif isinstance(editor, RhythmEditor):
+            editor.rhythm_chosen.connect(lambda rhythm: self._set_rhythm(end, rhythm))
+        self._add_menu(editor, end)
+        return editor
 
     def _add_menu(self, editor: ParameterEditor, end: str) -> None:
         """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around.
@@ -314,10 +316,9 @@ class Inspector(QScrollArea):
         column.addWidget(theme.paragraph(f"Sub-patch of {inside}", "small"))
         column.addSpacing(8)
         for end in group.published:
-            id, _, name = end.partition(".")
-            editor = editor_for(self._declared(id, name))
-            self._add_parameter(column, end, editor, [end])
-            editor.set_name(f"{self._patch.node(id).name_in(self._registry)}: {editor.parameter.label.lower()}")
+            editor = self._add_own_parameter(column, end, end)
+            name = self._patch.node(node_id(end)).name_in(self._registry)
+            editor.set_name(f"{name}: {editor.parameter.label.lower()}")
             editor.label.setWordWrap(True)
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
@@ -325,11 +326,12 @@ class Inspector(QScrollArea):
         column.addWidget(_line())
         self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
 
-    def _set_rhythm(self, id: str, notes: str, rhythm: Rhythm) -> None:
-        """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes."""
+    def _set_rhythm(self, notes: str, rhythm: Rhythm) -> None:
+        """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes, "node.parameter"."""
+        node = self._patch.node(node_id(notes))
         for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
-            if name in self.editors:
-                self.edited.emit([id], name, value, self._word(f"{id}.{notes}"))
+            if name in self._registry[node.type].parameters:
+                self.edited.emit([node.id], name, value, self._word(notes))
 
     def _build_many(self, column: QVBoxLayout) -> None:
         of = f" in {len(self._groups)} sub-patches" if self._groups else ""

@@ -11,7 +11,6 @@ from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import node_id, port_name
-from underfoot.widgets.controls.fields import value_text
 from underfoot.widgets.design.patch_editing import with_wired_unit
 
 
@@ -66,18 +65,6 @@ def shared_parameters(types: Sequence[NodeType]) -> dict[str, Parameter]:
         if common is not None:
             found[name] = common
     return found
-
-
-def range_text(parameter: Parameter, values: Sequence[object]) -> str:
-    """Return differing values as a short text.
-
-    >>> range_text(Count(0, 0, 9), [3, 1, 2])
-    '1 to 3'
-    """
-    if isinstance(parameter, Number | Count):
-        numbers = [float(value) for value in values if isinstance(value, int | float)]
-        return f"{value_text(parameter, min(numbers))} to {value_text(parameter, max(numbers))}"
-    return "several values"
 
 
 def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:

@@ -5,6 +5,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -12,6 +13,7 @@ from PySide6.QtTest import QTest
 from underfoot.models.signals.rhythm import RHYTHMS, STEPS
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Rows
+from underfoot.patch.groups import Group
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.rhythm_editor import RhythmBar, RhythmEditor, placed
 from underfoot.widgets.design.workspace import DesignWorkspace
@@ -96,13 +98,17 @@ def test_the_menu_has_r1_to_r8_and_gives_their_notes(bar):
     assert bar.notes() == notes
 
 
-def test_a_rhythm_from_the_menu_sets_bar_and_repeats_too_as_one_change(qtbot):
+@pytest.mark.parametrize(("chosen", "key"), [("rhythm", "notes"), ("group", "rhythm.notes")])
+def test_a_rhythm_from_the_menu_sets_bar_and_repeats_too_as_one_change(qtbot, chosen, key):
+    """Also where a sub-patch shows the notes: they were numbers in a table there."""
     workspace = DesignWorkspace(REGISTRY)
     qtbot.addWidget(workspace)
     show(qtbot, workspace)
-    workspace.set_patch(Patch().add("rhythm", REGISTRY))
-    workspace.canvas.patch_scene.select(["rhythm"])
-    workspace.inspector.editors["notes"].rhythms.menu().actions()[2].trigger()
+    patch = Patch().add("rhythm", REGISTRY).add("gain", REGISTRY)
+    group = Group("group", ("rhythm", "gain"), collapsed=True, published=("rhythm.notes",))
+    workspace.set_patch(replace(patch, groups=(group,) if chosen == "group" else ()))
+    workspace.canvas.patch_scene.select([chosen])
+    workspace.inspector.editors[key].rhythms.menu().actions()[2].trigger()
     found = workspace.patch().node("rhythm").parameters
     assert (found["bar"], found["repeats"]) == (RHYTHMS[2].bar_s, RHYTHMS[2].repeats)
     assert len(found["notes"]) == len(RHYTHMS[2].notes)
