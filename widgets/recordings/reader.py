@@ -303,7 +303,7 @@ class RecordingReader(QObject):
                 made = fine.coarser(max(1, int(0.5 * frames / envelopes.FINE_FRAMES)))
             elif source == "force":
                 rows = recording.force_samples_between(begin, end)
-                period = rate / float(recording.about["force_rate"])
+                period = rate / recording.force_rate_hz
                 made = envelopes.of_samples(rows[:, 0], period, envelopes.loads(rows[:, 2:]))
             else:
                 made = _samples_of(recording, source, begin, end, tile)

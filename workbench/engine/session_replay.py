@@ -79,7 +79,7 @@ def _loop_of(recording: Recording, block: int, plates: tuple[PlateOutput, ...]) 
     about = recording.about
     _run_nodes(recording, about["patch"])
     floor, parts = recording.floor, (rows for _, rows in recording.blocks("force"))
-    source = RecordedForce(parts, floor, float(about["force_rate"]))
+    source = RecordedForce(parts, floor, recording.force_rate_hz)
     with _readable(recording.path, "channels"):
         channels = msgspec.json.decode(about.get("channels", "null"), type=tuple[int, ...] | None)
     with _readable(recording.path, "corrections"):

@@ -82,7 +82,7 @@ def notes_of(path: Path) -> Notes | None:
 def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceSeries, Floor]:
     with Recording(path) as recording:
         floor = recording.floor
-        rate, force_rate = recording.rate_hz, float(recording.about["force_rate"])
+        rate, force_rate = recording.rate_hz, recording.force_rate_hz
         first, end = recording.span
         begin, until = (first + rate * time_s for time_s in stretch_s) if stretch_s else (-np.inf, np.inf)
         length_s = min((until - begin) / rate, (end - first) / rate)

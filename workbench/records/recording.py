@@ -192,7 +192,7 @@ class Recording:
         if ends[0] is None or ends[1] is None:
             return 0
         low, high, guess, probes = ends[0], ends[1] - 1, ends[0], 0
-        period = self.rate_hz / float(self.about["force_rate"])
+        period = self.rate_hz / self.force_rate_hz
         while low < high:
             guess = min(max(guess, low), high) if probes % 3 else (low + high) // 2
             first, rows = next(self.blocks("force", guess))
@@ -221,6 +221,11 @@ class Recording:
     def rate_hz(self) -> float:
         """Session frames per second."""
         return float(self.about["rate"])
+
+    @property
+    def force_rate_hz(self) -> float:
+        """Force samples per second of each sensor."""
+        return float(self.about["force_rate"])
 
     @property
     def floor(self) -> Floor:

@@ -94,7 +94,7 @@ class RecordedForces:
         self._recording = recording
         self.floor = recording.floor
         self.rate = recording.rate_hz
-        self.rate_hz = float(recording.about["force_rate"])
+        self.rate_hz = recording.force_rate_hz
         self.first, self.end = recording.span
 
     @property
@@ -239,7 +239,7 @@ def make_envelopes(recording: Recording, progress: Callable[[float], bool]) -> N
     """
     path = envelope_file(recording)
     make_folder(path.parent)
-    frames = recording.rate_hz / float(recording.about["force_rate"])
+    frames = recording.rate_hz / recording.force_rate_hz
     first, end = recording.span
     try:
         with closing(sqlite3.connect(path, isolation_level=None)) as base:
