@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -249,7 +250,7 @@ class Inspector(QScrollArea):
             )
             column.addWidget(self.picture)
         for name in type.parameters:
-            self._add_own_parameter(column, name, f"{id}.{name}")
+            self._add_parameter(column, name, self._declared(id, name), [f"{id}.{name}"])
         if type.type in INTERVAL_NODES:
             self.distribution = DistributionView(most=1)
             self.distribution.setFixedHeight(DISTRIBUTION_PX)
@@ -262,25 +263,26 @@ class Inspector(QScrollArea):
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
-    def _add_parameter(self, column: QVBoxLayout, key: str, editor: ParameterEditor, ends: list[str]) -> None:
-        """Add the control of these parameters, "node.parameter"."""
+    def _add_parameter(self, column: QVBoxLayout, key: str, parameter: Parameter, ends: list[str]) -> ParameterEditor:
+        """Add the control of the same parameter, "node.parameter", of one node or of several.
+
+        That of one can be driven, and has a menu.
+        """
+        editor = pictured_editor_for(parameter)
         self._add_editor(column, key, editor)
         self._ends[key] = ends
         ids, name = [node_id(end) for end in ends], port_name(ends[0])
         editor.value_changed.connect(lambda value: self.edited.emit(ids, name, value, self._word(*ends)))
-
-    def _add_own_parameter(self, column: QVBoxLayout, key: str, end: str) -> ParameterEditor:
-        """Add the control of one parameter, which may be a picture, can be driven, and has a menu."""
-        id, name = node_id(end), port_name(end)
-        editor = pictured_editor_for(self._declared(id, name))
-        self._add_parameter(column, key, editor, [end])
+        if isinstance(editor, RhythmEditor):
+            editor.rhythm_chosen.connect(lambda rhythm: self._set_rhythm(ends, rhythm))
+        if len(ends) > 1:
+            return editor
         if isinstance(editor, NumberEditor):
+            drive = partial(self.drive_requested.emit, ids[0], name)
             editor.offer_driving()
-            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
-            editor.drive_requested.connect(lambda place: self.drive_requested.emit(id, name, place, editor.actions()))
-        elif isinstance(editor, RhythmEditor):
-            editor.rhythm_chosen.connect(lambda rhythm: self._set_rhythm(end, rhythm))
-        self._add_menu(editor, end)
+            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(ends[0]))
+            editor.drive_requested.connect(lambda place: drive(place, editor.actions()))
+        self._add_menu(editor, ends[0])
         return editor
 
     def _add_menu(self, editor: ParameterEditor, end: str) -> None:
@@ -316,9 +318,9 @@ class Inspector(QScrollArea):
         column.addWidget(theme.paragraph(f"Sub-patch of {inside}", "small"))
         column.addSpacing(8)
         for end in group.published:
-            editor = self._add_own_parameter(column, end, end)
-            name = self._patch.node(node_id(end)).name_in(self._registry)
-            editor.set_name(f"{name}: {editor.parameter.label.lower()}")
+            id = node_id(end)
+            editor = self._add_parameter(column, end, self._declared(id, port_name(end)), [end])
+            editor.set_name(f"{self._patch.node(id).name_in(self._registry)}: {editor.parameter.label.lower()}")
             editor.label.setWordWrap(True)
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
@@ -326,12 +328,13 @@ class Inspector(QScrollArea):
         column.addWidget(_line())
         self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
 
-    def _set_rhythm(self, notes: str, rhythm: Rhythm) -> None:
+    def _set_rhythm(self, notes: list[str], rhythm: Rhythm) -> None:
         """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes, "node.parameter"."""
-        node = self._patch.node(node_id(notes))
+        ids = [node_id(end) for end in notes]
+        types = [self._registry[self._patch.node(id).type] for id in ids]
         for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
-            if name in self._registry[node.type].parameters:
-                self.edited.emit([node.id], name, value, self._word(notes))
+            if all(name in type.parameters for type in types):
+                self.edited.emit(ids, name, value, self._word(*notes))
 
     def _build_many(self, column: QVBoxLayout) -> None:
         of = f" in {len(self._groups)} sub-patches" if self._groups else ""
@@ -341,9 +344,9 @@ class Inspector(QScrollArea):
         column.addWidget(theme.paragraph(", ".join(_with_counts(names)), "small"))
         column.addSpacing(8)
         for parameter, label, ids in shared_by(self._patch, self._registry, self._ids, self._groups):
-            editor, name = editor_for(parameter), parameter.name
+            name = parameter.name
             key = f"{ids[0]}.{name}" if self._groups else name
-            self._add_parameter(column, key, editor, [f"{id}.{name}" for id in ids])
+            editor = self._add_parameter(column, key, parameter, [f"{id}.{name}" for id in ids])
             editor.set_name(label)
             editor.label.setWordWrap(True)
         column.addWidget(_line())

@@ -98,18 +98,21 @@ def test_the_menu_has_r1_to_r8_and_gives_their_notes(bar):
     assert bar.notes() == notes
 
 
-@pytest.mark.parametrize(("chosen", "key"), [("rhythm", "notes"), ("group", "rhythm.notes")])
+@pytest.mark.parametrize(
+    ("chosen", "key"), [(["rhythm"], "notes"), (["group"], "rhythm.notes"), (["rhythm", "rhythm1"], "notes")]
+)
 def test_a_rhythm_from_the_menu_sets_bar_and_repeats_too_as_one_change(qtbot, chosen, key):
-    """Also where a sub-patch shows the notes: they were numbers in a table there."""
+    """Also where a sub-patch shows the notes, and of several: they were numbers in a table there."""
     workspace = DesignWorkspace(REGISTRY)
     qtbot.addWidget(workspace)
     show(qtbot, workspace)
-    patch = Patch().add("rhythm", REGISTRY).add("gain", REGISTRY)
-    group = Group("group", ("rhythm", "gain"), collapsed=True, published=("rhythm.notes",))
-    workspace.set_patch(replace(patch, groups=(group,) if chosen == "group" else ()))
-    workspace.canvas.patch_scene.select([chosen])
+    patch = Patch().add("rhythm", REGISTRY).add("rhythm", REGISTRY)
+    group = Group("group", ("rhythm", "rhythm1"), collapsed=True, published=("rhythm.notes",))
+    workspace.set_patch(replace(patch, groups=(group,) if chosen == ["group"] else ()))
+    workspace.canvas.patch_scene.select(chosen)
     workspace.inspector.editors[key].rhythms.menu().actions()[2].trigger()
-    found = workspace.patch().node("rhythm").parameters
-    assert (found["bar"], found["repeats"]) == (RHYTHMS[2].bar_s, RHYTHMS[2].repeats)
-    assert len(found["notes"]) == len(RHYTHMS[2].notes)
+    for node in ("rhythm", "rhythm1")[: len(chosen)]:
+        found = workspace.patch().node(node).parameters
+        assert (found["bar"], found["repeats"]) == (RHYTHMS[2].bar_s, RHYTHMS[2].repeats)
+        assert len(found["notes"]) == len(RHYTHMS[2].notes)
     assert workspace.document.stack.count() == 1
