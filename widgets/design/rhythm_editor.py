@@ -1,21 +1,24 @@
 """Editor of a rhythm on its bar of 24 steps: notes are added, moved and resized by mouse or keys."""
 
+import math
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QMenu, QToolButton
 
 from underfoot.models.signals.rhythm import RHYTHMS, STEPS, Rhythm
 from underfoot.parameters import Parameter, Rows
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
+from underfoot.widgets.controls.handle_pad import HandlePad
 from underfoot.widgets.pictures import paint_focus, paint_ground
 
 Note = tuple[float, float, float]
 """Step, length in steps, amplitude 0 to 1."""
 MIN_AMPLITUDE = 0.05
+AMPLITUDE_STEP = 0.05
 _EDGE_PX = 4.0
 
 
@@ -41,29 +44,23 @@ def placed(notes: Sequence[Note], index: int, note: Note) -> list[Note] | None:
     return sorted([*others, (step, length, min(max(amplitude, MIN_AMPLITUDE), 1.0))])
 
 
-class RhythmBar(QWidget):
+class RhythmBar(HandlePad):
     """24 steps from left to right; a note's height is its amplitude.
 
     Mouse: a click on an empty step adds a note; dragging moves it, its right edge changes its length, up and down its
-    amplitude; a right click deletes it. Keys: N and P select a note, arrows move it or change its amplitude, Shift with
-    arrows changes its length, Enter adds one in the first gap, Delete deletes it.
+    amplitude; a right click deletes it. Keys as of every pad; Shift with Left and Right changes a note's length.
     """
 
-    changed = Signal(object)
-    """The notes, after every change by the user."""
-    edit_began = Signal()
-    """A change begins, to which the `changed` that follow belong."""
+    HEIGHT_PX = 104
+    HEAD_PX, FOOT_PX = 1.0, 17.0
 
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._notes: list[Note] = []
-        self._chosen = -1
         self._drag = ""
         self._drag_start = QPointF()
         self._note_before: Note = (0.0, 1.0, 1.0)  # as the drag began
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Rhythm")
 
     def notes(self) -> list[Note]:
@@ -73,20 +70,46 @@ class RhythmBar(QWidget):
     def set_notes(self, notes: Sequence[Sequence[float]]) -> None:
         """Show these notes, without emitting `changed`."""
         self._notes = [(float(n[0]), float(n[1]), float(n[2])) for n in notes]
-        self._chosen = min(self._chosen, len(self._notes) - 1)
+        self.chosen = min(self.chosen, len(self._notes) - 1)
         self.update()
 
-    def sizeHint(self) -> QSize:
-        return QSize(240, 104)
+    # --- as a pad ---
 
-    def minimumSizeHint(self) -> QSize:
-        return QSize(192, 104)
+    def handles(self) -> Sequence[QPointF]:
+        return [self._note_rect(note).center() for note in self._notes]
+
+    def nudge(self, index: int, steps_right: float, steps_up: float) -> None:
+        """Move a note, or change its amplitude; the fine steps across, of Shift, change its length."""
+        step, length, amplitude = self._notes[index]
+        across = math.copysign(math.ceil(abs(steps_right)), steps_right)
+        is_fine = abs(steps_right) < 1.0
+        new = (step, length + across, amplitude) if is_fine else (step + across, length, amplitude)
+        self._replace(index, new, steps_up)
+
+    def turn_wheel(self, index: int, steps: float) -> None:
+        """Change a note's amplitude."""
+        self._replace(index, self._notes[index], steps)
+
+    def add(self, place: QPointF | None) -> None:
+        """Add a note at `place`, or in the first gap, and select it."""
+        taken = {s for step, length, _ in self._notes for s in range(int(step), int(step + length))}
+        free = next((s for s in range(STEPS) if s not in taken), None) if place is None else self._step_at(place)
+        if free is not None:
+            new = (float(free), 1.0, 0.6 if place is None else self._amplitude_at(place))
+            self._set_notes(placed([*self._notes, new], len(self._notes), new), new)
+
+    def remove(self, index: int) -> None:
+        """Remove a note."""
+        del self._notes[index]
+        self.emit_changed()
+
+    def _replace(self, index: int, note: Note, steps_up: float) -> None:
+        """Set a note, so many steps of amplitude louder."""
+        step, length, amplitude = note
+        new = (step, length, round(min(max(amplitude + AMPLITUDE_STEP * steps_up, MIN_AMPLITUDE), 1.0), 3))
+        self._set_notes(placed(self._notes, index, new), new)
 
     # --- where things are ---
-
-    def area(self) -> QRectF:
-        """Return the rectangle of the steps, in pixels."""
-        return QRectF(self.rect()).adjusted(1.0, 1.0, -1.0, -17.0)
 
     def _note_rect(self, note: Note) -> QRectF:
         bar = self.area()
@@ -117,27 +140,26 @@ class RhythmBar(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         place = event.position()
-        found = self._note_at(place)
-        self.edit_began.emit()
-        if event.button() == Qt.MouseButton.RightButton:
-            self._chosen = found
-            self._remove()
+        self.chosen = self._note_at(place)
+        if event.button() == Qt.MouseButton.RightButton and self.chosen >= 0:
+            self._remove_chosen()
         elif event.button() == Qt.MouseButton.LeftButton:
-            if found < 0:
-                new = (float(self._step_at(place)), 1.0, self._amplitude_at(place))
-                self._set_notes(placed([*self._notes, new], len(self._notes), new), new)
-                self._drag = "length"
-            else:
-                self._chosen = found
-                self._drag = "length" if self._on_edge(place, found) else "body"
-            if self._chosen >= 0:
-                self._note_before = self._notes[self._chosen]
+            is_new = self.chosen < 0
+            self.begin_edit("press")
+            if is_new:
+                self.add(place)
+            self._drag = "length" if is_new or self._on_edge(place, self.chosen) else "body"
+            if self.chosen >= 0:
+                self._note_before = self._notes[self.chosen]
             self._drag_start = place
         self.update()
 
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self.mousePressEvent(event)
+
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         place = event.position()
-        if not event.buttons() & Qt.MouseButton.LeftButton or self._chosen < 0 or not self._drag:
+        if not event.buttons() & Qt.MouseButton.LeftButton or self.chosen < 0 or not self._drag:
             over = self._note_at(place)
             edge = over >= 0 and self._on_edge(place, over)
             self.setCursor(Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor)
@@ -151,67 +173,18 @@ class RhythmBar(QWidget):
         else:
             up = rise if abs(place.y() - self._drag_start.y()) > 3 else 0.0
             new = (step + by, length, round(min(max(amplitude + up, MIN_AMPLITUDE), 1.0), 2))
-        self._set_notes(placed(self._notes, self._chosen, new), new)
+        self._set_notes(placed(self._notes, self.chosen, new), new)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._drag = ""
-
-    # --- keys ---
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        key = event.key()
-        moves = {
-            Qt.Key.Key_Left: (-1, 0, 0.0),
-            Qt.Key.Key_Right: (1, 0, 0.0),
-            Qt.Key.Key_Up: (0, 0, 0.05),
-            Qt.Key.Key_Down: (0, 0, -0.05),
-        }
-        if key in (Qt.Key.Key_N, Qt.Key.Key_P) and self._notes:
-            first = 0 if key == Qt.Key.Key_N else len(self._notes) - 1
-            by = 1 if key == Qt.Key.Key_N else -1
-            self._chosen = (self._chosen + by) % len(self._notes) if self._chosen >= 0 else first
-        elif key in moves and 0 <= self._chosen < len(self._notes):
-            by, longer, louder = moves[Qt.Key(key)]
-            if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-                by, longer = 0, by
-            step, length, amplitude = self._notes[self._chosen]
-            new = (step + by, length + longer, round(min(max(amplitude + louder, MIN_AMPLITUDE), 1.0), 2))
-            self._set_notes(placed(self._notes, self._chosen, new), new)
-        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self._add_in_gap()
-        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
-            self.edit_began.emit()
-            self._remove()
-        else:
-            super().keyPressEvent(event)
-        self.update()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        super().focusInEvent(event)
-        self.edit_began.emit()
-        self.update()
-
-    def _add_in_gap(self) -> None:
-        taken = {s for step, length, _ in self._notes for s in range(int(step), int(step + length))}
-        free = next((s for s in range(STEPS) if s not in taken), None)
-        if free is not None:
-            self.edit_began.emit()
-            new = (float(free), 1.0, 0.6)
-            self._set_notes(placed([*self._notes, new], len(self._notes), new), new)
-
-    def _remove(self) -> None:
-        if 0 <= self._chosen < len(self._notes):
-            del self._notes[self._chosen]
-            self._chosen = min(self._chosen, len(self._notes) - 1)
-            self.changed.emit(self.notes())
+        super().mouseReleaseEvent(event)
 
     def _set_notes(self, notes: list[Note] | None, chosen: Note) -> None:
         if notes is None or notes == self._notes:
             return
         self._notes = notes
-        self._chosen = next((i for i, note in enumerate(notes) if note[0] == chosen[0]), -1)
-        self.changed.emit(self.notes())
-        self.update()
+        self.chosen = next((i for i, note in enumerate(notes) if note[0] == chosen[0]), -1)
+        self.emit_changed()
 
     # --- drawing ---
 
@@ -228,7 +201,7 @@ class RhythmBar(QWidget):
             painter.drawLine(x, int(bar.top()) + 1, x, int(bar.bottom()) - 1)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for i, note in enumerate(self._notes):
-            chosen = i == self._chosen and self.hasFocus()
+            chosen = i == self.chosen and self.hasFocus()
             painter.setPen(QPen(QColor(theme.TEXT), 1.5) if chosen else Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.mixed(theme.EVENTS, theme.RAISED, 0.75)))
             painter.drawRoundedRect(self._note_rect(note), 2.0, 2.0)
@@ -261,15 +234,15 @@ class RhythmEditor(ParameterEditor):
             menu.addAction(text).triggered.connect(lambda _=False, rhythm=rhythm: self.choose(rhythm))
         self.rhythms.setMenu(menu)
         self.grid.addWidget(self.rhythms, 0, 2, Qt.AlignmentFlag.AlignRight)
-        self.bar = RhythmBar(self)
+        self.bar = RhythmBar()
         self._place_control(self.bar)
         self.bar.setToolTip(
             "Click: add a note. Drag a note: move it or change its amplitude. Drag its right edge: change its length.\n"
             "Right click: delete a note. Keys: N and P select a note, arrows move it or change its amplitude,\n"
-            "Shift+arrows change its length, Enter adds a note, Delete deletes the selected one."
+            "Shift+Left and Shift+Right change its length, Enter adds a note, Delete deletes the selected one."
         )
         self.bar.edit_began.connect(self.edit_began)
-        self.bar.changed.connect(self._commit)
+        self.bar.changed.connect(lambda: self._commit(self.bar.notes()))
         self.set_value(parameter.default)
 
     def choose(self, rhythm: Rhythm) -> None:

@@ -74,6 +74,17 @@ def test_keys_choose_move_stretch_and_take_away(bar):
     assert bar.notes() == [(0, 4, 1.0), (4, 1, 0.6)]
 
 
+def test_what_keys_do_to_another_note_is_a_change_of_its_own(bar):
+    """All of it was undone at once, since the bar had the focus."""
+    bar.setFocus()
+    began = []
+    bar.edit_began.connect(lambda: began.append(len(bar.notes())))
+    for key in "N", "Right", "Right", "N", "Up", "PageUp", "Return":
+        QTest.keyClick(bar, getattr(Qt.Key, f"Key_{key}"))
+    assert bar.notes() == [(0, 1, 0.6), (2, 4, 1.0), (12, 4, 0.6)]
+    assert began == [2, 2, 2, 2]
+
+
 @given(st.lists(st.tuples(st.integers(-2, 25), st.integers(-1, 26), st.floats(0, 1)), max_size=12))
 def test_notes_never_lie_on_one_another(wishes):
     notes: list = []
