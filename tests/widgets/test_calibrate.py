@@ -343,7 +343,7 @@ def test_another_target_ends_the_measurement(driver):
 
 def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_path):
     window, made = quiet_window(qtbot, tmp_path), []
-    window.workspaces.create_all()
+    window.workspaces.choose("Calibrate")
     tile = default_floor().tiles[0]
     make = partial(weighing(made, by_hand=True).make, Target(default_floor()), tile, Profile(tile="t1"), "")
     measurement = Measurement(make, by_hand=True, pace=Pace(0.0, 0.0), parent=window)

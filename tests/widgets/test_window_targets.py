@@ -25,7 +25,6 @@ from underfoot.widgets.session_display import STARTING
 def window(qtbot, tmp_path, patch_folder):
     """A window of the test's own, for whose session another one will be opened."""
     made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
-    made.workspaces.create_all()
     with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
         made.start()
     return made
@@ -111,6 +110,7 @@ def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(window,
 
 def test_a_simulated_tile_is_chosen_by_clicks_and_remembered(window, qtbot):
     """Its sensors err, and its profiles are its own."""
+    window.workspaces.choose("Calibrate")
     ideal = calibrate(window).profiles.folder
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
         choose(window.main_bar.target, "Simulated tile or people", "Plywood tile")

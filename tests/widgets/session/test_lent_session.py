@@ -31,7 +31,6 @@ def drop(window, path):
 def window(qtbot, tmp_path, patch_folder):
     """A window of the test's own, for whose session another will be opened."""
     made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
-    made.workspaces.create_all()
     made.start()
     wait_until_playing(made)
     return made
@@ -57,6 +56,8 @@ def test_forces_that_are_dropped_wait_for_the_end_of_a_participants_session(wind
 
 def test_a_recording_that_ends_while_a_scene_plays_stays_until_the_scene_has_ended(window, qtbot, tmp_path):
     controller = window.controller
+    for name in ("Recordings", "Scenes"):
+        window.workspaces.choose(name)
     recordings, scenes = window.workspaces["Recordings"], window.workspaces["Scenes"]
     window.open_file(write_recording(tmp_path / "walk.underfoot", 1.0, default_floor(1, 2)))
     qtbot.waitUntil(lambda: recordings.axis.content is not None and recordings.axis.content.overview is not None)
@@ -95,7 +96,8 @@ def test_tiles_that_a_scene_has_are_not_calibrated_and_those_that_are_recorded_a
     window = MainWindow(tmp_path / "kept", target)
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     show(qtbot, window)
-    window.workspaces.create_all()
+    for name in ("Calibrate", "Scenes"):
+        window.workspaces.choose(name)
     window.start()
     wait_until_playing(window)
     scenes, overview = window.workspaces["Scenes"], window.workspaces["Calibrate"].overview

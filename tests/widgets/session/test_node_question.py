@@ -126,10 +126,9 @@ def test_a_preset_that_is_listened_to_is_asked_about_first(qtbot, own_node):
 
 def test_a_recording_is_asked_about_before_it_is_played_through_its_own_patch(qtbot, own_node):
     window = quiet_window(qtbot, own_node.folder / "kept")
-    window.workspaces.create_all()
-    desk = window.workspaces["Recordings"]
     about = {"patch": own_node.patch.read_text(), "folder": str(own_node.folder)}
     window.open_file(write_recording(own_node.folder / "a.underfoot", 0.5, default_floor(1, 1), about=about))
+    desk = window.workspaces["Recordings"]
     qtbot.waitUntil(lambda: desk.axis.content is not None, timeout=LONG_MS)
     desk.playback.play_or_stop()
     assert own_node.runs == 0
@@ -144,7 +143,7 @@ def test_a_study_is_asked_about_and_a_copy_of_it_takes_the_node_along(qtbot, own
     protocol = own_node.folder / "study.json"
     protocol.write_text(protocol_text(title="Hums", stimuli={"hum": {"patch": "hum.json"}}))
     window = quiet_window(qtbot, own_node.folder / "kept")
-    window.workspaces.create_all()
+    window.workspaces.choose("Experiment")
     desk = window.workspaces["Experiment"]
     desk.study_list.open_protocol(protocol)
     assert own_node.runs == 0
@@ -163,10 +162,9 @@ def test_a_study_of_ones_own_waits_for_the_answer_when_its_page_is_opened(qtbot,
     kept.mkdir()
     (kept / "protocols").symlink_to(own_node.folder)
     window = quiet_window(qtbot, kept)
-    window.workspaces.create_all()
+    window.workspaces.choose("Experiment")
     desk = window.workspaces["Experiment"]
     assert "Hums" not in [study.protocol.title for study in desk.study_list.studies]
-    window.workspaces.choose("Experiment")
     answer(qtbot, window, "Run it")
     assert "Hums" in [study.protocol.title for study in desk.study_list.studies]
 
