@@ -4,6 +4,7 @@ import importlib.util
 import re
 import shlex
 import sys
+import tomllib
 from pathlib import Path
 
 import click
@@ -67,6 +68,14 @@ def test_the_scene_that_is_written_on_its_page_does_what_the_page_says(module_of
 def test_code_of_a_page_runs(page):
     for code in blocks(page):
         exec(code, {})
+
+
+def test_the_page_on_installing_has_each_extra_and_what_it_brings():
+    rows = re.findall(r"^\| `(\w+)` \| (\w+) \|", (ROOT / "docs/install.md").read_text(), re.MULTILINE)
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert dict(rows) == {
+        name: re.match(r"\w+", one)[0] for name, (one, *_) in extras.items() if name not in ("test", "docs")
+    }
 
 
 def anchors(page):
