@@ -25,6 +25,7 @@ from underfoot.widgets.calibrate.plate_page import PlatePage, parameters_of
 from underfoot.widgets.calibrate.profiles import Profiles
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
+from underfoot.widgets.controls import true_scale
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
@@ -35,9 +36,7 @@ from underfoot.widgets.workspace import WorkspaceContext
 SHORTCUTS = (
     ("Begin, continue, or do what the button with the focus says", "Return"),
     ("The page before", "Alt+Left"),
-    ("On the floor: scale, finer with Ctrl", "+ and −"),
-    ("On the floor: move, finer with Ctrl", "Arrows"),
-    ("On the floor: close it", "Esc"),
+    true_scale.SHORTCUT,
 )
 
 

@@ -19,6 +19,8 @@ MOVE_M, FINE_M = 0.005, 0.001
 TURN_DEG, FINE_DEG = 1.0, 0.1
 MIN_SCALE, MAX_SCALE = 0.05, 20.0
 _TURNS = {Qt.Key.Key_Comma: 1, Qt.Key.Key_Period: -1}
+SHORTCUT = ("On the floor: scale, move, turn, reset, close; finer with Ctrl", "+ −, arrows, comma and period, 0, Esc")
+"""What the list of keys says of these."""
 
 
 class Placement(Struct, frozen=True):

@@ -17,6 +17,7 @@ from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage, why_ended
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
+from underfoot.widgets.controls import true_scale
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
@@ -28,7 +29,7 @@ from underfoot.widgets.workspace import WorkspaceContext
 SHORTCUTS = (
     ("Start or stop the scene", "Return, with the focus on the list"),
     ("Press with a foot, on a simulated floor", "Mouse button"),
-    ("On the projector: scale, move, turn, reset, close", "+ −, arrows, comma and period, 0, Esc"),
+    true_scale.SHORTCUT,
 )
 POLL_MS = 5
 """Interval at which a scene reads force samples; shorter than that of pictures, because its answers are felt."""
