@@ -100,6 +100,16 @@ def test_why_a_curve_has_no_numbers_or_no_bounds_is_said_below_them(answer, word
     assert found.tables[0].note.startswith(f"Along level, m/s^2. Intervals by covariance. {words}")
 
 
+def test_any_number_is_judged_around_the_middle_of_its_own_where_it_was_taken_for_a_stiffness():
+    """A JND of latency, 10 to 80 ms, was planned with people whose PSE was 134.5 ms."""
+    late = {f"D{k}": {**TD, "factors": {"latency_ms": k}} for k in (10, 20, 40, 60, 80)}
+    parameters = {"comparisons": list(late), "standard": "TD", "blocks": 40}
+    made = made_protocol("constant-stimuli", parameters, {"TD": TD, **late})
+    found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), PEOPLE)[0])) if one.share == 1.0}
+    assert (found["pse"].truth, found["slope"].truth) == pytest.approx((45.0, 1.0 / 14.0))
+    assert abs(found["pse"].bias) < 4.0 * found["pse"].spread / math.sqrt(PEOPLE)
+
+
 def test_estimates_of_two_stages_are_beside_the_truth_of_their_own():
     """One PSE at each of two standards: together they had one truth, and a bias of half of what lies between."""
     levels = {f"L{k}": {**TD, "level_m_s2": k / 10} for k in range(2, 11)}
@@ -245,6 +255,11 @@ def test_a_truth_that_cannot_be_is_refused():
         ("staircases", {"standard": "TD"}, {"equal_db", "spread_db", "guesses", "lapses"}),
         ("staircases", {"standard": "X", "down_after": 2}, {"threshold_m_s2", "spread_db", "guesses", "lapses"}),
         ("constant-stimuli", {"comparisons": ["K60", "K90"], "standard": "K90"}, {"pse_0", "slope_0", "mistakes"}),
+        (
+            "constant-stimuli",
+            {"comparisons": ["D10", "D80"], "standard": "TD"},
+            {"pse_share", "pse_spread", "mistakes"},
+        ),
         ("constant-stimuli", {"comparisons": ["L1", "L2"]}, {"threshold_m_s2", "level_spread", "mistakes"}),
         ("constant-stimuli", {"comparisons": ["L1", "L2"], "standard": "TD"}, {"level_spread", "mistakes"}),
         ("constant-stimuli", {"comparisons": ["TD"], "standard": "X"}, {"judged_more", "mistakes"}),
@@ -256,8 +271,9 @@ def test_only_what_answers_depend_on_can_be_true_of_people(kind, parameters, nam
     """Held against the answers: another truth changes some of them for these names, and none for any other."""
     levels = {f"L{k}": {**TD, "level_m_s2": 0.3 * k} for k in (1, 2)}
     plates = {f"K{k}": {"factors": {"stiffness_n_mm": k}} for k in (60, 90)}
+    late = {f"D{k}": {**TD, "factors": {"latency_ms": k}} for k in (10, 80)}
     parameters = parameters if kind == "constant-stimuli" else {"followed": ["TD"], **parameters}
-    made = made_protocol(kind, parameters, {"TD": TD, "X": {}, **levels, **plates})
+    made = made_protocol(kind, parameters, {"TD": TD, "X": {}, **levels, **plates, **late})
     assert set(truths_of(made, {})) == names
     usual = _answers_of(made, {})
     others = {

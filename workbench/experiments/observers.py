@@ -17,9 +17,9 @@ from underfoot.experiments.methods.adjustment import ASCENDING, LEVEL_DB, SET_TO
 from underfoot.experiments.methods.free_labels import sorts_of
 from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, balanced_share, is_silent
 from underfoot.experiments.observer import Observer
-from underfoot.experiments.pair_judge import PairJudge
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
+from underfoot.experiments.raters import PairJudge, Rater
 from underfoot.experiments.study import Page
 from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
@@ -208,10 +208,11 @@ class Adjuster(Observer):
 class Discriminator(Observer):
     """Compares numbers with a spread; vibration shifts the point of subjective equality and increases the spread.
 
-    With the defaults, PSE and slope are those of table 6.3 at its levels, linear in between. If only the level of
-    vibration differs, also in another unit such as dB, the level is judged: against the standard's, or against a
-    threshold. A stimulus without the number, such as a catch trial, is answered rightly, or, where nothing is right,
-    by whether it vibrates.
+    With the defaults, PSE and slope of stiffness are those of table 6.3 at its levels, linear in between; those of
+    another number, such as a latency, are shares of the way from the least to the most. If only the level of vibration
+    differs, also in another unit such as dB, the level is judged: against the standard's, or against a threshold. A
+    stimulus without the number, such as a catch trial, is answered rightly, or, where nothing is right, by whether it
+    vibrates.
     """
 
     methods = ("constant-stimuli",)
@@ -220,6 +221,8 @@ class Discriminator(Observer):
     pse_full = Number(thesis.PSE_N_MM[0.86], 1.0, 10000.0, doc="The same at 0.86 m/s^2.", label="PSE full")
     slope_0 = Number(thesis.SLOPE_MM_N[0.0], 1e-4, 10.0, doc="Probits a unit, without vibration.")
     slope_1 = Number(thesis.SLOPE_MM_N[0.86], 1e-4, 10.0, doc="The same with vibration.")
+    pse_share = Number(0.5, -2.0, 3.0, doc="Where half are judged more: of the way from the least number to the most.")
+    pse_spread = Number(0.2, 0.001, 10.0, doc="Standard deviation of what is judged, of that way.")
     mistakes = Number(0.0, 0.0, 0.5, doc="Share of answers at chance.")
     judged_more = Number(0.7, 0.0, 1.0, doc="Share of comparisons that are judged more, where no factor is a number.")
     threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="Where it is felt half of the time.", unit="m/s^2")
@@ -262,8 +265,10 @@ class Discriminator(Observer):
             return "judged_more", "mistakes"
         if self._judges_level:
             return *(() if self._standard else ("threshold_m_s2",)), "level_spread", "mistakes"
+        if self._axis != _STIFFNESS:
+            return "pse_share", "pse_spread", "mistakes"
         vibrate = any(row.get(LEVEL) for row in self._places.values())
-        return *(_OF_NUMBERS if vibrate else ("pse_0", "slope_0")), "mistakes"
+        return *(_OF_STIFFNESS if vibrate else ("pse_0", "slope_0")), "mistakes"
 
     def _chance(self, trial: Trial) -> float:
         """Return the probability that the comparison is judged more."""
@@ -287,7 +292,11 @@ class Discriminator(Observer):
             pse = max(pse or 0.0, 1e-3)  # that of a standard may not be known
             at, above = (self._on_axis(one) for one in (pse, pse * (1.0 + self.truth["level_spread"])))
             return at, 1.0 / (above - at)
-        pses = [self.truth[name] for name in _OF_NUMBERS[:3]]
+        if self._axis != _STIFFNESS:
+            numbers = [float(row[self._axis]) for row in self._places.values()]
+            way = max(numbers) - min(numbers)
+            return min(numbers) + self.truth["pse_share"] * way, 1.0 / (self.truth["pse_spread"] * way)
+        pses = [self.truth[name] for name in _OF_STIFFNESS[:3]]
         return float(np.interp(level, thesis.LEVELS_M_S2, pses)), self.truth["slope_1" if level else "slope_0"]
 
     @property
@@ -312,8 +321,9 @@ class Discriminator(Observer):
         return a + (b - a) * math.log(level / low) / math.log(high / low)
 
 
-_OF_NUMBERS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
-"""What is true of comparisons of a number, such as stiffness, with vibration and without."""
+_STIFFNESS = "stiffness_n_mm"
+_OF_STIFFNESS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
+"""What is true of comparisons of stiffness, with vibration and without."""
 
 
 def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
@@ -321,27 +331,6 @@ def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
     stimuli = {name: protocol.stimuli[name] for name in names}
     levels = {name: {} if (peak := one.peak_m_s2()) is None else {LEVEL: peak} for name, one in stimuli.items()}
     return [{"stimulus": name, **one.factors, **levels[name]} for name, one in stimuli.items()]
-
-
-class Rater(Observer):
-    """Sets the slider to a value that increases with the logarithm of the level, with a spread."""
-
-    methods = ("rating",)
-    without = Number(25.0, 0.0, 100.0, doc="Where a plate that does not vibrate is put.")
-    doubling = Number(8.0, -50.0, 50.0, doc="How much more for twice the level, from 1 m/s^2 on.")
-    rating_spread = Number(10.0, 0.0, 50.0, doc="Standard deviation from trial to trial.")
-
-    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        place = self._place(trial.intervals[0].stimulus) + self.truth["rating_spread"] * random.standard_normal()
-        return {"rating": float(min(max(place, 0.0), 100.0))}
-
-    def truths(self) -> dict[str, float]:
-        return {f"rating {name}": self._place(name) for name in self.given["rated"]}
-
-    def _place(self, stimulus: str) -> float:
-        level = self.protocol.stimuli[stimulus].peak_m_s2() or 0.0
-        more = self.truth["doubling"] * math.log2(1.0 + level)
-        return float(self.truth["without"] + more)
 
 
 class MagnitudeEstimator(Observer):

@@ -1,4 +1,4 @@
-"""A simulated participant who judges pairs."""
+"""Simulated participants who put sliders, and judge pairs."""
 
 import math
 from collections.abc import Sequence
@@ -11,6 +11,27 @@ from underfoot.experiments.observer import Observer
 from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Number
+
+
+class Rater(Observer):
+    """Sets the slider to a value that increases with the logarithm of the level, with a spread."""
+
+    methods = ("rating",)
+    without = Number(25.0, 0.0, 100.0, doc="Where a plate that does not vibrate is put.")
+    doubling = Number(8.0, -50.0, 50.0, doc="How much more for twice the level, from 1 m/s^2 on.")
+    rating_spread = Number(10.0, 0.0, 50.0, doc="Standard deviation from trial to trial.")
+
+    def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
+        place = self._place(trial.intervals[0].stimulus) + self.truth["rating_spread"] * random.standard_normal()
+        return {"rating": float(min(max(place, 0.0), 100.0))}
+
+    def truths(self) -> dict[str, float]:
+        return {f"rating {name}": self._place(name) for name in self.given["rated"]}
+
+    def _place(self, stimulus: str) -> float:
+        level = self.protocol.stimuli[stimulus].peak_m_s2() or 0.0
+        more = self.truth["doubling"] * math.log2(1.0 + level)
+        return float(self.truth["without"] + more)
 
 
 class PairJudge(Observer):
