@@ -74,10 +74,13 @@ def read_csv_table(path: str | Path, what: str, remark: str = "") -> CsvTable:
     except csv.Error as error:
         raise BadFile(f"{path} is not {what}: {error}") from None
     head, names = rows[0] if rows else (1, [])
+    while names and not names[-1].strip():  # spreadsheets write columns that were empty or emptied, too
+        names.pop()
     for number, cells in rows:
-        if len(cells) != len(names):
+        if len(cells) < len(names) or any(map(str.strip, cells[len(names) :])):
             there = counted(len(cells), "column")
             raise BadFile(f"{path}: line {number} has {there}; allowed: {len(names)} as in line {head}")
+        del cells[len(names) :]
     if delimiter != ",":
         rows = [(number, [_pointed(cell) for cell in cells]) for number, cells in rows]
     return CsvTable(names, rows[1:], head)

@@ -33,8 +33,11 @@ def refused(folder, text):
     return str(refusal.value).removeprefix(str(folder / "trials.csv"))
 
 
-def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path):
-    made, _ = with_conditions(made_protocol("rating"), tmp_path, table(tmp_path))
+@pytest.mark.parametrize("behind", ["", ",,"])
+def test_each_line_is_a_stimulus_with_its_level_plate_and_factors(tmp_path, behind):
+    """Also with columns of nothing behind them, as spreadsheets write them where there was something once."""
+    text = TABLE.replace("\n", f"{behind}\n")
+    made, _ = with_conditions(made_protocol("rating"), tmp_path, table(tmp_path, text))
     assert list(made.stimuli) == ["soft", "loud", "none"]
     soft, loud, none = made.stimuli.values()
     assert (soft.patch, soft.measured_m_s2, soft.level_m_s2, soft.stiffness_n_mm) == ("stimulus-td", 6.8, 0.2, 60.0)
@@ -146,6 +149,8 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path):
         tmp_path, "like,like\nTD,TD\n"
     )
     assert ": line 2 has 1 column; allowed: 2 as in line 1" in refused(tmp_path, "stimulus,like\na\n")
+    assert ": line 2 has 3 columns; allowed: 2 as in line 1" in refused(tmp_path, "stimulus,like,\na,TD,0.2\n")
+    assert ", line 1: a column is ''; allowed: a name for each" in refused(tmp_path, "stimulus,,like\na,,TD\n")
     assert " has no conditions" in refused(tmp_path, "")
     for data, said in ((b"PK\x03\x04\xff", "save its sheet as CSV"), (bytes(1000), "save it as CSV, UTF-8")):
         (tmp_path / "trials.csv").write_bytes(data)
