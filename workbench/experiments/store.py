@@ -466,13 +466,8 @@ class SessionFile:
             raise BadFile(f"{self.path} is not there any more, or is another file; put it back where it was, and go on")
         try:
             self._base.execute("begin immediate")
-            try:
+            with self._base:  # which commits, or takes all back unless a full disk has done that
                 yield
-            except BaseException:
-                if self._base.in_transaction:  # a full disk has ended it
-                    self._base.execute("rollback")
-                raise
-            self._base.execute("commit")
         except sqlite3.Error as error:
             raise BadFile(f"{self.path} cannot be written: {error}") from None
 
