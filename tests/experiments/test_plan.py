@@ -2,11 +2,16 @@
 
 import numpy as np
 import pytest
-from made_studies import TD, made_protocol, preset_protocol
+from click.testing import CliRunner
+from made_studies import TD, made_protocol, preset_protocol, protocol_text
 
+from underfoot.__main__ import cli
 from underfoot.experiments.observers import SimulatedParticipant
 from underfoot.experiments.plan import ADAPTIVE, plan_of
 from underfoot.experiments.study import Study
+from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
+from underfoot.patch.patch import Patch
 
 STANDARD = {"patch": "stimulus-wc", "level_m_s2": 2.0, "factors": {"stiffness_n_mm": 90}}
 SOFT = {**STANDARD, "level_m_s2": 3.0, "factors": {"stiffness_n_mm": 60, "place": "heel"}, "correct": "standard"}
@@ -57,3 +62,17 @@ def test_conditions_levels_and_the_place_of_the_comparison_are_said():
 def test_a_stage_whose_levels_follow_the_answers_says_so():
     (row,) = plan_of(made_protocol("staircases", {"followed": ["TD"]}, {"TD": TD}), "P1")
     assert (row["stage"], row["trial"], row["stimulus"], row["level_m_s2"]) == ("main", "", "TD", ADAPTIVE)
+
+
+def test_stimuli_are_written_as_they_are_presented_into_a_new_folder_only(tmp_path):
+    """Nobody could render or open them: a protocol names a patch, its settings and a level, each in its place."""
+    stimuli = {"soft": {**TD, "settings": {"textured.centre": 200.0}}, "X": {}}
+    (tmp_path / "a.json").write_text(protocol_text(stimuli=stimuli))
+    new = tmp_path / "new"
+    typed = ["experiment", str(tmp_path / "a.json"), "--patches", str(new)]
+    assert CliRunner().invoke(cli, typed).stdout == f"{new / 'soft.json'}\n"
+    made = Patch.load(new / "soft.json", REGISTRY)
+    preset = Patch.load(preset_files.patches()["stimulus-td"], REGISTRY)
+    assert made.node("gain").parameters["gain"] == pytest.approx(preset.node("gain").parameters["gain"] * 0.43 / 6.8)
+    assert made.node("textured").parameters == {"centre": 200.0}
+    assert str(CliRunner().invoke(cli, typed).exception) == f"{new} is there already; allowed: a new folder"

@@ -13,7 +13,7 @@ from underfoot.commands.files import require_folders_writable, require_outputs_w
 from underfoot.commands.options import command, require_only
 from underfoot.commands.protocols import opened_protocol
 from underfoot.commands.telling import tell
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     from underfoot.experiments.protocol import Protocol
@@ -39,13 +39,15 @@ def experiment(options: ExperimentOptions) -> None:
     values = {mode: getattr(options, mode.removeprefix("--")) for mode in _MODES}
     chosen = [mode for mode, value in values.items() if value is not None and value is not False]
     if len(chosen) != 1:
-        raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
+        raise BadValue(f"give one of {', '.join(_MODES)}; --participant with --session")
     require_only(options, chosen[0], _MODES[chosen[0]])
     require_folders_writable(options.report)
     page = options.report / "power.html" if options.report else None
     require_outputs_writable(options.csv, inputs=(options.protocol, options.conditions, page))
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
+    elif options.patches is not None:
+        _write_patches(protocol, folder, options.patches)
     elif options.plan is not None:
         _print_plan(options, protocol, options.plan)
     elif options.simulate is not None:
@@ -62,6 +64,7 @@ _MODES = {
     "--pilot": f"--session --conditions {_ON_A_PERSON}",
     "--simulate": "--conditions --truth --seed --bootstrap --processes --cluster --report --csv --run-code --json",
     "--levels": "--conditions --run-code --json",
+    "--patches": "--conditions --run-code",
     "--plan": "--conditions --csv --run-code --json",
 }
 """What the command can do with a protocol, and the options that count then."""
@@ -124,6 +127,20 @@ def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
         return
     for name, of in found.items():
         print(f"{name:12} wanted {of['level_m_s2']:8.3g} m/s^2   measured {of['measured_m_s2']:8.3g} m/s^2")
+
+
+def _write_patches(protocol: "Protocol", folder: Path, new: Path) -> None:
+    """Write each stimulus's patch with its settings, at its level, into a new folder."""
+    from underfoot.files import make_folder
+    from underfoot.nodes import REGISTRY
+
+    if new.exists():
+        raise BadFile(f"{new} is there already; allowed: a new folder")
+    patches = {new / f"{name}.json": one.at(0.0, folder) for name, one in protocol.stimuli.items() if one.patch}
+    make_folder(new)
+    for path, patch in patches.items():
+        patch.save(path, REGISTRY)
+    print(*patches, sep="\n")
 
 
 def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -> None:

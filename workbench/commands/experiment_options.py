@@ -46,6 +46,9 @@ class ExperimentOptions(TargetOptions):
         "Write the trials of simulated participants, as `analyse --csv` does, or a plan.", is_written=True
     )
     levels: bool = option("Measure the peak of every stimulus under a simulated footstep.", False)
+    patches: Path | None = option(
+        "Write the patch of every stimulus at its level into this new folder, to render or to open.", is_written=True
+    )
     plan: str | None = option("Print the trials that the participant with this id will get, in order.", metavar="ID")
     run_code: bool = shared(RUN_CODE)
     as_json: bool = option("Print tables as JSON.", False, "--json")
