@@ -58,6 +58,13 @@ def contacts_of(recorded, column):
     return np.concatenate([getattr(found.rows, column) for found in find_steps([recorded[:2]], FLOOR, 1000.0)])
 
 
+def curves_of(recorded):
+    """The force of each step at 0 to 100 % of its stance, from the table of contacts."""
+    contact, time_s, force_n = (contacts_of(recorded, name) for name in ("contact", "time_s", "force_n"))
+    own = ((np.linspace(step.start_s, step.end_s, 101), contact == step.contact) for step in recorded[2])
+    return [np.interp(at_s, time_s[rows], force_n[rows]) for at_s, rows in own]
+
+
 def export(path, output, *options):
     done = CliRunner().invoke(cli, ["export", str(path), "-o", str(output), *options])
     assert done.exception is None, done.exception
@@ -78,6 +85,9 @@ def test_csv_is_read_again_to_the_last_bit_with_its_floor(path, recorded, tmp_pa
     with (tmp_path / "walk.marks.csv").open() as file:
         assert list(csv.DictReader(file)) == [{"time_s": "1.000000", "text": 'a "quoted" mark'}]
     assert len((tmp_path / "walk.contacts.csv").read_text().splitlines()) > 1000
+    curves = np.loadtxt(tmp_path / "walk.curves.csv", delimiter=",", skiprows=1)
+    assert curves[:, 0].tolist() == [step.step for step in recorded[2]]
+    np.testing.assert_allclose(curves[:, 1:], curves_of(recorded), atol=0.051)
     used = (tmp_path / "walk.calibrations.csv").read_text().splitlines()
     assert used == ["tile,calibration,made,digest", *(line.replace(" ", ",") for line in IN_USE)]
     refused = CliRunner().invoke(cli, ["export", str(output), "-o", str(tmp_path / "again.c3d")]).exception
@@ -110,6 +120,8 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         np.testing.assert_array_equal(file["vibration/vibration"], recording.vibration()[1])
         np.testing.assert_array_equal(file["steps/peak1_n"], [step.peak1_n for step in recorded[2]])
         assert [name.decode() for name in file["steps/tile"][:]] == [step.tile for step in recorded[2]]
+        np.testing.assert_allclose(file["steps/stance_n"], curves_of(recorded), atol=0.051)
+        assert file["steps/stance_n"].attrs["unit"] == "N"
         for name, column in file["contacts"].items():
             np.testing.assert_array_equal(column, contacts_of(recorded, name))
         assert file["contacts"].keys() == {"time_s", "contact", "x_m", "y_m", "force_n", "on_tile"}
@@ -127,6 +139,7 @@ def test_mat_has_forces_tables_and_one_vibration(path, recorded, tmp_path):
         np.testing.assert_array_equal(content["measured_m_s2"], recording.acceleration("measured")[1])
         assert (content["floor_json"], content["patch_json"]) == (recording.about["floor"], recording.about["patch"])
     np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
+    np.testing.assert_allclose(content["steps"]["stance_n"], curves_of(recorded), atol=0.051)
     for name, column in content["contacts"].items():
         np.testing.assert_array_equal(column, contacts_of(recorded, name))
     assert content["marks"] == {"time_s": 1.0, "text": 'a "quoted" mark'}
@@ -325,7 +338,8 @@ def test_an_export_that_is_stopped_at_any_of_its_parts_leaves_nothing(path, tmp_
 
 
 @pytest.mark.parametrize(
-    "name", ["csv", "floor.json", "steps.csv", "contacts.csv", "marks.csv", "stretch.csv", "calibrations.csv"]
+    "name",
+    ["csv", "floor.json", "steps.csv", "curves.csv", "contacts.csv", "marks.csv", "stretch.csv", "calibrations.csv"],
 )
 def test_a_csv_export_of_which_a_table_cannot_be_written_leaves_none_of_them(path, tmp_path, name):
     (tmp_path / f"walk.{name}").mkdir()

@@ -127,19 +127,23 @@ def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
 def survey_of(stream: Iterable[Detections], length_s: float, progress: Callable[[Survey], bool]) -> Survey:
     """Collect what is found in forces of this length, as `survey` does."""
     made = Survey()
-    curves: dict[int, tuple[float, ...]] = {}
-    for found in stream:
-        for contact in found.finished:
-            made.contacts.append(_span(contact))
-            if is_step(contact):
-                curves[contact.id] = stance_of(contact)
-        made.steps += [Stance(step, curves.pop(step.contact, ())) for step in found.steps]
+    for found, stances in with_stances(stream):
+        made.contacts += map(_span, found.finished)
+        made.steps += stances
         if len(found.rows):
             made.until_s = float(found.rows.time_s[-1])
         if not progress(made):
             return made
     made.until_s, made.whole = length_s, True
     return made
+
+
+def with_stances(stream: Iterable[Detections]) -> Iterator[tuple[Detections, list[Stance]]]:
+    """Yield what is found in forces, piece by piece, each with its footsteps and their force over the stance."""
+    curves: dict[int, tuple[float, ...]] = {}
+    for found in stream:
+        curves |= {contact.id: stance_of(contact) for contact in found.finished if is_step(contact)}
+        yield found, [Stance(step, curves.pop(step.contact, ())) for step in found.steps]
 
 
 def stance_of(contact: Contact) -> tuple[float, ...]:

@@ -9,19 +9,29 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.profile_parts import PARTS
-from underfoot.floor.step_finder import Detections, find_steps
+from underfoot.floor.step_finder import find_steps
 from underfoot.plugins import values_in
 from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
-from underfoot.records.survey import RecordedForces, load_cached_steps
+from underfoot.records.survey import (
+    STANCE,
+    RecordedForces,
+    Stance,
+    load_cached_steps,
+    noted_stances,
+    with_stances,
+)
+from underfoot.records.tables import step_columns
 
 VIBRATION = ("commanded", "measured", "vibration")
 """Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
@@ -101,26 +111,26 @@ class ExportSource:
         for time_s, force_n in self._pieces(begin, end, text):
             yield self._from_first(time_s), force_n
 
-    def found(self, text: str) -> Iterator[Detections]:
-        """Yield contacts and footsteps, piece by piece.
+    def found(self, text: str) -> Iterator[tuple[ContactRows, list[Stance]]]:
+        """Yield contacts and footsteps with their force over the stance, piece by piece.
 
         Those of a stretch are what is found in the whole recording: all samples of contacts in it, and the steps that
         begin and end in it, with their numbers.
         """
         until = math.inf if self.stretch_s is None else self.end + DECIDED_S * self.forces.rate
         pieces = self._pieces(-math.inf, until, text)
-        for found in find_steps(pieces, self.forces.floor, self.forces.rate_hz):
+        for found, stances in with_stances(find_steps(pieces, self.forces.floor, self.forces.rate_hz)):
             rows = replace(found.rows, time_s=self._from_first(found.rows.time_s))
             if self.stretch_s is not None:
                 rows = rows.select((rows.time_s >= 0.0) & (rows.time_s < self.length_s))
-            yield Detections(rows, self._within(found.steps))
+            yield rows, self._within(stances)
 
     def steps(self, text: str) -> list[Step]:
         """Return the footsteps alone: those of the recording's survey where there is one, else what is found now."""
         known = load_cached_steps(self.recording)
         if known is None:
-            return [step for found in self.found(text) for step in found.steps]
-        return self._within([one.step for one in known])
+            return [one.step for _, stances in self.found(text) for one in stances]
+        return [one.step for one in self._within(known)]
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps.
@@ -176,15 +186,15 @@ class ExportSource:
         """Return times from the stretch's first frame on, of times from the recording's."""
         return time_s if self.stretch_s is None else np.round(time_s - self.from_s, 9) + 0.0  # no -0
 
-    def _within(self, steps: Sequence[Step]) -> list[Step]:
+    def _within(self, stances: Sequence[Stance]) -> list[Stance]:
         """Return the steps that begin and end here, to a frame: a stretch may be that of a step."""
-        noted, frame_at = self._notes.on(steps), self.forces.frame_at
+        noted, frame_at = noted_stances(stances, self._notes), self.forces.frame_at
         if self.stretch_s is None:
             return noted
         return [
-            replace(step, start_s=float(self._from_first(np.array(step.start_s))))
-            for step in noted
-            if self.first <= frame_at(step.start_s) and frame_at(step.end_s) <= self.end
+            Stance(replace(one.step, start_s=float(self._from_first(np.array(one.step.start_s)))), one.force_n)
+            for one in noted
+            if self.first <= frame_at(one.step.start_s) and frame_at(one.step.end_s) <= self.end
         ]
 
     @cached_property  # for each piece of the steps
@@ -207,6 +217,14 @@ class ExportSource:
         """Report the progress; raise `ExportStopped` if the export was cancelled."""
         if not self.progress(text, min(max(share, 0.0), 1.0)):
             raise ExportStopped("the export was stopped")
+
+
+def stance_columns(stances: Sequence[Stance]) -> dict[str, NDArray[Any]]:
+    """Return the columns of a table of recorded steps, and as `stance_n` the force of each at 0 to 100 % of stance, N,
+    [step, `STANCE`]."""
+    curves = [one.force_n or [math.nan] * STANCE for one in stances]
+    steps = step_columns((one.step for one in stances), recorded=True)
+    return {**steps, "stance_n": np.array(curves, np.float64).reshape(-1, STANCE)}
 
 
 @dataclass(frozen=True)

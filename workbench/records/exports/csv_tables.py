@@ -1,4 +1,4 @@
-"""CSV: the force table that Underfoot reads, and beside it tables of steps, contacts, marks, stretch, calibrations."""
+"""CSV: the force table that Underfoot reads, and beside it tables of steps, their curves and all else that it has."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
@@ -8,6 +8,7 @@ import numpy as np
 
 from underfoot.files import replaced, written
 from underfoot.records.exports import ExportFormat, ExportSource
+from underfoot.records.survey import STANCE
 from underfoot.records.tables import contact_table, step_table
 
 
@@ -30,9 +31,12 @@ def _write(export: ExportSource, path: Path) -> None:
         write(".calibrations.csv", ["tile,calibration,made,digest", *used])
         steps = stack.enter_context(step_table(path.with_suffix(".steps.csv"), recorded=True))
         contacts = stack.enter_context(contact_table(path.with_suffix(".contacts.csv"), floor))
-        for found in export.found("Writing steps and contacts"):
-            steps(found.steps)
-            contacts(found.rows)
+        curves = ["step," + ",".join(map(str, range(STANCE)))]  # in percent of stance
+        for rows, stances in export.found("Writing steps and contacts"):
+            steps(one.step for one in stances)
+            contacts(rows)
+            curves += [f"{one.step.step},{','.join(map(str, one.force_n))}" for one in stances if one.force_n]
+        write(".curves.csv", curves)
 
 
 def _force_lines(export: ExportSource) -> Iterator[str]:
@@ -50,8 +54,8 @@ def _mark_lines(export: ExportSource) -> Iterator[str]:
 
 FORMAT = ExportFormat(
     ".csv",
-    "CSV tables: NAME.csv with forces, NAME.floor.json, NAME.steps.csv, NAME.contacts.csv, NAME.marks.csv, "
-    "NAME.stretch.csv (where in the recording 0 s was), NAME.calibrations.csv",
+    "CSV tables: NAME.csv with forces, NAME.floor.json, NAME.steps.csv, NAME.curves.csv (force over stance), "
+    "NAME.contacts.csv, NAME.marks.csv, NAME.stretch.csv (where in the recording 0 s was), NAME.calibrations.csv",
     "vibration, commands; samples that one tile of several lost are left out",
     _write,
 )

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
-from underfoot.floor.footsteps import Step
 from underfoot.quantities import split_unit
-from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
-from underfoot.records.tables import step_columns
+from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource, stance_columns
+from underfoot.records.survey import Stance
 
 if TYPE_CHECKING:
     import h5py
@@ -48,11 +47,11 @@ def _write(export: ExportSource, path: Path) -> None:
                 disk.require_room()
             frames.flush()
         contacts = _Growing(file.create_group("contacts"), ("time_s", "contact", "x_m", "y_m", "force_n", "on_tile"))
-        steps: list[Step] = []
-        for found in export.found("Writing steps and contacts"):
-            steps += found.steps
-            contacts.append(**{name: getattr(found.rows, name) for name in contacts.names})
-        for name, values in step_columns(steps, recorded=True).items():
+        steps: list[Stance] = []
+        for found, stances in export.found("Writing steps and contacts"):
+            steps += stances
+            contacts.append(**{name: getattr(found, name) for name in contacts.names})
+        for name, values in stance_columns(steps).items():
             _put(file.require_group("steps"), name, values)
         marks = export.marks()
         _put(file.require_group("marks"), "time_s", np.array([time_s for time_s, _ in marks]))

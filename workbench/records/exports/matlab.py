@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
-from underfoot.floor.footsteps import Step
-from underfoot.records.exports import ExportFormat, ExportSource
-from underfoot.records.tables import step_columns
+from underfoot.records.exports import ExportFormat, ExportSource, stance_columns
+from underfoot.records.survey import Stance
 
 MOST_BYTES = (1 << 31) - 1
 """Of one variable."""
@@ -37,13 +36,13 @@ def _write(export: ExportSource, path: Path) -> None:
             f"{path} would need {needed / 1e9:.1f} GB for one variable; allowed: 2.1 GB; export a stretch, or as .h5"
         )
     pieces = list(export.pieces("Reading forces"))
-    steps: list[Step] = []
+    steps: list[Stance] = []
     rows = []
-    for found in export.found("Looking for steps and contacts"):
-        steps += found.steps
-        rows.append(found.rows)
+    for found, stances in export.found("Looking for steps and contacts"):
+        steps += stances
+        rows.append(found)
     names = ("time_s", "contact", "x_m", "y_m", "force_n", "on_tile")
-    marks, columns = export.marks(), step_columns(steps, recorded=True)
+    marks, columns = export.marks(), stance_columns(steps)
     content: dict[str, Any] = {
         "tiles": np.array(forces.floor.ids, object),
         "rate_hz": forces.rate,
