@@ -75,6 +75,15 @@ def test_a_file_with_our_number_and_nothing_else_is_refused_and_let_go_of(tmp_pa
     path.unlink()  # nothing holds it: where that matters, this fails
 
 
+@pytest.mark.parametrize("mark", ["5, x'ff00'", "9e99, ''", "4000000000000000000, ''"])
+def test_marks_of_no_frame_or_text_are_said_in_a_line(whole, mark):
+    """Exports ended with a traceback."""
+    with closing(sqlite3.connect(whole)) as base, base:
+        base.execute(f"insert into mark (frame, text) values ({mark})")
+    with Recording(whole) as recording, pytest.raises(BadFile, match=r"table mark cannot be read: an entry is not of"):
+        recording.marks()
+
+
 @pytest.mark.parametrize("text", ["[", '{"t1": 2}'])
 def test_calibrations_that_cannot_be_read_are_said_in_a_line(whole, text):
     with closing(sqlite3.connect(whole)) as base, base:

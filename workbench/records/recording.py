@@ -273,7 +273,10 @@ class Recording:
         with self.readable("mark"):
             if not self._has("mark"):
                 return []
-            return [Mark(*row) for row in self._base.execute("select id, frame, text from mark order by frame, id")]
+            found = self._base.execute("select id, frame, text from mark order by frame, id").fetchall()
+            if any([*map(type, row)] != [int, int, str] or abs(row[1]) > FURTHEST_FRAME for row in found):
+                raise ValueError("an entry is not of a number, a frame and a text")
+            return [Mark(*row) for row in found]
 
     def add_mark(self, frame: int, text: str = "") -> Mark:
         """Add a mark at a session frame to the file; `BadFile` if it cannot be written to, `BadValue` for no frame."""
