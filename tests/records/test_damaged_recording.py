@@ -156,6 +156,14 @@ def test_tables_that_are_gone_or_hold_something_else_are_named(whole):
         assert len(recording.force_samples()) == 200
 
 
+def test_vibration_of_other_tiles_than_it_says_is_refused(whole):
+    """Half a block was taken for that of one tile, and read as that of both."""
+    with closing(sqlite3.connect(whole)) as base, base:
+        base.execute("update measured set data = substr(data, 1, length(data) / 2)")
+    with Recording(whole) as recording, pytest.raises(BadFile, match="a block of 1 columns for 2 tiles"):
+        recording.acceleration("measured")
+
+
 @pytest.mark.parametrize("tiles", ["'[0,'", "cast(x'5b30ff5d' as text)"], ids=["no list", "no text"])
 def test_the_summary_of_one_whose_envelopes_are_damaged_is_refused(whole, tiles):
     with closing(sqlite3.connect(whole)) as base:

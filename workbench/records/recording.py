@@ -152,8 +152,11 @@ class Recording:
                     continue
                 rows = np.frombuffer(data, TYPES[table]).reshape(count, -1) if count else np.zeros((0, 1))
                 if tiles:
+                    moving = json.loads(tiles[0])
+                    if rows.shape[1] != len(moving) and count:
+                        raise ValueError(f"a block of {rows.shape[1]} columns for {len(moving)} tiles")
                     whole = np.zeros((count, self._floor_tiles), np.float32)
-                    whole[:, json.loads(tiles[0])] = rows
+                    whole[:, moving] = rows
                     rows = whole
                 elif rows.shape[1] != self._columns(table):
                     raise ValueError(f"a block of {rows.shape[1]} columns")
