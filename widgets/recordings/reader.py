@@ -214,7 +214,7 @@ class RecordingReader(QObject):
                 do()
             except UnderfootError as error:
                 self.failed.emit(str(error))
-            except (sqlite3.Error, ValueError) as error:  # envelopes that are damaged, also those in the cache
+            except sqlite3.Error as error:
                 self.failed.emit(f"The recording cannot be read: {error}")
         self._open_files.close()
 
@@ -283,8 +283,9 @@ class RecordingReader(QObject):
         self._find_base()
         levels = {}
         for source, finest in self._finest.items():
-            if self._base is not None:
-                finest = self._finest[source] = envelopes.read_overview(self._base, source, finest)
+            if self._base is not None and self._recording is not None:
+                with self._recording.readable("envelope"):  # or those in the cache
+                    finest = self._finest[source] = envelopes.read_overview(self._base, source, finest)
             levels[source] = tuple(finest.coarser(factor) if factor > 1 else finest for factor in LEVELS)
         rest = envelopes.resting_n(levels["force"][0])
         rest[-1] = rest[:-1].sum()  # a person may be on the floor all the time, but not on the same tile
@@ -298,7 +299,8 @@ class RecordingReader(QObject):
         found = {}
         for source, finest in self._finest.items():
             if frames > RAW_S * rate:
-                fine = envelopes.read(self._base, source, envelopes.FINE, finest.low.shape[1], begin, end)
+                with recording.readable("envelope"):
+                    fine = envelopes.read(self._base, source, envelopes.FINE, finest.low.shape[1], begin, end)
                 # No finer than half a pixel, because each picture reads all bins.
                 made = fine.coarser(max(1, int(0.5 * frames / envelopes.FINE_FRAMES)))
             elif source == "force":

@@ -357,15 +357,16 @@ def test_a_recording_is_exported_in_a_process_that_can_be_stopped(opened, folder
     assert not (folder / "walk.csv").exists()
 
 
-def test_damaged_envelopes_are_reported_and_the_next_recording_opens(workspace, folder, walk, qtbot):
+@pytest.mark.parametrize("tiles", ["[0,", "[99]"])
+def test_damaged_envelopes_are_reported_and_the_next_recording_opens(workspace, folder, walk, qtbot, tiles):
     said = []
     workspace.notified.connect(said.append)
     damaged = folder / "damaged.underfoot"
     shutil.copy(walk, damaged)
     with closing(sqlite3.connect(damaged)) as base:
-        base.executescript("update envelope set tiles = '[0,'")
+        base.executescript(f"update envelope set tiles = '{tiles}'")
     workspace.open_file(damaged)
-    qtbot.waitUntil(lambda: any(line.startswith("The recording cannot be read: ") for line in said))
+    qtbot.waitUntil(lambda: any("table envelope cannot be read: " in line for line in said))
     workspace.open_file(walk)
     qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.content.opened.path == walk)
     qtbot.waitUntil(lambda: workspace.axis.content.overview is not None)
