@@ -19,6 +19,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.floor.step_finder import find_steps
 from underfoot.records.exports import DECIDED_S, ExportSource, write_export
 from underfoot.records.force_files import read_force_file
+from underfoot.records.forces import read_forces
 from underfoot.records.recording import Recording
 from underfoot.records.recording_writer import Writer
 from underfoot.records.survey import cache_survey, cached_files, survey
@@ -108,6 +109,16 @@ def test_csv(exported, recorded, stretch, whole_steps):
         [told] = csv.DictReader(file)
     assert float(told["from_s"]) == stretch[0]
     assert float(told["length_s"]) == pytest.approx(stretch[1] - stretch[0])
+
+
+def test_a_script_reads_it_alone(path, recorded, stretch):
+    forces = read_forces(path, stretch_s=stretch)
+    rows = (recorded[0] >= stretch[0]) & (recorded[0] < stretch[1])
+    np.testing.assert_array_equal(forces.time_s, recorded[0][rows])
+    np.testing.assert_array_equal(forces.force_n, recorded[1][rows])
+    for other in ((2.0, 1.0), (1.0,), "soon", ((1.0, 2.0), (3.0, 4.0)), (math.nan, 2.0)):
+        with pytest.raises(BadValue, match=r"stretch_s is .*; allowed: two seconds, the first below the second"):
+            read_forces(path, stretch_s=other)
 
 
 def test_wav(exported, path, stretch):

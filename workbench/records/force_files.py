@@ -85,7 +85,7 @@ def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceS
         rate, force_rate = recording.rate_hz, recording.force_rate_hz
         first, end = recording.span
         begin, until = (first + rate * time_s for time_s in stretch_s) if stretch_s else (-np.inf, np.inf)
-        length_s = min((until - begin) / rate, (end - first) / rate)
+        length_s = (min(until, end) - max(begin, first)) / rate
         require_room(path, length_s, force_rate, len(floor.tiles))
         rows = recording.force_samples_between(max(begin, first - rate), min(until, end + rate))
     if len(rows) < 2:

@@ -161,20 +161,29 @@ def _outline(corners_m: NDArray[np.float64]) -> Series:
     return series("", corners_m[:, 0], corners_m[:, 1], colour="muted")
 
 
-def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Forces:
+def read_forces(
+    path: str | Path, floor: Floor | str | Path | None = None, stretch_s: tuple[float, float] | None = None
+) -> Forces:
     """Read the forces of a CSV file, of a recording, of a C3D file with force plates, or of a sample walk by its name.
 
-    The floor of walk.csv is in walk.floor.json beside it, unless `floor` is another one, or its file. Raises `BadFile`
-    if a file is missing or cannot be read.
+    The floor of walk.csv is in walk.floor.json beside it, unless `floor` is another one, or its file. `stretch_s` are
+    the seconds of the file from and up to which forces are read; times count from its beginning all the same. Of a
+    recording of hours, which does not fit into memory, only the stretch is read. Raises `BadFile` if a file is missing
+    or cannot be read, or has fewer than two samples there.
 
-    >>> read_forces("corridor")
-    <Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>
+    >>> read_forces("corridor"), read_forces("corridor", stretch_s=(1.0, 3.0))
+    (<Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>, <Forces: 400 samples of 8 tiles at 200 Hz, 2 s>)
     """
     found = path_of(path)
     if str(path) in walks() and not os.path.isfile(found):
         found = walks()[str(path)]
     other = floor if floor is None or isinstance(floor, Floor) else Floor.load(path_of(floor, "floor"))
-    forces, own = read_force_file(found, other)
+    if stretch_s is not None:
+        allowed = "two seconds, the first below the second, as (60.0, 120.0)"
+        ends_s = array("stretch_s", stretch_s, allowed)
+        require(ends_s.shape == (2,) and bool(ends_s[0] < ends_s[1]), "stretch_s", stretch_s, allowed)
+        stretch_s = float(ends_s[0]), float(ends_s[1])
+    forces, own = read_force_file(found, other, stretch_s)
     return Forces(forces.time_s, forces.force_n, forces.rate_hz, own, notes_of(found))
 
 
