@@ -116,6 +116,14 @@ def test_a_script_reads_it_alone(path, recorded, stretch):
     rows = (recorded[0] >= stretch[0]) & (recorded[0] < stretch[1])
     np.testing.assert_array_equal(forces.time_s, recorded[0][rows])
     np.testing.assert_array_equal(forces.force_n, recorded[1][rows])
+    with Recording(path) as recording:
+        recording.note_body_weight(0, 700.0, "typed")
+        recording.note_body_weight(1, 800.0, "typed")
+    whole_n, stretch_n = (set(read_forces(path, stretch_s=s).steps()["body_weight_n"]) for s in (None, (0.0, 6.0)))
+    assert (whole_n, stretch_n) == ({800.0}, {700.0})  # who is person 1 in the stretch can be another one
+    with Recording(path) as recording:
+        for person in (0, 1):
+            recording.note_body_weight(person, math.nan, "")
     for other in ((2.0, 1.0), (1.0,), "soon", ((1.0, 2.0), (3.0, 4.0)), (math.nan, 2.0)):
         with pytest.raises(BadValue, match=r"stretch_s is .*; allowed: two seconds, the first below the second"):
             read_forces(path, stretch_s=other)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec.structs import force_setattr
+from msgspec.structs import force_setattr, replace
 from numpy.typing import NDArray
 
 from underfoot.arguments import TINY, array, integer, number
@@ -168,8 +168,9 @@ def read_forces(
 
     The floor of walk.csv is in walk.floor.json beside it, unless `floor` is another one, or its file. `stretch_s` are
     the seconds of the file from and up to which forces are read; times count from its beginning all the same. Of a
-    recording of hours, which does not fit into memory, only the stretch is read. Raises `BadFile` if a file is missing
-    or cannot be read, or has fewer than two samples there.
+    recording of hours, which does not fit into memory, only the stretch is read. Its steps are found in it alone: their
+    numbers and persons count from there, so that of the body weights only that of all is on them. Raises `BadFile` if a
+    file is missing or cannot be read, or has fewer than two samples there.
 
     >>> read_forces("corridor"), read_forces("corridor", stretch_s=(1.0, 3.0))
     (<Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>, <Forces: 400 samples of 8 tiles at 200 Hz, 2 s>)
@@ -184,7 +185,10 @@ def read_forces(
         require(ends_s.shape == (2,) and bool(ends_s[0] < ends_s[1]), "stretch_s", stretch_s, allowed)
         stretch_s = float(ends_s[0]), float(ends_s[1])
     forces, own = read_force_file(found, other, stretch_s)
-    return Forces(forces.time_s, forces.force_n, forces.rate_hz, own, notes_of(found))
+    notes = notes_of(found)
+    if notes is not None and stretch_s is not None:
+        notes = replace(notes, body_weights=[one for one in notes.body_weights if not one.person])
+    return Forces(forces.time_s, forces.force_n, forces.rate_hz, own, notes)
 
 
 def walk(
