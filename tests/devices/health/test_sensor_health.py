@@ -61,8 +61,9 @@ def test_real_walks_name_nobody(name):
     assert found(floor, forces.force_n, forces.rate_hz) == []
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(3, 3), (2, 2), (1, 4)])
+@pytest.mark.parametrize(("rows", "columns"), [(3, 3), (2, 2), (1, 4), (2, 4)])
 def test_simulated_walks_name_nobody(rows, columns):
+    """Tiles at which the walker turns, as of 2 x 4, were called turned."""
     assert found(default_floor(rows, columns), walked(rows, columns)) == []
 
 

@@ -7,9 +7,9 @@ That leaves two pairs, which are mirror images. If two opposite sensors are swap
 diagonal.
 
 The direction in which feet roll resolves the mirror images: from the previous tile towards the next one. This needs
-walks over three tiles; on a single tile two pairs are reported, and an opposite swap is not found. A tile that is
-turned shows only in that direction, too, while its diagonals balance. Where all walk along one line, two opposite
-sensors and a quarter of a turn look the same, and both are reported.
+walks over three tiles in a line; on a single tile two pairs are reported, and an opposite swap is not found. A tile
+that is turned shows only in that direction, too, while its diagonals balance. Where all walk along one line, two
+opposite sensors and a quarter of a turn look the same, and both are reported.
 """
 
 from collections import deque
@@ -33,6 +33,10 @@ right, and below which wrong.
 """
 APART_S = 1.5
 """Steps further apart in seconds belong to different walks."""
+STRAIGHT = 0.7
+"""Least cosine between the ways to a step and from it: where somebody turns, or they are of different people, a foot
+does not roll from the tile before to the next one.
+"""
 
 _TURNS = ("90 degrees counter-clockwise", "180 degrees", "90 degrees clockwise")
 _PAIRS = ((0, 1), (2, 3), (1, 2), (0, 3), (0, 2), (1, 3))
@@ -140,9 +144,10 @@ class SensorOrder:
             return
         before, middle, behind = self._steps
         near = middle.arrived_s - before.arrived_s <= APART_S and behind.arrived_s - middle.arrived_s <= APART_S
-        direction = self._centres[behind.row] - self._centres[before.row]
-        if not near or np.hypot(*direction) < 0.1:
+        came, went = np.diff(self._centres[[before.row, middle.row, behind.row]], axis=0)
+        if not near or came @ went < STRAIGHT * np.hypot(*came) * np.hypot(*went):
             return
+        direction = came + went
         tile = self.floor.tiles[middle.row]
         rolls = []
         for pair in (None, *_PAIRS):
