@@ -19,7 +19,8 @@ from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.wire_format import SAMPLE, csv_lines, encode, samples_of
 from underfoot.devices.recurrence import LAST, OFTEN
-from underfoot.errors import BadValue
+from underfoot.devices.transport_reader import TransportReader
+from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.curves import Curve
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Fsr, Profile
@@ -286,6 +287,27 @@ def test_the_silence_of_a_line_and_what_cannot_be_read_are_said_five_times_an_ho
     assert lines[-1].endswith(LAST)
     assert said[0] == "given: nothing comes"
     assert said[8:] == ["given: nothing comes; so often that it is said no more for an hour", "given sends again"]
+
+
+def test_a_port_with_a_loose_plug_does_not_hide_that_others_go_away(until):
+    """After the fifth time within an hour, the loss of another port, or of all, was told by nothing."""
+    lost = iter([*["a is gone"] * (OFTEN + 2), "b is gone"])
+
+    class Ports(BareTransport):
+        def read(self):
+            self.lost = list(itertools.islice(lost, 1))
+            if not self.lost:
+                raise DeviceError("all are gone")
+            return b""
+
+    reader = TransportReader(Ports(), lambda samples, when: None)
+    reader.start()
+    try:
+        until(lambda: reader.trouble, "all are gone")
+    finally:
+        reader.close()
+    often = ["a is gone"] * (OFTEN - 1)
+    assert reader.take_notices() == [*often, f"a is gone; {LAST}", "b is gone", "all are gone; waiting for it"]
 
 
 def test_what_cannot_be_read_is_said_after_a_silence_too(until, monkeypatch):

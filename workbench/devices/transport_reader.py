@@ -3,7 +3,7 @@
 import math
 import threading
 import time
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Collection
 from contextlib import suppress
 
@@ -64,6 +64,7 @@ class TransportReader:
         self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
         self._silence, self._rubbish, self._losses = Recurrence(), Recurrence(), Recurrence()
+        self._port_losses = defaultdict[str, Recurrence](Recurrence)  # by line: one plug may be loose
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
         self.is_open = self._is_missed = self._is_loss_told = False
@@ -134,7 +135,7 @@ class TransportReader:
             self.is_open = True
             now_s = time.perf_counter()
             for line in self.transport.lost:
-                self._say(self._losses, line, now_s)
+                self._say(self._port_losses[line], line, now_s)
             samples = self.parser.feed(data, self.transport.senders, now_s)
             before, valid = valid, self.parser.counts.valid
             if valid > before:
