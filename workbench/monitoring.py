@@ -2,6 +2,7 @@
 
 import math
 import os
+import shutil
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
@@ -13,6 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from underfoot.clock import once_in
 from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import target_forms
 from underfoot.engine.reports import (
@@ -42,9 +44,12 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.force_files import forms_or_walks, read_force_file, require_as_many_tiles
 from underfoot.records.recording import Recording, is_recording
+from underfoot.records.recording_format import SUFFIXES, name_now
 from underfoot.records.survey import RecordedForces
 from underfoot.records.tables import step_columns
 
+AGAIN_S, ROOM_BYTES = 300.0, 1 << 30
+"""Seconds after which a recording that has ended is followed by another one, and room for ten minutes of 48 tiles."""
 _WAIT_S = 0.02
 _Piece = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times (n,) in seconds, and corner forces (n, tiles, 4) in newtons."""
@@ -241,6 +246,37 @@ def recording_failure(session: Session, path: Path | None) -> str:
     if session.recording is None:  # the session has said why
         return f"{path} was not recorded to the end"
     return "; ".join(session.stop_recording())
+
+
+class LastingRecording:
+    """The recording to `path`, if that is not None, of a command that may run for months.
+
+    Where it ends, as on a full disk, another one begins beside it, named by the time, once there is room.
+    """
+
+    def __init__(self, session: Session, path: Path | None) -> None:
+        self._session, self._path, self._failure, self._is_due = session, path, "", once_in(AGAIN_S)
+        if path is not None:
+            session.record(path)
+
+    def poll(self) -> str:
+        """Begin another recording if it is time; return a line that says so, or ""."""
+        if self._path is None or self._session.recording is not None or not self._is_due():
+            return ""
+        folder = self._path.parent
+        try:
+            if shutil.disk_usage(folder).free < ROOM_BYTES:
+                return ""
+        except OSError:  # it is gone, as a disk that was unplugged
+            return ""
+        self._failure = self._failure or recording_failure(self._session, self._path)
+        self._path = folder / f"{name_now()}{SUFFIXES[0]}"
+        self._session.record(self._path)
+        return f"the recording goes on in {self._path}"
+
+    def end(self) -> str:
+        """End it; return why its first file is not whole, or the last one, or ""."""
+        return self._failure or recording_failure(self._session, self._path)
 
 
 def require_forces_file(argument: str, source: str, profiles: Path | None) -> None:

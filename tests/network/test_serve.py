@@ -17,6 +17,7 @@ from free_ports import free_port
 from long_recording import write_recording
 from osc_ends import LOOPBACK, OscEnd
 
+from underfoot import monitoring
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 
@@ -125,8 +126,10 @@ def test_it_takes_presets_and_recordings_as_monitor_does(underfoot, folder):
 
 
 @pytest.mark.parametrize("command", ["serve simulator --tuio off --send off --listen off", "scene frozen-pond"])
-def test_a_recording_that_was_lost_is_not_hidden(underfoot, folder, until, command):
-    """As by a full disk, or by a hand in a file manager: the exit status was 0."""
+def test_a_recording_that_was_lost_is_not_hidden_and_another_one_begins(underfoot, folder, until, monkeypatch, command):
+    """As by a full disk, or by a hand in a file manager: the exit status was 0, and a service recorded nothing more."""
+    monkeypatch.setattr(monitoring, "AGAIN_S", 0.0)
+    monkeypatch.setattr(monitoring, "ROOM_BYTES", 0)
     path, log = folder / "rec.underfoot", folder / "rec.underfoot-wal"
 
     def remove():
@@ -140,6 +143,9 @@ def test_a_recording_that_was_lost_is_not_hidden(underfoot, folder, until, comma
     assert said.status == 1
     assert "rec.underfoot is not recorded any further: " in said.error
     assert said.error.splitlines()[-1] == "underfoot: rec.underfoot was not recorded to the end"
+    (next_one,) = re.findall("the recording goes on in (.*)\n", said.error)
+    with Recording(next_one) as recording:
+        assert recording.span[1] > recording.span[0] > 0
 
 
 def test_a_tile_that_is_loaded_from_the_first_sample_on_is_named_at_the_end(underfoot, folder):

@@ -22,6 +22,7 @@ from underfoot.options import argument, option, shared
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
     from underfoot.engine.target import Target
+    from underfoot.monitoring import LastingRecording
     from underfoot.scenes.scene import Scene
     from underfoot.scenes.shapes import Shape
     from underfoot.scenes.stage import Stage
@@ -116,7 +117,7 @@ class _Show:
         """Play until the time is over, or a signal comes; then write what was asked for."""
         from underfoot.engine.commands import Level
         from underfoot.engine.session import Session
-        from underfoot.monitoring import recording_failure
+        from underfoot.monitoring import LastingRecording
         from underfoot.nodes import REGISTRY
         from underfoot.scenes.stage import Stage
 
@@ -124,14 +125,13 @@ class _Show:
             session = Session(target, self.scene.patch(REGISTRY), REGISTRY)
             opened.callback(session.close)
             opened.enter_context(ended_by_signals(self._stop))
-            if self.options.record is not None:
-                session.record(self.options.record)
+            recording = LastingRecording(session, self.options.record)
             session.send(Level(self.options.level))
             session.start()
             stage = Stage(session, self.scene)
             opened.callback(stage.close)
-            self._play(session, stage)
-            failure = recording_failure(session, self.options.record)
+            self._play(session, stage, recording)
+            failure = recording.end()
         print(self.scene.state)
         self._write()
         if failure:
@@ -140,7 +140,7 @@ class _Show:
     def _stop(self) -> None:
         self._stopped = True
 
-    def _play(self, session: "Session", stage: "Stage") -> None:
+    def _play(self, session: "Session", stage: "Stage", recording: "LastingRecording") -> None:
         from underfoot.floor.contacts import SILENT_S
         from underfoot.monitoring import messages_of
 
@@ -149,6 +149,8 @@ class _Show:
             reports = session.poll()
             for line in (line for report in reports for line in messages_of(report, session.health)):
                 tell(line)
+            if begun := recording.poll():
+                tell(begun)
             stage.take(reports)
             with _ended_in_a_line():
                 moments = stage.tick()

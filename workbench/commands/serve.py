@@ -24,6 +24,7 @@ from underfoot.quantities import counted
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
     from underfoot.engine.target import Target
+    from underfoot.monitoring import LastingRecording
     from underfoot.network.lsl_library import lsl_library
     from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
@@ -71,7 +72,7 @@ def serve(options: ServeOptions) -> None:
     """Send contacts and steps to other programs, and play what they request."""
     from underfoot.engine.session import Session
     from underfoot.engine.target import require_source
-    from underfoot.monitoring import recording_failure
+    from underfoot.monitoring import LastingRecording
     from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.nodes import REGISTRY
@@ -96,15 +97,21 @@ def serve(options: ServeOptions) -> None:
         for line in plan.warnings():
             tell(f"warning: {line}")
         tell("; ".join(_enabled_outputs(plan)))
-        if options.record is not None:
-            session.record(options.record)
-        _run(session, server, patch, options, stack)
-        failure = recording_failure(session, options.record)
+        recording = LastingRecording(session, options.record)
+        _run(session, server, patch, options, recording, stack)
+        failure = recording.end()
         if failure:
             raise BadFile(failure)
 
 
-def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: ServeOptions, stack: ExitStack) -> None:
+def _run(
+    session: "Session",
+    server: "NetworkServer",
+    patch: "Patch",
+    options: ServeOptions,
+    recording: "LastingRecording",
+    stack: ExitStack,
+) -> None:
     """Serve until the time is over, or a signal ends it."""
     from underfoot.engine.commands import Level
     from underfoot.floor.step_finder import StepFinder
@@ -133,6 +140,8 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
         if problem != server.problem:
             problem = server.problem
             tell(problem or "all is sent and taken again")
+        if begun := recording.poll():
+            tell(begun)
         player.tick(reports)
         frames, forces = session.force.read()
         health = session.health
