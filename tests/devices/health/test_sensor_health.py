@@ -208,6 +208,17 @@ def test_sensors_across_from_each_other_are_told_by_the_direction_in_which_feet_
     assert lines == [f"tile t2: sensors {names} are swapped, or it is turned by 90 degrees {turned}"]
 
 
+@pytest.mark.parametrize(("side", "tile", "pair"), [(2, 2, (0, 1)), (3, 1, (0, 2))])
+def test_swapped_sensors_that_were_put_right_are_well_again(side, tile, pair):
+    """They were marked until another session."""
+    walks = walked(side, side)
+    health = fed(default_floor(side, side), np.concatenate([swapped(tile, pair, walks), *[walks] * 3]), chunk=7000)
+    wrong, right = health.take_notices()
+    assert wrong.endswith("swapped") or "swapped, or" in wrong
+    assert right == f"tile t{tile + 1}: its sensors are in their places now"
+    assert not health.faults
+
+
 @pytest.mark.parametrize(
     ("order", "turn"), [([1, 2, 3, 0], "90 degrees counter-clockwise"), ([2, 3, 0, 1], "180 degrees")]
 )

@@ -167,10 +167,14 @@ class SensorHealth:
         self._order.feed(samples.tiles, time_s, arrived_s, load_n)
         for row, which, line in self._order.take_found():
             is_reversed = self._state.sensors["reversed_s"][row].any()
-            if not (is_reversed or self._state.found[row].any()):  # one dead or reversed sensor resembles other faults
-                self._notices.append(f"tile {self.floor.tiles[row].id}: {line}")
-                self._words[row].update({(sensor, _MISPLACED): line for sensor in which})
-                self._list_faults()
+            if line and (is_reversed or self._state.found[row].any()):
+                self._order.forget(row)  # one dead or reversed sensor resembles other faults
+                continue
+            words = {key: what for key, what in self._words[row].items() if key[1] != _MISPLACED}
+            self._words[row] = words | {(sensor, _MISPLACED): line for sensor in which}
+            tile = f"tile {self.floor.tiles[row].id}"
+            self._notices.append(f"{tile}: {line}" if line else f"{tile}: its sensors are in their places now")
+            self._list_faults()
 
     def take_notices(self) -> list[str]:
         """Return the faults found since the last call, one line per sensor; of noise, one per tile."""

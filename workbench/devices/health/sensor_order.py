@@ -25,8 +25,10 @@ from underfoot.kernels import kernel
 
 CONTACT_N, LOADED_N = 20.0, 100.0
 """Least load of a contact, and least load at which its shares are evaluated."""
-CONTACTS, MISFIT, BETTER = 4, 0.15, 3.0
-"""Least number of contacts; least misfit of the diagonals; least factor by which undoing the swap improves the fit."""
+CONTACTS, WELL_CONTACTS, MISFIT, BETTER = 4, 12, 0.15, 3.0
+"""Least number of contacts, and of those by which all is well again; least misfit of the diagonals; least factor by
+which undoing the swap improves the fit.
+"""
 WALKS, RIGHT, WRONG = 6, 0.75, 0.4
 """Least number of steps between two other tiles; mean cosine between roll and walking direction above which it is
 right, and below which wrong.
@@ -101,6 +103,8 @@ class SensorOrder:
         self._cosines = np.zeros((count, 1 + len(_PAIRS) + len(_TURNS)))
         self._walks = np.zeros(count, np.int64)
         self._found = np.zeros(count, np.bool_)
+        self._needs_walks = np.zeros(count, np.bool_)  # whether that shows in walks only
+        self._news = set[int]()  # rows of which there is evidence that was not looked at
 
     def feed(
         self,
@@ -121,22 +125,47 @@ class SensorOrder:
                 break
 
     def take_found(self) -> Iterator[tuple[int, set[int], str]]:
-        """Yield tiles with swapped sensors, or turned: its row, the sensors (0 to 3), and a line; each tile once."""
-        for row in np.flatnonzero(~self._found & (self._state.sums["contacts"] >= CONTACTS)):
-            pairs, turns = self._swapped(int(row))
+        """Yield tiles with swapped sensors, or turned: its row, the sensors (0 to 3), and a line; each tile once.
+
+        One that is well again, by the contacts since, has no sensors and no line.
+        """
+        news, self._news = self._news, set()
+        for row in sorted(news):
+            contacts = self._state.sums["contacts"][row]
+            if contacts < CONTACTS:
+                continue
+            pairs, turns = self._swapped(row)
             swapped = " or ".join(f"{a + 1} and {b + 1}" for a, b in pairs)
             found = [f"sensors {swapped} are swapped"] if pairs else []
             found += [f"it is turned by {turn}" for turn in turns]
+            was_found = self._found[row]
             if found:
+                self.forget(row)
                 self._found[row] = True
-                yield int(row), {*range(4)} if turns else {*sum(pairs, ())}, ", or ".join(found)
+                self._needs_walks[row] = not pairs or _axes_apart(self._state.corners[row], pairs[0]) == "xy"
+                if not was_found:
+                    yield row, {*range(4)} if turns else {*sum(pairs, ())}, ", or ".join(found)
+            elif was_found and contacts >= WELL_CONTACTS and (not self._needs_walks[row] or self._rolls_right(row)):
+                self.forget(row)
+                yield row, set(), ""
+
+    def forget(self, row: int) -> None:
+        """Begin anew with a tile: what comes from now on tells whether all is well."""
+        self._found[row], self._walks[row], self._cosines[row] = False, 0, 0.0
+        for name in ("contacts", "time_s", "misfit", "misfit_squared"):
+            self._state.sums[name][row] = 0
 
     def is_swapped(self, row: int) -> bool:
         """Return whether sensors of the tile at this row were found to be swapped, or the tile turned."""
         return bool(self._found[row])
 
+    def _rolls_right(self, row: int) -> bool:
+        """Return whether feet roll as they walk, by enough walks."""
+        return bool(self._walks[row] >= WALKS and self._cosines[row, 0] > RIGHT * self._walks[row])
+
     def _take(self, contact: _Contact) -> None:
         """Process a completed contact; the previous one is now between two others."""
+        self._news.add(contact.row)
         if self._steps and contact.row == self._steps[-1].row:
             self._steps.clear()
         self._steps.append(contact)
@@ -160,6 +189,7 @@ class SensorOrder:
         sizes = np.hypot(*np.transpose(rolls)) * np.hypot(*direction)
         self._cosines[middle.row] += np.array(rolls) @ direction / np.maximum(sizes, 1e-12)
         self._walks[middle.row] += 1
+        self._news.add(middle.row)
 
     def _swapped(self, row: int) -> tuple[list[tuple[int, int]], list[str]]:
         """Return the pairs of which one may be swapped, and the turns that the tile may have made.
