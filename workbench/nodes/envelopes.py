@@ -130,7 +130,7 @@ class ForceEnvelope:
 class StrainRateEnvelope:
     """Strain rate of a compressible layer (equation 6.1): large while the foot loads the tile, 0 while it rests."""
 
-    also_called = "derivative, differentiate, slope, delta, speed, change"
+    also_called = "derivative, differentiate, slope, delta, change"
     accuracy = "exact: SciPy's bilinear, to 1e-9; of the continuous step's response, 1e-5 at 12.5 Hz and 48 kHz"
     force = Input("N")
     frequency = Number(
