@@ -15,6 +15,7 @@ from underfoot.widgets.status_line import StatusLine
 
 STARTING = "Starting the engine…"
 RELEASED = "Nothing plays while a tile is calibrated"
+LENT = "; the patch waits for the end of the scene or study"
 _NO_ENGINE = Health(False, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0)
 COMPILING = "kernels and simulated plates, for their first use"
 
@@ -39,6 +40,7 @@ class SessionDisplay(QObject):
         controller.playing_changed.connect(self._show_output)
         controller.recording_changed.connect(self._show_recording)
         controller.target_locked.connect(main_bar.target.setDisabled)
+        controller.target_locked.connect(self._show_output)
         bridge.started.connect(self._use_start)
         bridge.output_changed.connect(self._use_output)
         bridge.floor_silent.connect(status.show_floor)
@@ -82,7 +84,10 @@ class SessionDisplay(QObject):
             self._status.show_session(f"{ready} of {total} parts prepared: {COMPILING}")
         else:
             text = "Playing on" if self._controller.is_playing else "Silent until played on"
-            self._status.show_session(f"{text}: {self._output}" if self._output else STARTING, self._silence_reason)
+            waits = LENT if self._controller.is_lent else ""
+            self._status.show_session(
+                f"{text}: {self._output}{waits}" if self._output else STARTING, self._silence_reason
+            )
 
     def _show_health(self, health: Health) -> None:
         self._main_bar.set_health(health, len(self._controller.target.floor.tiles))

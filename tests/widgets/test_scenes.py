@@ -20,6 +20,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.scenes import workspace as scenes_workspace
 from underfoot.widgets.scenes.painting import paint_shapes
 from underfoot.widgets.scenes.panels import ScenePanel
+from underfoot.widgets.session_display import LENT
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -66,8 +67,10 @@ def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, 
     assert session.level_db == -33.0
     assert window.controller.lend() is None  # nobody else gets the session meanwhile
     assert not window.main_bar.target.isEnabled()
+    assert window.status.session.endswith(LENT)  # or who looks for his patch in Design finds it silent
     qtbot.mouseClick(scenes.panel.start, LEFT)
     assert scenes.stage is None
+    assert not window.status.session.endswith(LENT)
     assert scenes.panel.speed.text() == ""
     assert session.patch.title == "Hiss"
     assert window.main_bar.target.isEnabled()
