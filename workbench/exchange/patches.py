@@ -14,7 +14,7 @@ from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
-STEP_PX, ROW_PX = 304.0, 192.0
+STEP_PX, ROW_PX = 240.0, 192.0
 """Distance between nodes along the wires, and across."""
 PARTIALS = 16
 """Number of partials of a wave other than a sine."""
