@@ -1,6 +1,7 @@
 """The control of a number: a slider and a text field."""
 
 import math
+import re
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent
@@ -23,6 +24,9 @@ MAX_SLIDER_COUNT = 100_000_000
 
 MAX_LINEAR_SPAN = 100_000.0
 """So is a number whose control would be spaced evenly over more than this."""
+
+_FACTOR = re.compile(r"\s*[*/]\s*[\d.,]+\s*")
+"""What changes the number that is there, in place of giving one. Of several numbers that differ, none is there."""
 
 STOP_DB = 1.0
 """Half-width of the stop at 0 dB, which a gain's slider has for a mouse and not for keys."""
@@ -221,6 +225,8 @@ class NumberEditor(ParameterEditor):
 
     def _parsed(self, text: str) -> float:
         parameter = self.parameter
+        if _FACTOR.fullmatch(text) and not self._mixed:
+            return self._value * parse_quantity(f"1{text}")
         follows = isinstance(parameter, Number) and bool(parameter.unit_of) and not self._unit
         if self._is_gain or (follows and text.lower().endswith("db")):
             return parse_gain(text)

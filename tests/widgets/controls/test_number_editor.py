@@ -32,6 +32,15 @@ def test_a_gain_is_shown_and_typed_in_decibels_and_given_as_a_factor(qtbot, edit
         assert changed.args[0] == pytest.approx(factor, rel=1e-4), text
 
 
+def test_a_factor_that_is_typed_alone_changes_the_number_that_is_there(qtbot, editor):
+    for text, factor in (("x2", 2.0), ("*1,5", 3.0), ("/ 4", 0.75)):
+        type_into(qtbot, editor, text)
+        assert editor.value() == pytest.approx(factor), text
+    editor.set_mixed("0 dB to 6 dB")
+    type_into(qtbot, editor, "*2")
+    assert (editor.value(), editor.field.property("role")) == (pytest.approx(0.75), "bad")
+
+
 def test_a_small_drag_is_a_small_change_and_zero_decibels_is_a_stop(qtbot, editor):
     """Seven pixels off the stop are some decibels, not thirty; and a hand finds 0 dB again."""
     given = []
