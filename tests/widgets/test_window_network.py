@@ -240,6 +240,10 @@ def test_a_value_that_is_set_from_outside_moves_its_control_and_the_hand_takes_i
     next(action for action in editor.actions() if action.text() == "Keep what OSC has set").trigger()
     assert tuned.patch().node("noise").parameters["high"] == played() == 6000.0
     assert (editor.label.text(), tuned.document.stack.undoText()) == ("High", "Keep what OSC has set")
+    fader(6500.0, 28)
+    tuned.undo_action.trigger()
+    assert tuned.patch().node("noise").parameters["high"] == played() == editor.value() == by_hand
+    tuned.redo_action.trigger()
     fader(7000.0, 24)
     client.send_message(served, "/underfoot/stop", "all", 25)
     answer(client, qtbot, "/underfoot/played", 25)

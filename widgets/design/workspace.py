@@ -151,8 +151,17 @@ class DesignWorkspace(Workspace):
 
     def _follow_other_programs(self, network: NetworkLink, open_patch: OpenPatch) -> None:
         """Show what other programs set. A hand that sets it, or another patch, which may have nodes of the same ids,
-        ends that; what is kept becomes the patch's.
+        ends that, also by an undo; what is kept becomes the patch's.
         """
+        before = self.patch()
+
+        def release_changed(patch: Patch) -> None:
+            nonlocal before
+            were, are = ({node.id: node.parameters for node in one.nodes} for one in (before, patch))
+            before = patch
+            network.release(
+                [(id, name) for id, name in network.values if are.get(id, {}).get(name) != were.get(id, {}).get(name)]
+            )
 
         def keep() -> None:
             own = {node.id for node in self.patch().nodes}
@@ -163,6 +172,7 @@ class DesignWorkspace(Workspace):
         to_others = (open_patch.opened, open_patch.preset_opened, open_patch.switched, self.listen_bar.blind_requested)
         for to_another in to_others:
             to_another.connect(lambda *_: network.release(list(network.values)))
+        self.document.changed.connect(release_changed)
         network.values_set.connect(self.inspector.show_set_values)
         self.inspector.show_set_values(network.values)
         self.inspector.edited.connect(lambda ids, name, *_: network.release([(id, name) for id in ids]))
