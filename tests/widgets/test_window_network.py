@@ -9,7 +9,7 @@ from free_ports import free_port
 from osc_ends import LOOPBACK, CursorDecoder, OscEnd
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from windows import dialog_of
+from windows import dialog_of, noise_patch
 
 from underfoot.engine.commands import PressTile
 from underfoot.network.server import Counts
@@ -17,7 +17,7 @@ from underfoot.widgets.design.blind_test import BlindTest
 from underfoot.widgets.design.driving import with_driver
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.session import network_link
-from underfoot.widgets.session.network_link import LENT_MESSAGE
+from underfoot.widgets.session.network_link import HEARD_MESSAGE, LENT_MESSAGE
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
 
 
@@ -104,6 +104,19 @@ def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, c
     client.send_message(served, "/underfoot/mark", "m", 9)  # disturbs nobody, and the recording has it
     assert answer(client, qtbot, "/underfoot/played", 9)[0] > 0
     window.controller.take_back()
+
+
+def test_a_preset_is_heard_as_it_is_and_cues_wait_for_the_patch(window, served, client, qtbot):
+    """What a fader had set of the patch was in a preset with a node of the same id, and so was what came then."""
+    client.send_message(served, "/underfoot/set", "noise", "high", 4000.0, 11)
+    answer(client, qtbot, "/underfoot/played", 11)
+    preset = noise_patch("Other")
+    window.listening.play_preset(preset)
+    assert window.controller.session.patch == preset
+    client.send_message(served, "/underfoot/set", "noise", "high", 5000.0, 12)
+    assert answer(client, qtbot, "/underfoot/refused", 12)[1] == HEARD_MESSAGE
+    window.listening.play_preset(None)
+    assert window.controller.session.patch.node("noise").parameters["high"] == 4000.0
 
 
 def test_a_line_of_marks_that_is_unplugged_is_said(window, qtbot):

@@ -80,6 +80,8 @@ class SessionController(QObject):
         self._registry, self._settings = registry, settings
         self._patch = Patch()
         self._patch_folder: Path | None = None
+        self.plays_other = False
+        """Whether the patch is another than the window's, as a preset that is heard."""
         self.transform_patch: Callable[[Patch], Patch] = unchanged
         """The patch to play for the window's patch: with the requests of other programs."""
         self._opening_target: Target | None = self.target
@@ -111,19 +113,24 @@ class SessionController(QObject):
             self._is_silent_start = True
         self._open()
 
-    def edit(self, patch: Patch, folder: Path | None, *, anew: bool = False, settle_s: float = 0.0) -> None:
+    def edit(
+        self, patch: Patch, folder: Path | None, *, anew: bool = False, settle_s: float = 0.0, is_other: bool = False
+    ) -> None:
         """Play this patch from now on; relative paths of sound files refer to `folder`.
 
-        `anew` plays it from its start; `settle_s` as in `Swap`.
+        `anew` plays it from its start; `settle_s` as in `Swap`. One that `is_other` than the window's is as it is
+        whatever other programs request, which concerns that.
         """
         self._patch, self._patch_folder = without_missing(patch, self._registry), folder
+        self.plays_other = is_other
         self.play_patch(anew=anew, settle_s=settle_s)
 
     def play_patch(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
         """Play the patch of the last `edit`, as `transform_patch` now returns it."""
         if self.session is not None and not self._lent:
             self.session.folder = self._patch_folder
-            self.session.edit(self.transform_patch(self._patch), anew=anew, settle_s=settle_s)
+            patch = self._patch if self.plays_other else self.transform_patch(self._patch)
+            self.session.edit(patch, anew=anew, settle_s=settle_s)
 
     @property
     def patch(self) -> Patch:
@@ -213,7 +220,7 @@ class SessionController(QObject):
         if self.session is not None:
             if lent == "all":
                 self.session.send(Level(self._settings.level_db))
-            self.edit(self._patch, self._patch_folder)
+            self.play_patch()
             if lent == "all":
                 (self.session.play if self.is_playing else self.session.stop)()
             if self._is_changing:

@@ -205,7 +205,7 @@ class Listening(QObject):
         anew, self._is_node_set_new = anew or self._is_node_set_new, False
         if self._preset is not None:
             self._played = ("", None)
-            self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S)
+            self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S, is_other=True)
             return ""
         slot = self._blind_slot or self._open_patch.slot
         open_patch, other = self._open_patch, self._open_patch.other

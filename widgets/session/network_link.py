@@ -27,6 +27,7 @@ address that is not there yet."""
 QUIET_S = 10.0
 """Time without a refused message after which the next one is said: a sender of wrong ones sends many."""
 LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and panic meanwhile"
+HEARD_MESSAGE = "somebody hears a preset in place of the patch; only marks and panic are taken meanwhile"
 
 
 class NetworkLink(QObject):
@@ -152,7 +153,8 @@ class NetworkLink(QObject):
 
     def _tick(self) -> None:
         if self._server is not None and self._player is not None:
-            self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else "")
+            heard = HEARD_MESSAGE if self._controller.plays_other else ""
+            self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else heard)
             self._show_values()
             self._tell_refusal(self._server.counts)
         self._reports.clear()
