@@ -22,13 +22,7 @@ class Delay:
     accuracy = "exact: linear interpolation between frames, to 1e-12"
     signal = Input()
     time = Number(
-        0.12,
-        0.001,
-        LONGEST_S,
-        unit="s",
-        scale="log",
-        wire="span",
-        doc="time between a sound and its echo; changes glide",
+        0.12, 0.001, LONGEST_S, unit="s", scale="log", wire="span", doc="time between a sound and its echo; it glides"
     )
     feedback = Number(0.4, 0.0, 0.95, wire="span", doc="gain from one echo to the next; 0 gives a single echo")
     damping = Number(

@@ -153,12 +153,7 @@ class DrawnBank:
     strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
     low = Number(150.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="lowest mode frequency")
     high = Number(
-        1200.0,
-        1.0,
-        20_000.0,
-        unit="Hz",
-        scale="log",
-        doc="highest frequency; modes from half the rate on are mute",
+        1200.0, 1.0, 20_000.0, unit="Hz", scale="log", doc="highest frequency; modes from half the rate on are mute"
     )
     alpha = Number(0.0, -5.0, 5.0, doc="exponent of the mode density: 0 uniform in frequency, -1 uniform per octave")
     rolloff = Number(0.5, -3.0, 6.0, doc="r: amplitudes fall by 6.02 r dB per octave")

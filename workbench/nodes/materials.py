@@ -101,13 +101,6 @@ class FibreGrid(_Fibres):
         "exact", options=grid.GRID_MODELS, doc="fracture model; inverse: chains that stiffen as they restructure"
     )
     fibres = Count(500, 1, 10_000_000, doc="number of fibres N per cell: more give more cracks, each as strong")
-    creep = Number(
-        0.0,
-        0.0,
-        100.0,
-        scale="amplitude",
-        doc="damping b_R of a whole bundle: more makes it yield slowly, with fewer cracks",
-    )
     strength = Number(
         1200.0, 1.0, 1e5, unit="N", scale="log", doc="force that breaks the whole grid under uniform load"
     )
@@ -169,20 +162,10 @@ class Slip:
         500.0, 0.1, 1e6, unit="N*s/m", scale="log", doc="damping b: more slows the ground, with fewer slips"
     )
     stiffness = Number(
-        1e5,
-        100.0,
-        1e9,
-        unit="N/m",
-        scale="log",
-        doc="stiffness k1 of the elastic unit: softer ground sinks further, and slips more often",
+        1e5, 1e2, 1e9, unit="N/m", scale="log", doc="stiffness k1 of the elastic unit: softer ground slips more often"
     )
     plastic_stiffness = Number(
-        5e4,
-        100.0,
-        1e9,
-        unit="N/m",
-        scale="log",
-        doc="stiffness k2 of the unit that slips: stiffer gives more and weaker slips",
+        5e4, 1e2, 1e9, unit="N/m", scale="log", doc="stiffness k2 of the plastic unit: more gives more, weaker slips"
     )
     threshold = Number(
         5.0,

@@ -60,25 +60,12 @@ class RandomWalk:
 
     also_called = "drunk, drift, wander"
     accuracy = "exact in distribution at every 32nd frame, by Kolmogorov-Smirnov at 0.1 %; linear between"
-    time = Number(
-        1.0,
-        0.01,
-        random_walk.LONGEST_S,
-        unit="s",
-        scale="log",
-        wire="span",
-        doc="correlation time: the correlation falls to 1/e",
-    )
+    time = Number(1.0, 0.01, random_walk.LONGEST_S, unit="s", scale="log", wire="span", doc="correlation time, to 1/e")
     centre = Number(
         0.0, -FARTHEST, FARTHEST, wire="audio", unit_of="out", doc="mean, in the unit of the driven parameter"
     )
     deviation = Number(
-        1.0,
-        0.0,
-        FARTHEST,
-        wire="audio",
-        unit_of="out",
-        doc="standard deviation: two thirds of the time it deviates less",
+        1.0, 0.0, FARTHEST, wire="audio", unit_of="out", doc="standard deviation: two thirds of the time it is less"
     )
     out = Output()
     state, coefficients = random_walk.STATE, random_walk.COEFFICIENTS

@@ -33,22 +33,10 @@ class StickSlip:
     )
     force = Input("N", doc="normal force on the belt: loudness is proportional to it")
     velocity = Number(
-        0.1,
-        0.0,
-        10.0,
-        unit="m/s",
-        scale="amplitude",
-        wire="audio",
-        doc="belt velocity v_b: distances are proportional to it",
+        0.1, 0.0, 10.0, unit="m/s", scale="amplitude", wire="audio", doc="belt velocity v_b; distances in proportion"
     )
     frequency = Number(
-        120.0,
-        1.0,
-        5000.0,
-        unit="Hz",
-        scale="log",
-        wire="span",
-        doc="natural frequency of block and spring, w0 / 2 pi: the pitch",
+        120.0, 1.0, 5000.0, unit="Hz", scale="log", wire="span", doc="natural frequency, w0 / 2 pi: the pitch"
     )
     damping = Count(40, 5, 300, unit="%", doc="damping zeta, relative to w0")
     noise = Count(30, 2, 200, unit="%", doc="noise D, relative to w0 v_b^2: irregularity of the slips")
