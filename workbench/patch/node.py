@@ -113,6 +113,10 @@ class NodeType(Struct, frozen=True, dict=True):
     engine_signals: tuple[str, ...]
     """Names of the signals that the engine supplies."""
     parameters: Mapping[str, Parameter]
+    signal_parameters: tuple[Number, ...]
+    """Numbers that are read every frame."""
+    controls: tuple[Parameter, ...]
+    """Numbers, counts and choices that are read once per span."""
     binding: Binding
     is_struck: bool
     """Whether the engine may send it events, at the last of its event inputs."""
@@ -134,16 +138,6 @@ class NodeType(Struct, frozen=True, dict=True):
     """How run time and error are measured, for a node with a parameter `error`."""
     missing: str = ""
     """Why this is a stand-in for a node whose file was not run (`underfoot.patch.custom_nodes`); "" for a real node."""
-
-    @cached_property
-    def signal_parameters(self) -> tuple[Number, ...]:
-        """Numbers that are read every frame."""
-        return _signal_parameters(self.parameters)
-
-    @cached_property
-    def controls(self) -> tuple[Parameter, ...]:
-        """Numbers, counts and choices that are read once per span."""
-        return _controls(self.parameters)
 
     @cached_property
     def input_ports(self) -> Mapping[str, Port]:
@@ -250,16 +244,15 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
         from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
         outputs = {name: port for name, port in ports.items() if isinstance(port, Output)}
+        signals = tuple(p for p in parameters.values() if isinstance(p, Number) and p.wire == "audio")
+        numbers = (p for p in parameters.values() if p.kind in ("number", "count", "choice"))
+        controls = tuple(p for p in numbers if p not in signals)
         names = Names(
-            signals_in=(
-                *_of("signal", from_engine),
-                *_of("signal", inputs),
-                *(p.name for p in _signal_parameters(parameters)),
-            ),
+            signals_in=(*_of("signal", from_engine), *_of("signal", inputs), *(p.name for p in signals)),
             signals_out=_of("signal", outputs),
             events_in=(*_of("event", inputs), *_of("event", from_engine)),
             events_out=_of("event", outputs),
-            controls={parameter.name: parameter.kind != "number" for parameter in _controls(parameters)},
+            controls={parameter.name: parameter.kind != "number" for parameter in controls},
         )
         return NodeType(
             type=type,
@@ -270,6 +263,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             outputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in outputs.items()),
             engine_signals=_of("signal", from_engine),
             parameters=parameters,
+            signal_parameters=signals,
+            controls=controls,
             binding=Binding(cls, names, tables),
             is_struck=any(port.kind == "event" for port in from_engine.values()),
             **{name: body[name] for name in _TOLD if name in body},
@@ -280,12 +275,3 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
 
 def _of(kind: str, ports: Mapping[str, Input | Output]) -> tuple[str, ...]:
     return tuple(name for name, port in ports.items() if port.kind == kind)
-
-
-def _signal_parameters(parameters: Mapping[str, Parameter]) -> tuple[Number, ...]:
-    return tuple(p for p in parameters.values() if isinstance(p, Number) and p.wire == "audio")
-
-
-def _controls(parameters: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
-    signals = _signal_parameters(parameters)
-    return tuple(p for p in parameters.values() if p.kind in ("number", "count", "choice") and p not in signals)
