@@ -38,6 +38,7 @@ from underfoot.widgets.dialogs.about import AboutDialog
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.garbage_collection import freeze_loaded
+from underfoot.widgets.recordings.recording_follower import RecordingFollower
 from underfoot.widgets.screenshots import SIZES, ScreenshotTaker, WaitTimes
 from underfoot.widgets.session.settings import LOW_LEVEL_DB
 from underfoot.widgets.window import MainWindow
@@ -445,6 +446,12 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     qtbot.waitUntil(lambda: any("s of the session, also in the recording" in line for line in notices))
     qtbot.waitUntil(lambda: path.stat().st_size > 0, timeout=LONG_MS)  # an empty file keeps its name before
     recordings = window.workspaces["Recordings"]
+    late = RecordingFollower(recordings.reader, recordings)  # of a workspace that is made only now
+    late.attach(window.controller)
+    with qtbot.waitSignal(late.to_show, timeout=LONG_MS) as shown:
+        qtbot.waitUntil(lambda: window.controller.begun_recording is not None, timeout=LONG_MS)
+        late.show_begun()
+    assert shown.args == [path]
     window.open_file(path)
     qtbot.waitUntil(lambda: recordings.axis.content is not None, timeout=LONG_MS)
     qtbot.keyClick(window, Qt.Key.Key_M, control | Qt.KeyboardModifier.ShiftModifier)

@@ -23,7 +23,6 @@ class RecordingFollower(QObject):
         super().__init__(parent)
         self._controller: SessionController | None = None
         self._path: Path | None = None
-        self._begun: Path | None = None
         self.grows = False
         """Whether the open recording is being written."""
         self._timer = QTimer(self, interval=POLL_MS, singleShot=True)
@@ -35,7 +34,6 @@ class RecordingFollower(QObject):
     def attach(self, controller: SessionController) -> None:
         """Follow the recordings of this controller."""
         self._controller = controller
-        controller.recording_file_changed.connect(self._note)
 
     def is_written(self, path: Path) -> bool:
         """Return whether the session is recording to this file, or is still closing it."""
@@ -43,13 +41,15 @@ class RecordingFollower(QObject):
 
     def follow(self, path: Path) -> None:
         """Follow this file, which has been opened."""
-        self._path, self._begun, self.grows = path, None, self.is_written(path)
+        self._path, self.grows = path, self.is_written(path)
+        if self._controller is not None:
+            self._controller.begun_recording = None
         self._timer.start()
 
     def show_begun(self) -> None:
         """Have the recording shown that was begun since one was opened, if any."""
-        if self._begun is not None:
-            self.to_show.emit(self._begun)
+        if self._controller is not None and self._controller.begun_recording is not None:
+            self.to_show.emit(self._controller.begun_recording)
 
     def _go_on(self) -> None:
         self.grows = True
@@ -60,7 +60,3 @@ class RecordingFollower(QObject):
         if self.grows and self._path is not None and not self.is_written(self._path):
             self.grows = False
             self.ended.emit()
-
-    def _note(self, path: Path) -> None:
-        if self.is_written(path):
-            self._begun = path

@@ -94,6 +94,8 @@ class SessionController(QObject):
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
         self._written: set[Path] = set()
+        self.begun_recording: Path | None = None
+        """The recording that was begun last, which nobody has looked at yet."""
         self._opener.noted.connect(self.notified)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
@@ -444,7 +446,9 @@ class SessionController(QObject):
 
         One that could not be continued is cut before it is ended.
         """
-        if file.state != "begun" and file.path in self._written:
+        if file.state == "begun" and file.path in self._written:
+            self.begun_recording = file.path
+        elif file.path in self._written:
             self._written.discard(file.path)
             if file.state == "whole":
                 saved = f"The recording was saved as {file.path}"
