@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_studies import TD, made_protocol, preset_protocol, protocol_text, walked
-from scipy.stats import binomtest, f_oneway
+from scipy.stats import binomtest, f_oneway, norm
 
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadMeasurement, BadValue
@@ -41,7 +41,7 @@ def found_of(name, people, each=20, **settings):
 def test_estimates_lie_around_the_truth(name):
     """Every mean over people lies within 2.8 standard errors of the truth, or within a twentieth of it."""
     for summary in summaries(found_of(name, PEOPLE)):
-        if summary.share < 1.0 or summary.name in ("pse 0.86", "slope 0.86", "intercept 0.86"):
+        if summary.share < 1.0 or summary.name in ("pse 0.86", "slope 0.86", "jnd 0.86", "intercept 0.86"):
             continue  # table 6.3's PSE of 151.6 lies beyond the stiffest plate: its mean over people has no bound
         assert math.isfinite(summary.truth), summary.name
         allowed = max(
@@ -69,7 +69,7 @@ def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_thr
     how = SimulationSettings(truth=(("threshold_m_s2", 0.5),))
     found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), PEOPLE, how)[0])) if one.share == 1.0}
     half = "pse" if standard == "L40" else "threshold"
-    assert set(found) == {half, "slope", "intercept"}
+    assert set(found) == {half, "slope", "intercept"} | ({"jnd"} if standard != "X" else set())
     assert found[half].truth == pytest.approx(0.4 if standard == "L40" else 0.5)
     assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found[half].truth))
     for one in found.values():
@@ -107,6 +107,8 @@ def test_any_number_is_judged_around_the_middle_of_its_own_where_it_was_taken_fo
     made = made_protocol("constant-stimuli", parameters, {"TD": TD, **late})
     found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), PEOPLE)[0])) if one.share == 1.0}
     assert (found["pse"].truth, found["slope"].truth) == pytest.approx((45.0, 1.0 / 14.0))
+    assert found["jnd"].truth == pytest.approx(14.0 * norm.ppf(0.75))
+    assert abs(found["jnd"].median - found["jnd"].truth) < 2.0
     assert abs(found["pse"].bias) < 4.0 * found["pse"].spread / math.sqrt(PEOPLE)
 
 
@@ -126,7 +128,9 @@ def test_estimates_of_two_stages_are_beside_the_truth_of_their_own():
     ]
     made = Protocol.loads(protocol_text(stages=stages, stimuli=levels))
     found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 10)[0])) if one.share == 1.0}
-    assert set(found) == {f"{name} in {stage}" for name in ("pse", "slope", "intercept") for stage in ("soft", "loud")}
+    assert set(found) == {
+        f"{name} in {stage}" for name in ("pse", "slope", "jnd", "intercept") for stage in ("soft", "loud")
+    }
     for stage, truth in (("soft", 0.4), ("loud", 0.8)):
         one = found[f"pse in {stage}"]
         assert one.truth == pytest.approx(truth)
@@ -298,7 +302,7 @@ def test_estimates_of_simulated_people_have_their_units_in_tables_and_plots():
     found = power_of(summaries(found_of("stiffness-vibration", PEOPLE)), PEOPLE)
     units = dict(row[:2] for row in found.tables[0].rows)
     assert (units["pse 0.43"], units["slope 0.43"], units["intercept 0.43"]) == ("N/mm", "mm/N", "")
-    assert [drawing.y for drawing in found.drawings] == ["error"] * 2 + ["error, N/mm"] * 2 + ["error, mm/N"] * 2
+    assert [drawing.y for drawing in found.drawings] == ["error"] * 2 + ["error, N/mm"] * 4 + ["error, mm/N"] * 2
 
 
 def test_what_is_true_of_the_people_stands_beside_the_estimates():

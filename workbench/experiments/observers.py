@@ -258,6 +258,8 @@ class Discriminator(Observer):
             value = f" {row[self._condition]}" if self._condition else ""  # the analysis's name
             half = "pse" if self.given["standard"] and not self._guesses else "threshold"
             found |= {f"{half}{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
+            if not self._guesses:
+                found[f"{constant.JND}{value}"] = constant.QUARTER / slope
         return found
 
     def used(self) -> Sequence[str]:

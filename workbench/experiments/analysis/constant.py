@@ -35,7 +35,8 @@ _STIFFNESS = "stiffness_n_mm"
 _LABELS = {_STIFFNESS: "stiffness, N/mm", LEVEL: "level, m/s^2"}
 _UNITS = {_STIFFNESS: ("N/mm", "mm/N"), LEVEL: ("m/s^2", "s^2/m")}
 """Units of a PSE and of a slope along factors that have one in their names."""
-_QUARTER = 0.67448975
+JND = "jnd"
+QUARTER = 0.67448975
 """The 75 % quantile of the standard normal distribution, in standard deviations."""
 
 
@@ -156,7 +157,7 @@ def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Estimate one person's PSE (without a standard: threshold), slope and intercept for each condition's curve.
+    """Estimate one person's PSE (without a standard: threshold), slope, JND and intercept for each condition's curve.
 
     NaN if it cannot be fitted.
 
@@ -180,7 +181,9 @@ def _curves(
             made = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses, guessed=guessed)
         except BadMeasurement:
             made = tuple(Estimate(name, np.nan) for name in NAMES[: 4 if settings.with_lapses else 3])
-        named = (replace(made[0], name=point, unit=unit), replace(made[1], unit=of_slope), *made[2:])
+        slope = replace(made[1], unit=of_slope)
+        jnd = () if beside else _jnd(slope)
+        named = (replace(made[0], name=point, unit=unit), slope, *jnd, *made[2:])
         found += [replace(one, name=f"{one.name} {value}".rstrip()) for one in named]
     return found
 
@@ -244,10 +247,9 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     if not settings.with_lapses:
         found.remarks += _lapsing(rows, nothing, axis, condition, guessed)
     lines = [(str(person), one) for person, several in people.items() for one in several]
-    shown = [(person, one) for person, each in lines for one in (each, *([] if guessed else _jnd(each)))]
     along = f"Along {axis_label(axis)}{f'; each number is of {axis_label(condition)}' if condition else ''}."
     how = f"{along} {_how(lines, half, guessed, settings, with_nothing=bool(nothing))}"
-    found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
+    found.tables.append(estimates_table("Curves of each person", "participant", lines, how))
     found.remarks += _unbounded(lines, half)
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
@@ -313,7 +315,7 @@ def _how(
         how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
     if any(math.isnan(one.value) for _, one in lines):
         how += " Empty: the answers are all alike; or, of a slope, they turn between two levels, or at one."
-    if any(math.isinf(one.low) != math.isinf(one.high) for _, one in lines):
+    if any(math.isinf(one.low) != math.isinf(one.high) for _, one in lines if not one.name.startswith(JND)):
         how += " A bound of inf, and of 0 for the JND: these trials do not bound the slope."
     if guessed:
         return how + " Half of what is not felt is guessed rightly: the threshold is where three quarters are right."
@@ -360,22 +362,17 @@ def _is_of_thesis(rows: Sequence[Row], axis: str, condition: str) -> bool:
 
 
 def _jnd(slope: Estimate) -> list[Estimate]:
-    """Return the just noticeable difference beside the estimate of a slope, and nothing beside others.
+    """Return the just noticeable difference of a slope; none of one that is 0, and no upper bound where it may be.
 
-    It has no upper bound where the slope may be 0.
-
-    >>> [one.name for one in _jnd(Estimate("slope 0.43", 0.018))], _jnd(Estimate("pse", 90.0))
-    (['jnd 0.43'], [])
     >>> [(round(one.value, 1), round(one.low, 1), one.high) for one in _jnd(Estimate("slope", -0.02, -0.04, 0.0))]
     [(33.7, 16.9, inf)]
     """
-    if not slope.name.startswith("slope") or not slope.value:
+    if not slope.value:
         return []
     low, high = sorted((abs(slope.low), abs(slope.high)))
-    widest = math.inf if slope.covers(0.0) else _QUARTER / low
-    name = slope.name.replace("slope", "jnd", 1)
+    widest = math.inf if slope.covers(0.0) else QUARTER / low
     unit = {of_slope: of_level for of_level, of_slope in _UNITS.values()}.get(slope.unit, "")
-    return [Estimate(name, _QUARTER / abs(slope.value), _QUARTER / high if high else math.inf, widest, unit)]
+    return [Estimate(JND, QUARTER / abs(slope.value), QUARTER / high if high else math.inf, widest, unit)]
 
 
 def _by_condition(rows: Sequence[Row], condition: str) -> list[tuple[Any, list[Row]]]:
