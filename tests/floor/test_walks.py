@@ -172,6 +172,23 @@ def contact_at(id, start_s, x_m, y_m, weight=1.0):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("pause_s", [0.5, 1.5])
+def test_who_pauses_in_a_stride_goes_on_with_the_other_foot(pause_s):
+    """The time of two steps, or of four, is no step that was not seen: the foot before still stands."""
+    contacts = []
+    for step in range(12):
+        one = contact_at(1 + step, 0.55 * step + pause_s * (step > 5), 0.3 + 0.5 * step, 0.3 + 0.06 * (-1) ** step)
+        if step in (4, 5):
+            time_s = one.start_s + (1.0 + pause_s / 0.6) * (one.time_s - one.start_s)
+            one = msgspec.structs.replace(one, time_s=time_s, end_s=float(time_s[-1]))
+        contacts.append(one)
+    contacts.sort(key=lambda one: one.end_s)
+    counter = WalkTracker(FLOOR)
+    steps = counter.feed(contacts, math.inf) + counter.finish()
+    told = [(step.contact, step.person, step.side) for step in sorted(steps, key=lambda step: step.start_s)]
+    assert told == [(1 + step, 1, ("left", "right")[step % 2]) for step in range(12)]
+
+
 @pytest.mark.parametrize("feed", [1, 7])
 def test_steps_that_come_together_are_given_to_those_whom_they_suit_together(feed):
     """Two walk abreast and both step aside: one nearer to where the other's foot is due than to where its own is."""

@@ -361,7 +361,7 @@ class _Walk(Struct, eq=False):
         self.person.first_s = min(self.person.first_s, footfall.start_s)
         if self.steps:
             steps = self._steps_in(footfall.start_s)
-            footfall.number = self.last.number + steps
+            footfall.number = self.last.number + (1 if self._paused_before(footfall) else steps)
             if steps == 1:
                 self._follow(footfall)
         if footfall.is_whole:
@@ -442,6 +442,12 @@ class _Walk(Struct, eq=False):
         if not self.last.is_whole or self.seen < 2:
             return 1
         return max(1, round((start_s - self.last.start_s) / self.step_s))
+
+    def _paused_before(self, footfall: _Footfall) -> bool:
+        """Return whether the last foot still stood as this one came down, where the next one is expected: this is the
+        other foot, however long that stood."""
+        ahead_m = [np.hypot(*(footfall.place_m - self._expected_place(steps))) for steps in (1, 2)]
+        return bool(self.last.end_s > footfall.start_s and ahead_m[0] <= ahead_m[1])
 
     def _expected_place(self, steps: int) -> NDArray[np.float64]:
         """Return the predicted place of the foot after this number of steps."""
