@@ -26,7 +26,7 @@ from underfoot.records import envelopes
 from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
 
-FORMAT = 4
+FORMAT = 5
 """Of the files in the cache; others are made anew."""
 STANCE = 101
 """Points of a curve of stance: 0, 1, ... 100 % of the contact."""
