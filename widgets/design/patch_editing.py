@@ -13,7 +13,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
 from underfoot.patch.wiring import Wire, downstream, node_id, port_name, upstream
-from underfoot.quantities import counted, pretty_text
+from underfoot.quantities import counted, pretty_text, pretty_unit
 from underfoot.widgets.theme import GRID
 
 Place = tuple[float, float]
@@ -113,21 +113,38 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
 
 
 def unit_hint(patch: Patch, registry: Registry, source: str, target: str) -> str:
-    """Return what to put into a wire that brings a force to a parameter without a unit; "" for any other wire.
+    """Return what to put into a wire that brings a force to a parameter without a unit, or to one unit what drives a
+    parameter of another; "" for any other wire.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tile-force", REGISTRY).add("tone", REGISTRY)
     >>> unit_hint(patch, REGISTRY, "tile-force.force", "tone.amplitude")[:25]
     'Tile force brings newtons'
+    >>> patch = patch.add("value", REGISTRY).connect("value.out", "tone.frequency", REGISTRY)
+    >>> patch = patch.connect("value.out", "tone.amplitude", REGISTRY)
+    >>> unit_hint(patch, REGISTRY, "value.out", "tone.amplitude").partition(". ")[0]
+    'Value brings Hz, for frequency; amplitude is a plain number'
     """
-    parameter = registry[patch.node(node_id(target)).type].parameters.get(port_name(target))
-    units = port_of(patch, registry, source, "out").unit, getattr(parameter, "unit", None)
-    if parameter is None or units != ("N", ""):
+    parameter, own = _driven(patch, registry, target), port_of(patch, registry, source, "out").unit
+    if parameter is None or (own and (own, parameter.unit) != ("N", "")):
         return ""
-    return (
-        f"{patch.node(node_id(source)).name_in(registry)} brings newtons; {parameter.label.lower()} is a plain "
-        "number. Double-click the wire for a Force envelope or a Map between"
-    )
+    brings, remedy = "newtons", "Force envelope or a Map"
+    if not own:
+        driven = [_driven(patch, registry, end) for start, end in patch.wires if start == source]
+        other = next((one for one in driven if one is not None and one.unit != parameter.unit), None)
+        if other is None:
+            return ""
+        brings, remedy = f"{pretty_unit(other.unit) or 'plain numbers'}, for {other.label.lower()}", "Map"
+    wants = f"is in {pretty_unit(parameter.unit)}" if parameter.unit else "is a plain number"
+    name = patch.node(node_id(source)).name_in(registry)
+    return f"{name} brings {brings}; {parameter.label.lower()} {wants}. Double-click the wire for a {remedy} between"
+
+
+def _driven(patch: Patch, registry: Registry, end: str) -> Number | None:
+    """Return the number that a wire to this end drives, in its wired unit; None for one that has none yet."""
+    declared = registry[patch.node(node_id(end)).type].parameters.get(port_name(end))
+    known = with_wired_unit(patch, registry, node_id(end), declared) if declared is not None else None
+    return known if isinstance(known, Number) and (known.unit or not known.unit_of) else None
 
 
 def with_names(patch: Patch, registry: Registry, text: str) -> str:
