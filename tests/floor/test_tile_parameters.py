@@ -1,9 +1,14 @@
 """The file of what a simulated tile is made of."""
 
+import math
+
 import numpy as np
 import pytest
+from msgspec import Struct
+from msgspec.structs import astuple
 
-from underfoot.errors import BadFile
+from underfoot.arguments import ranges_of
+from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.floor.tile_parameters import TileParameters
@@ -34,6 +39,18 @@ def test_presets_can_be_built(path):
 def test_a_recording_is_looked_for_beside_the_file(tmp_path):
     TileParameters(recording="walk.csv").save(tmp_path / "a.json")
     assert TileParameters.load(tmp_path / "a.json").recording == str(tmp_path / "walk.csv")
+
+
+PARTS = {TileParameters, *(type(part) for part in astuple(TileParameters()) if isinstance(part, Struct))}
+NUMBERS = sorted(((part, name) for part in PARTS for name in ranges_of(part)), key=str)
+
+
+@pytest.mark.parametrize(("part", "name"), NUMBERS)
+def test_a_number_outside_its_range_is_refused_by_name(part, name):
+    low, high = ranges_of(part)[name]
+    for value in (low - 1.0, 2.0 * high, math.nan):
+        with pytest.raises(BadValue, match=f"^{name} is .*; allowed: "):
+            part(**{name: value})
 
 
 HEAD = '{"format": "underfoot-simulation", "version": 1, '

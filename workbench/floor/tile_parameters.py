@@ -67,12 +67,12 @@ class Accelerometer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     place: Point = (0.5, 0.2887)
-    noise: float = 1e-4
+    noise: Annotated[float, (0.0, 10.0)] = 1e-4
     range_m_s2: float = 100.0
 
     def __post_init__(self) -> None:
         require(all(abs(x) <= 1.0 for x in self.place), "place", self.place, "two shares, -1 to 1")
-        require(0.0 <= self.noise <= 10.0, "noise", self.noise, "0 to 10")
+        require_within(self)
         require(0.0 < self.range_m_s2 <= 1e5, "range_m_s2", self.range_m_s2, "above 0, up to 1e5")
 
 
@@ -98,20 +98,19 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     plate: Plate = Plate()
     suspension: Suspension = Suspension()
     shaker: Shaker = Shaker()
-    shaker_kg: float = 1.1
+    shaker_kg: Annotated[float, (0.0, 100.0)] = 1.1
     shakers_m: tuple[Point, ...] = ((0.0, 0.0),)
     reference_m: Point = (0.304, 0.304)
     foot: Foot = Foot()
     accelerometer: Accelerometer = Accelerometer()
-    tolerance: float = 0.03
+    tolerance: Annotated[float, (0.0, 0.2)] = 0.03
     walker: gait.Walker = gait.Walker()
     path_m: tuple[Point, ...] = ()
     people: tuple[Person, ...] = ()
     recording: str = ""
 
     def __post_init__(self) -> None:
-        require(0.0 <= self.tolerance <= 0.2, "tolerance", self.tolerance, "0 to 0.2")
-        require(0.0 <= self.shaker_kg <= 100.0, "shaker_kg", self.shaker_kg, "0 to 100 kg")
+        require_within(self)
         require(len(self.shakers_m) > 0, "shakers_m", self.shakers_m, "at least one place")
         require(all(0.0 < x <= 100.0 for x in self.reference_m), "reference_m", self.reference_m, "two lengths above 0")
         least = self.plate.mass_kg(self.reference_m) + len(self.shakers_m) * self.shaker_kg

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from underfoot.arguments import ranges_of
 from underfoot.errors import BadValue
@@ -14,10 +15,6 @@ from underfoot.models.tile.fsr_hysteresis import STATE, HysteresisModel, compens
 
 RATE = 1000.0
 QUIET = Fsr(spread=0.0, hysteresis=0.0, creep=0.0, noise_counts=0.0)
-
-
-def changed(part, **values):
-    return Fsr(**{name: getattr(part, name) for name in ranges_of(Fsr)} | values)
 
 
 def read(part, corner_n, rate=RATE, cuts=(), key=1, settled_n=0.0):
@@ -88,7 +85,7 @@ def test_parts_of_any_allowed_type_can_be_made():
 
 def test_falling_forces_read_a_tenth_more():
     """The data sheet's hysteresis: the same force, rising and falling, seems 10 % apart; small turns less."""
-    part = changed(QUIET, hysteresis=0.10)
+    part = replace(QUIET, hysteresis=0.10)
     rise = np.linspace(0.0, 900.0, 2000)
     counts = read(part, np.concatenate([rise, rise[::-1]]))
     felt = force_of(part, counts)
@@ -101,14 +98,14 @@ def test_falling_forces_read_a_tenth_more():
 
 
 def test_hysteresis_does_not_depend_on_speed():
-    part = changed(QUIET, hysteresis=0.10)
+    part = replace(QUIET, hysteresis=0.10)
     forces = 400.0 + 300.0 * np.sin(np.linspace(0.0, 20.0, 501))
     slow = read(part, np.repeat(forces, 20))
     np.testing.assert_array_equal(slow[19::20], read(part, forces))
 
 
 def test_a_held_force_creeps_by_5_percent_a_decade_and_reads_right_after_a_second():
-    part = changed(QUIET, creep=0.05)
+    part = replace(QUIET, creep=0.05)
     rate = 50.0
     felt = force_of(part, read(part, np.full(round(1000.0 * rate) + 1, 400.0), rate))
     at = [round(seconds * rate) for seconds in (1.0, 10.0, 100.0, 1000.0)]
@@ -117,7 +114,7 @@ def test_a_held_force_creeps_by_5_percent_a_decade_and_reads_right_after_a_secon
 
 
 def test_creep_goes_back_as_slowly_as_it_came():
-    part = changed(QUIET, creep=0.05)
+    part = replace(QUIET, creep=0.05)
     rate = 50.0
     counts = read(part, np.concatenate([np.full(5000, 800.0), np.full(5000, 200.0)]), rate)
     felt = force_of(part, counts)[5000:]
@@ -128,7 +125,7 @@ def test_creep_goes_back_as_slowly_as_it_came():
 
 @pytest.mark.parametrize("creep", [0.05, ranges_of(Fsr)["creep"][1]])
 def test_a_sudden_press_is_read_at_once_and_its_creep_compensated(creep):
-    part = changed(QUIET, creep=creep)
+    part = replace(QUIET, creep=creep)
     forces = np.append(0.0, np.full(2000, 500.0))
     counts = read(part, forces)
     assert counts[1] > 0.0
@@ -138,12 +135,12 @@ def test_a_sudden_press_is_read_at_once_and_its_creep_compensated(creep):
 
 
 def test_a_sensor_that_rested_under_a_load_reads_it_steadily():
-    counts = read(changed(QUIET, creep=0.05, hysteresis=0.1), np.full(5000, 30.0), settled_n=30.0)
+    counts = read(replace(QUIET, creep=0.05, hysteresis=0.1), np.full(5000, 30.0), settled_n=30.0)
     assert counts.min() == counts.max()
 
 
 def test_noise_is_white_and_as_large_as_asked():
-    part = changed(QUIET, noise_counts=5.0)
+    part = replace(QUIET, noise_counts=5.0)
     counts = read(part, np.full(50_000, 300.0))
     noise = counts - counts.mean()
     assert noise.std() == pytest.approx(math.hypot(5.0, math.sqrt(1.0 / 12.0)), rel=0.02)
@@ -170,14 +167,6 @@ def test_the_inverse_gives_back_what_was_pressed():
     np.testing.assert_allclose(Fsr().corner_n(Fsr().counts(forces)), forces, rtol=1e-4)
     grid = forces[: forces.size // 2 * 2].reshape(-1, 2).T  # not in the order of its memory
     np.testing.assert_array_equal(Fsr().counts(grid), Fsr().counts(grid.copy()))
-
-
-@pytest.mark.parametrize("name", ranges_of(Fsr))
-@pytest.mark.parametrize("end", [0, 1])
-def test_values_out_of_range_are_refused(name, end):
-    low, high = ranges_of(Fsr)[name]
-    with pytest.raises(BadValue, match=f"{name} is"):
-        Fsr(**{name: (low - 1.0, 2.0 * high)[end]})
 
 
 def test_arrays_of_unequal_lengths_are_refused_in_a_line():
