@@ -13,9 +13,9 @@ import numpy as np
 from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import array, choice, integer, is_text, number, plain
+from underfoot.arguments import array, integer, is_text, number, plain
 from underfoot.documents import read_document
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.errors import BadFile, BadValue, refusal, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import require_identifier
 from underfoot.quantities import counted
@@ -149,8 +149,10 @@ class Floor(msgspec.Struct, frozen=True):
 
     def index(self, id: str) -> int:
         """Return the row of the tile with this id; `BadValue` if there is none."""
-        choice("tile", id, self.ids)
-        return self.ids.index(id)
+        for row, tile in enumerate(self.tiles):  # commands look it up in the output callback: no tuple of all ids
+            if tile.id == id:
+                return row
+        raise refusal("tile", id, ", ".join(self.ids))
 
     def tile_at(self, point_m: Point) -> Tile | None:
         """Return the tile at a point; None if there is none.
