@@ -1,6 +1,5 @@
 """Parameters that several nodes or sub-patches have in common, and that can be set for all together."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -30,23 +29,24 @@ def shared_by(patch: Patch, registry: Registry, ids: Sequence[str], groups: Sequ
 
 
 def _shown_alike(patch: Patch, registry: Registry, groups: Sequence[Group]) -> list[Shared]:
-    """Return the parameters that all of these sub-patches show, as copies of one do: of nodes of the same type, and in
-    the same order where one sub-patch shows several.
+    """Return the parameters that all of these sub-patches show, as copies of one do: of the first of the nodes of a
+    type in each, of the second, and so on.
     """
+    types = patch.types
 
-    def shown(group: Group) -> dict[tuple[str, str, int], str]:
-        uses, found = Counter[tuple[str, str]](), dict[tuple[str, str, int], str]()
+    def shown(group: Group) -> dict[tuple[str, int, str], str]:
+        found = {}
         for end in group.published:
-            kind = patch.node(node_id(end)).type, port_name(end)
-            found[*kind, uses[kind]] = node_id(end)
-            uses[kind] += 1
+            id, type = node_id(end), types[node_id(end)]
+            alike = [member for member in group.members if types.get(member) == type]
+            found[type, alike.index(id), port_name(end)] = id
         return found
 
     first, *others = map(shown, groups)
     shared = []
     for key in [key for key in first if all(key in other for other in others)]:
         ids = [first[key], *(other[key] for other in others)]
-        own = registry[key[0]].parameters[key[1]]
+        own = registry[key[0]].parameters[key[2]]
         common, *rest = (with_wired_unit(patch, registry, id, own) for id in ids)
         if all(other == common for other in rest):
             label = f"{patch.node(ids[0]).name_in(registry)}: {own.label.lower()}"

@@ -348,6 +348,22 @@ def test_copies_of_a_sub_patch_are_set_together_by_what_they_show(row, qtbot):
     assert not row.inspector.editors
 
 
+def test_a_control_of_two_copies_sets_the_same_node_in_each_whatever_else_they_show(row, qtbot):
+    """Where one had hidden the first of two, or shown it again, B of one was set with A of the other."""
+    row.set_patch(Patch().add("hum", REGISTRY).add("hum", REGISTRY).name("hum1", "B"))
+    collapse(row, "hum", "hum1")
+    for end in ("hum.frequency", "hum1.frequency"):
+        row.document.edit(published(row.patch(), "group", end, True), "Show")
+    QTest.keyClick(row.canvas, Qt.Key.Key_D, CONTROL)
+    row.canvas.patch_scene.select(["group", "group1"])
+    for on, names in ((False, ["hum1"]), (True, ["hum1", "hum"])):
+        row.document.edit(published(row.patch(), "group", "hum.frequency", on), "Show or hide")
+        assert list(row.inspector.editors) == [f"{name}.frequency" for name in names]
+        type_into(qtbot, row.inspector.editors["hum1.frequency"], f"{70 + on}")
+        set_now = {node.id for node in row.patch().nodes if node.parameters.get("frequency") == 70.0 + on}
+        assert set_now == {"hum1", "hum3"}
+
+
 def test_a_parameter_within_two_sub_patches_is_shown_on_the_outer_one(row):
     collapse(row, "hum", "through")
     row.canvas.patch_scene.select(["group", "through1"])
