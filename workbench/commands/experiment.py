@@ -132,14 +132,13 @@ def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
 def _write_patches(protocol: "Protocol", folder: Path, new: Path) -> None:
     """Write each stimulus's patch with its settings, at its level, into a new folder."""
     from underfoot.files import make_folder
-    from underfoot.nodes import REGISTRY
 
     if new.exists():
         raise BadFile(f"{new} is there already; allowed: a new folder")
     patches = {new / f"{name}.json": one.at(0.0, folder) for name, one in protocol.stimuli.items() if one.patch}
     make_folder(new)
     for path, patch in patches.items():
-        patch.save(path, REGISTRY)
+        patch.save(path)
     print(*patches, sep="\n")
 
 
