@@ -18,7 +18,7 @@ def engine_of(patch, scopes=(), **target):
     """Yield an engine, the connection to it, and the memory that it writes."""
     ours, theirs = multiprocessing.Pipe()
     memory = SessionMemory.create(len(FLOOR.tiles), 48_000, 1000.0)
-    engine = Engine(theirs, Setup(Target(FLOOR, **target), patch.dumps(), scopes, "", memory.names, 0))
+    engine = Engine(theirs, Setup(Target(FLOOR, **target), patch.dumps(), scopes, None, memory.names, 0))
     memory.status.put(Field.PLAYING, 1.0)
     engine.begin()
     try:

@@ -134,7 +134,7 @@ def compile_request(patch: Path) -> "CompileRequest":
     from underfoot.engine.target import Target
     from underfoot.floor.layout import default_floor
 
-    return CompileRequest(0, read_file(patch), Target(default_floor()), str(patch.parent))
+    return CompileRequest(0, read_file(patch), Target(default_floor()), patch.parent)
 
 
 def _patches(options: RenderOptions) -> list[Path]:

@@ -5,7 +5,6 @@ Compiling holds the interpreter for long stretches; here nobody minds. The engin
 
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from pathlib import Path
 
 import numpy as np
 
@@ -63,8 +62,7 @@ def run(connection: Connection) -> None:
 
 
 def _compiled(request: CompileRequest, progress: Callable[[object], None]) -> Compiled:
-    folder = Path(request.folder) if request.folder else None
-    options = LoopOptions(request.target.rate, folder=folder, plates=request.plates)
+    options = LoopOptions(request.target.rate, folder=request.folder, plates=request.plates)
     try:
         patch = Patch.loads(request.patch, REGISTRY)
         KernelParts(patch, request.target, options, from_end=request.from_end).load(progress)

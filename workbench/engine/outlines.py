@@ -1,5 +1,7 @@
 """Small pictures of several nodes' responses to one step, from one rendering for all of them."""
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +18,7 @@ Outline = NDArray[np.floating]
 
 
 def outlines(
-    patch: Patch, nodes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: str = ""
+    patch: Patch, nodes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: Path | None = None
 ) -> tuple[dict[str, Outline], dict[str, Outline]]:
     """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as for `previewed`.
 

@@ -33,7 +33,7 @@ def previewed(
     tile: str,
     seconds: float,
     rate_hz: float,
-    folder: str = "",
+    folder: Path | None = None,
     *,
     measures: bool = False,
     equalisers: tuple[TileEqualiser, ...] = (),
@@ -49,7 +49,7 @@ def previewed(
         rate_hz=rate_hz,
         block=_BLOCK,
         scopes=scopes,
-        folder=Path(folder) if folder else None,
+        folder=folder,
         equalisers=equalisers,
         plates=("accelerometer",) if measures else (),
     )

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
-from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -173,7 +172,7 @@ def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None)
         channels=channels,
         sound_channel=sound_channel,
         scopes=setup.scopes,
-        folder=Path(setup.folder) if setup.folder else None,
+        folder=setup.folder,
         equalisers=setup.equalisers,
         plates=plates_of(target),
         simulation=simulation(target.simulation)[0],

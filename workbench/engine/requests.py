@@ -1,5 +1,7 @@
 """Requests of the supervisor to the engine and the compiler. Plain frozen data."""
 
+from pathlib import Path
+
 from msgspec import Struct
 
 from underfoot.engine.commands import TileEqualiser
@@ -18,7 +20,7 @@ class Setup(Struct, frozen=True):
     target: Target
     patch: bytes
     scopes: tuple[str, ...]
-    folder: str
+    folder: Path | None
     memory: MemoryNames
     frame: int
     equalisers: tuple[TileEqualiser, ...] = ()
@@ -43,7 +45,7 @@ class CompileRequest(Struct, frozen=True):
     ticket: int
     patch: bytes
     target: Target
-    folder: str = ""
+    folder: Path | None = None
     plates: tuple[PlateOutput, ...] = ()
     from_end: bool = False
 
@@ -57,7 +59,7 @@ class PreviewRequest(Struct, frozen=True):
     tile: str
     seconds: float
     rate: float
-    folder: str = ""
+    folder: Path | None = None
     distributions: bool = False
     equalisers: tuple[TileEqualiser, ...] = ()
 
@@ -71,7 +73,7 @@ class OutlinesRequest(Struct, frozen=True):
     tile: str
     seconds: float
     rate: float
-    folder: str = ""
+    folder: Path | None = None
 
 
 class ErrorCurveRequest(Struct, frozen=True):

@@ -167,11 +167,6 @@ class Session:
                 self.silence = report.silence
         return reports
 
-    @property
-    def _folder(self) -> str:
-        """The folder of the patch's files, as messages have it: "" for none."""
-        return str(self.folder or "")
-
     def _require_open(self) -> None:
         if self._closed:
             raise DeviceError(CLOSED)
@@ -272,7 +267,7 @@ class Session:
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
         ticket, rate = self._compiler.new_ticket(), self.target.rate
         return self._request_picture(
-            PreviewRequest(ticket, patch.dumps(), node, tile, seconds, rate, self._folder, distributions, through)
+            PreviewRequest(ticket, patch.dumps(), node, tile, seconds, rate, self.folder, distributions, through)
         )
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
@@ -283,7 +278,7 @@ class Session:
         tile = tile or self.target.floor.tiles[0].id
         ticket, rate = self._compiler.new_ticket(), self.target.rate
         return self._request_picture(
-            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, self._folder)
+            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, self.folder)
         )
 
     def _request_picture(self, request: PreviewRequest | OutlinesRequest) -> int:
@@ -319,7 +314,7 @@ class Session:
         made_of, _ = simulation(self.target.simulation)
         about = {
             "patch": self.patch.dumps().decode(),
-            "folder": self._folder,
+            "folder": str(self.folder or ""),
             "floor": self.target.floor.dumps().decode(),
             "rate": str(self.target.rate),
             "force_rate": repr(self.force_rate_hz),
@@ -362,7 +357,7 @@ class Session:
 
     def _compile_request(self, ticket: int, *, from_end: bool = False) -> CompileRequest:
         plates = plates_of(self.target)
-        return CompileRequest(ticket, self.patch.dumps(), self.target, self._folder, plates, from_end)
+        return CompileRequest(ticket, self.patch.dumps(), self.target, self.folder, plates, from_end)
 
     def _handle_compiler_answers(self) -> None:
         for message in self._compiler.receive():
@@ -414,7 +409,7 @@ class Session:
             target=self.target,
             patch=patch.dumps(),
             scopes=scopes,
-            folder=self._folder,
+            folder=self.folder,
             memory=self.memory.names,
             frame=frame,
             equalisers=tuple(self._equalisers.values()),
