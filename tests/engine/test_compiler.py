@@ -6,11 +6,14 @@ from threading import Thread
 
 import pytest
 
+from underfoot.array_cache import ArrayCache
 from underfoot.engine import compiler
 from underfoot.engine.reports import Compiled, Distributions, Outlines, Preview
 from underfoot.engine.requests import CompileRequest, OutlinesRequest, PreviewRequest
 from underfoot.engine.target import Target
+from underfoot.floor import simulated_plates
 from underfoot.floor.layout import default_floor
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -69,3 +72,14 @@ def test_of_pictures_the_newest_counts(answers):
     outlines = OutlinesRequest(3, PATCH, ("poisson",), "t1", 0.05, 48_000.0)
     found = answers(PreviewRequest(1, *POISSON), PreviewRequest(2, *POISSON), outlines, reports=1)
     assert [(type(report), report.ticket) for report in found] == [(Outlines, 3)]
+
+
+def test_plates_are_computed_of_the_tiles_that_are_simulated(answers, monkeypatch, tmp_path):
+    """Those of usual tiles were, half a second each, at the first edit on a floor of others."""
+    monkeypatch.setattr(simulated_plates, "_CACHE", ArrayCache(str(tmp_path)))
+    tile = TileParameters(tolerance=0.0)
+    tile.save(tmp_path / "tile.json")
+    simulated_plates.load_plate(FLOOR.tiles[0], tile, 48_000.0, "accelerometer")
+    target = Target(FLOOR, simulation=str(tmp_path / "tile.json"))
+    answers(CompileRequest(1, PATCH, target, plates=("accelerometer",)), reports=1)
+    assert len(list(tmp_path.glob("*.npy"))) == 1

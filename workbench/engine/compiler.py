@@ -18,6 +18,7 @@ from underfoot.engine.preview import DRIVE, previewed
 from underfoot.engine.reports import Compiled, Distributions, ErrorCurveDrawn, Outlines, Preview
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest
 from underfoot.errors import UnderfootError
+from underfoot.floor.tile_parameters import simulation
 from underfoot.nodes import REGISTRY
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.patch import Patch
@@ -62,10 +63,12 @@ def run(connection: Connection) -> None:
 
 
 def _compiled(request: CompileRequest, progress: Callable[[object], None]) -> Compiled:
-    options = LoopOptions(request.target.rate, folder=request.folder, plates=request.plates)
+    target = request.target
     try:
+        made_of, _ = simulation(target.simulation)
+        options = LoopOptions(target.rate, folder=request.folder, plates=request.plates, simulation=made_of)
         patch = Patch.loads(request.patch, REGISTRY)
-        KernelParts(patch, request.target, options, from_end=request.from_end).load(progress)
+        KernelParts(patch, target, options, from_end=request.from_end).load(progress)
     except UnderfootError as error:
         return Compiled(request.ticket, str(error))
     return Compiled(request.ticket)

@@ -5,7 +5,7 @@ opposite ends of the list share the work: each waits for a kernel that the other
 """
 
 import gc
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache, partial
 
@@ -27,8 +27,8 @@ from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.target import Target, source_of
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor import contacts
-from underfoot.floor.layout import default_floor
-from underfoot.floor.simulated_plates import PlateOutput, SimulatedPlates, load_plate
+from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.simulated_plates import SimulatedPlates, load_plate
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -48,12 +48,12 @@ class KernelParts:
         types = sorted({node.type for node in patch.nodes})
         # A part returns True if it made something that is not reported to listeners of the compiler.
         self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        self._parts += [load_kernels, _output, _walker, partial(_hardware, target), partial(_plates, options.plates)]
+        self._parts += [load_kernels, _output, _walker, partial(_hardware, target), partial(_plates, options, target)]
         self._parts += [partial(_intake, target.rate, options.block), contacts.load_kernels]
         self._parts += [
             partial(load_plate, tile, options.simulation, float(options.rate_hz), heard)
             for heard in options.plates
-            for tile in target.floor.tiles
+            for tile in target.floor.tiles[1:]
         ]
         if from_end:
             self._parts.reverse()
@@ -124,10 +124,13 @@ def _hardware(target: Target) -> None:
         source_of(target).pull(round(target.rate))
 
 
-def _plates(places: Iterable[PlateOutput]) -> None:
-    """Load the simulated plates."""
-    for heard in places:
-        SimulatedPlates(default_floor(1, 2), None, [0, 1], float(RATE_HZ), SPAN, heard)
+def _plates(options: LoopOptions, target: Target) -> bool:
+    """Load the first of the simulated plates, and what runs them; return whether it was computed."""
+    tile, was_made = target.floor.tiles[0], False
+    for heard in options.plates:
+        was_made |= load_plate(tile, options.simulation, float(options.rate_hz), heard)
+        SimulatedPlates(Floor((tile,)), options.simulation, [0], float(options.rate_hz), SPAN, heard)
+    return was_made
 
 
 def _intake(rate: int, block: int) -> None:
