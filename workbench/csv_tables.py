@@ -50,11 +50,13 @@ def table_text(path: str | Path, data: bytes, what: str, older: str = "") -> str
 def delimiter_of(first: str, head: str) -> tuple[str, bool]:
     """Return what is between cells, and whether the `first` line only says so; `head` is the one with the names.
 
-    >>> delimiter_of("time_s;a,b;c", ""), delimiter_of("sep=|", "time_s|a")
+    >>> delimiter_of('time_s;"a, b, c"', ""), delimiter_of("sep=|", "time_s|a")
     ((';', False), ('|', True))
     """
     declared = _DECLARED.fullmatch(first)
-    return (declared[1], True) if declared and head else (max(",;\t", key=first.count), False)
+    if declared and head:
+        return declared[1], True
+    return max(",;\t", key="".join(first.split('"')[::2]).count), False
 
 
 def read_csv_table(path: str | Path, what: str, remark: str = "") -> CsvTable:
@@ -64,7 +66,7 @@ def read_csv_table(path: str | Path, what: str, remark: str = "") -> CsvTable:
     """
     lines = table_text(path, read_large_file(path), what).splitlines(keepends=True)
     if remark:
-        lines = ["\n" if line.startswith(remark) else line for line in lines]  # which keep their numbers
+        lines = ["\n" if line.lstrip('"').startswith(remark) else line for line in lines]  # which keep their numbers
     filled = (line for line in lines if line.strip())
     delimiter, is_said = delimiter_of(next(filled, "").rstrip("\r\n"), next(filled, ""))
     text = io.StringIO("".join(lines), newline="")
@@ -72,7 +74,7 @@ def read_csv_table(path: str | Path, what: str, remark: str = "") -> CsvTable:
     try:
         rows = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))][is_said:]
     except csv.Error as error:
-        raise BadFile(f"{path} is not {what}: {error}") from None
+        raise BadFile(f"{path} is not {what}: line {reader.line_num}: {error}") from None
     head, names = rows[0] if rows else (1, [])
     while names and not names[-1].strip():  # spreadsheets write columns that were empty or emptied, too
         names.pop()

@@ -71,7 +71,10 @@ def test_a_tile_is_picked(tmp_path):
         (PAIRS + "0,t1,1,70000,0\n", ": line 2, reading is 70000; allowed: 0 to 65535"),
         (b"\xe9", " is not a table of measurements: it is not UTF-8 text; save it as CSV, UTF-8"),
         (b"time_s,tile,sensor,reading,force_n\n" + bytes(1000), "it is not UTF-8 text"),
-        (PAIRS + f'0,t1,1,"{"5" * 140_000}",0\n', " is not a table of measurements: field larger than field limit"),
+        (
+            PAIRS + f'0,t1,1,"{"5" * 140_000}",0\n',
+            " is not a table of measurements: line 2: field larger than field limit",
+        ),
     ],
 )
 def test_what_is_wrong_with_pairs_is_said_in_one_line(tmp_path, text, said):

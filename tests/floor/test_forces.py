@@ -137,7 +137,9 @@ def decimal_commas(row, part):
 
 
 THEIRS = {
-    "Excel's first line": "\r\n".join(["sep=;", HEADER.replace(",", ";"), *(decimal_commas(row, ";") for row in ROWS)]),
+    "Excel's first line": "\r\n".join(
+        ['"# a; remark";;', "sep=;", HEADER.replace(",", ";"), *(decimal_commas(row, ";") for row in ROWS)]
+    ),
     "a mark of their own": "\n".join(["sep=|", *(line.replace(",", "|") for line in [HEADER, *ROWS])]),
     "R's quotes": "\n".join([",".join(f'"{name}"' for name in HEADER.split(",")), *ROWS]),
     "decimal commas in quotes": "\n".join(

@@ -171,7 +171,7 @@ def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
     return [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if line.strip() and not line.lstrip(' \t"').startswith("#")
     ]
 
 
