@@ -13,12 +13,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from underfoot.calibration.result import Inconclusive, Result
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement, BadValue, DeviceError
+from underfoot.kernels import Floats
 from underfoot.parameters import Parameter
 
 TIMEOUT_S = 120.0
@@ -79,7 +79,8 @@ class Step:
     """Page with the way it takes its measurement.
 
     `take` examines all readings since the page was opened; it returns what is still missing, or None when there is
-    enough. It raises `BadMeasurement`. Steps of one `group`, a sensor or a position, are skipped together. A step that
+    enough. `hear` evaluates the recording of the page's sound, beside what was played, both (frames,) in full scale.
+    Both raise `BadMeasurement`. Steps of one `group`, a sensor or a position, are skipped together. A step that
     `lets_go` of the load of the one before is measured again only with that one. One that `needs_all` is passed over
     where any other was skipped.
     """
@@ -87,6 +88,7 @@ class Step:
     page: Page
     take: Callable[[Readings], PageProgress | None] | None = None
     group: int | str | None = None
+    hear: Callable[[Floats, Floats], None] | None = field(default=None, kw_only=True)
     lets_go: bool = field(default=False, kw_only=True)
     needs_all: bool = field(default=False, kw_only=True)
 
@@ -153,6 +155,8 @@ class Procedure(ABC):
             return
         if page.wants_press:
             raise BadValue(f"{page.title}: this page takes a press, not an answer")
+        if page.sound is not None:
+            raise BadValue(f"{page.title}: this page takes a recording, not an answer")
         values = {name: value for name, value in values.items() if value is not None}
         unknown = set(values) - {ask.name for ask in page.questions}
         if unknown:
@@ -199,9 +203,22 @@ class Procedure(ABC):
             self._answers.pop(k, None)
         self._open(again)
 
-    def take_recording(self, recorded: NDArray[np.float64]) -> None:
-        """Take the recording of the page's sound; `BadValue` unless a subclass plays sounds."""
-        raise BadValue(f"{self.page.title}: this page takes no recording")
+    def take_recording(self, recorded: Floats) -> None:
+        """Take the recording of the page's sound, (frames,), in full scale, and go on."""
+        page, hear = self.page, self._steps[self._at].hear
+        if page.sound is None or hear is None:
+            raise BadValue(f"{page.title}: this page takes no recording")
+        recording = np.asarray(recorded, dtype=np.float64)
+        if recording.ndim != 1 or not np.isfinite(recording).all():
+            raise BadMeasurement(f"{page.title}: the recording is not one channel of finite samples")
+        if recording.size < page.sound.signal.size:
+            rate_hz = page.sound.rate_hz
+            raise BadMeasurement(
+                f"{page.title}: the recording lasts {recording.size / rate_hz:.2f} s, "
+                f"the sound {page.sound.signal.size / rate_hz:.2f} s"
+            )
+        hear(page.sound.signal, recording)
+        self._go_on()
 
     def skip(self) -> None:
         """Skip this page and those of the same sensor or position."""
@@ -268,37 +285,6 @@ class Procedure(ABC):
         except (BadMeasurement, BadValue) as error:
             self._open(self._beside(-1))
             raise Inconclusive(str(error)) from None
-
-
-class SoundProcedure(Procedure):
-    """Runs through steps whose pages play sounds and record the response."""
-
-    @abstractmethod
-    def take_sound(self, key: str, played: NDArray[np.float64], recording: NDArray[np.float64]) -> None:
-        """Evaluate the recording of this page's sound; `BadMeasurement` if that fails."""
-
-    def answer(self, values: Answers) -> None:
-        """Answer the page and go on."""
-        if self.page.sound is not None:
-            raise BadValue(f"{self.page.title}: this page takes a recording, not an answer")
-        super().answer(values)
-
-    def take_recording(self, recorded: NDArray[np.float64]) -> None:
-        """Take the recording of the page's sound, (frames,), in full scale, and go on."""
-        page = self.page
-        if page.sound is None:
-            raise BadValue(f"{page.title}: this page takes no recording")
-        recording = np.asarray(recorded, dtype=np.float64)
-        if recording.ndim != 1 or not np.isfinite(recording).all():
-            raise BadMeasurement(f"{page.title}: the recording is not one channel of finite samples")
-        if recording.size < page.sound.signal.size:
-            rate_hz = page.sound.rate_hz
-            raise BadMeasurement(
-                f"{page.title}: the recording lasts {recording.size / rate_hz:.2f} s, "
-                f"the sound {page.sound.signal.size / rate_hz:.2f} s"
-            )
-        self.take_sound(page.key, page.sound.signal, recording)
-        self._go_on()
 
 
 def step(procedure: Procedure, rig: Rig, values: Answers | None = None) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
-from underfoot.calibration.procedure import Answers, Page, SoundProcedure, Step
+from underfoot.calibration.procedure import Answers, Page, Procedure, Step
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
@@ -76,7 +76,7 @@ class LatencyCalibration(Calibration):
         return result_of(click_delays(sent, onsets, received, rate_hz), rate_hz, self.block)
 
 
-class LatencyProcedure(SoundProcedure):
+class LatencyProcedure(Procedure):
     """Round trip of a sound card at `rate_hz`. The first page suggests the `block`: another one's has no use there.
 
     >>> from underfoot.floor.layout import default_floor
@@ -107,9 +107,9 @@ class LatencyProcedure(SoundProcedure):
         train, self._onsets = click_train(answers["clicks"], self._rate_hz, answers["level"], self._seed)
         self._block = answers["block"]
         sound = Sound(train, self._rate_hz, "none", self._block)
-        return [Step(Page("clicks", "Clicks", "Stand clear. The output plays clicks.", sound=sound))]
+        return [Step(Page("clicks", "Clicks", "Stand clear. The output plays clicks.", sound=sound), hear=self._clicks)]
 
-    def take_sound(self, key: str, played: Floats, recording: Floats) -> None:
+    def _clicks(self, played: Floats, recording: Floats) -> None:
         """Measure the delay of each click."""
         from underfoot.calibration.science.clicks import click_delays
 

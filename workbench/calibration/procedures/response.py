@@ -1,13 +1,14 @@
 """Calibration of vibration (section 4.5): sweeps through the shaker into an accelerometer, and an equaliser."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
-from underfoot.calibration.procedure import Answers, Page, SoundProcedure, Step
+from underfoot.calibration.procedure import Answers, Page, Procedure, Step
 from underfoot.calibration.reference import OF_ACCELERATION, require_given
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
@@ -124,7 +125,7 @@ class ResponseCalibration(Calibration):
         return result
 
 
-class ResponseProcedure(SoundProcedure):
+class ResponseProcedure(Procedure):
     """Frequency response and equaliser of one tile, at `rate_hz`.
 
     The noise floor, sweeps with nothing on the tile, with a person standing on it and with a foot on a corner, tones at
@@ -231,7 +232,10 @@ class ResponseProcedure(SoundProcedure):
         return inconclusive(self._measured, sensitivity, self._tones, reason, self.drawings, tile)
 
     def _sound(self, key: str, title: str, instruction: str, signal: Floats) -> Step:
-        return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)
+        return self._sounding(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), key)
+
+    def _sounding(self, page: Page, group: str) -> Step:
+        return Step(page, group=group, hear=partial(self._hear, page.key))
 
     def _loaded(self, load: str, signal: Floats) -> list[Step]:
         """Return a page to get into place, and the sweeps; both can be skipped, unless the equaliser is for this load.
@@ -243,19 +247,20 @@ class ResponseProcedure(SoundProcedure):
         place = Page(f"{load}-place", title, f"{instruction} Then continue.", may_skip=may_skip)
         sound = Sound(signal, self._rate_hz, load)
         sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=may_skip)
-        return [Step(page, group=load) for page in (place, sounding)]
+        return [Step(place, group=load), self._sounding(sounding, load)]
 
     def _once_more(self, signal: Floats) -> list[Step]:
         """Return the sweeps through the equaliser, under its load, and a page to get into place for them."""
-        load, does = self._settings["load"], "The sweeps are played through the equaliser."
+        load = self._settings["load"]
+        stand = "Stand clear." if load == "none" else "Stand still."
         sound = Sound(signal, self._rate_hz, load)
+        again = Page("again", "Once more", f"{stand} The sweeps are played through the equaliser.", sound=sound)
+        steps = [self._sounding(again, "again")]
         if load == "none":
-            return [Step(Page("again", "Once more", f"Stand clear. {does}", sound=sound), group="again")]
-        place = Page(f"{load}-place", "Once more", f"{_PLACES[load][1]} Then continue.")
-        sounding = Page("again", "Once more", f"Stand still. {does}", sound=sound)
-        return [Step(page, group="again") for page in (place, sounding)]
+            return steps
+        return [Step(Page(f"{load}-place", "Once more", f"{_PLACES[load][1]} Then continue."), group="again"), *steps]
 
-    def take_sound(self, key: str, played: Floats, recording: Floats) -> None:
+    def _hear(self, key: str, played: Floats, recording: Floats) -> None:
         """Evaluate the recording of a page."""
         from underfoot.calibration.science.recording_checks import (
             require_noise,
