@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from underfoot.engine.session import Session
     from underfoot.engine.target import Target
     from underfoot.monitoring import LastingRecording
-    from underfoot.network.lsl_library import lsl_library
     from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.patch.patch import Patch
@@ -73,6 +72,7 @@ def serve(options: ServeOptions) -> None:
     from underfoot.engine.session import Session
     from underfoot.engine.target import require_source
     from underfoot.monitoring import LastingRecording
+    from underfoot.network.lsl_library import lsl_library
     from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.nodes import REGISTRY
