@@ -97,6 +97,26 @@ def test_the_button_on_a_node_and_its_key_play_it_alone(window, bench, qtbot):
     assert window.listening.auditioned_output is None
 
 
+def test_a_node_is_played_alone_once_its_preview_has_come_though_others_are_asked_for_first(window, bench, qtbot):
+    """It was lost, and played alone when it was chosen later, also in another patch that has a node of its id."""
+
+    def press(amplitude):
+        bench.document.edit(bench.patch().set("noise", "amplitude", amplitude, REGISTRY), "Set")
+        bench.canvas.audition_requested.emit("noise")
+
+    bench.canvas.patch_scene.select(["tile-output"])
+    press(5.0)
+    qtbot.waitUntil(lambda: window.listening.auditioned_output is not None)
+    window.listening.end_audition()
+    press(6.0)
+    path = window.open_patch.path
+    window.open_patch.open_untitled(noise_patch())
+    with qtbot.waitSignal(window.controller.previews.preview_computed, check_params_cb=lambda _, node: node == "noise"):
+        bench.canvas.patch_scene.select(["noise"])
+    assert window.listening.auditioned_output is None
+    window.open_patch.read(path)
+
+
 def test_a_node_that_is_played_alone_is_called_by_its_name(window, bench, qtbot):
     bench.document.edit(bench.patch().name("noise", "Wind & rain"), "Rename")
     bench.canvas.patch_scene.select(["noise"])

@@ -16,7 +16,7 @@ from underfoot.widgets.design.inspector import Inspector
 from underfoot.widgets.design.patch_editing import changed_nodes, is_only_heard, outputs_with_wired_units
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.silence import why_silent
-from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
+from underfoot.widgets.design.slot_listening import SlotListening
 from underfoot.widgets.design.small_plots import SmallPlots
 
 PREVIEW_DELAY_MS = 10
@@ -56,7 +56,7 @@ class PreviewRequests(QObject):
         """Request the previews that comparing slots A and B needs, too."""
         self.slots = slots
         self.preview_requested.connect(slots.request)
-        slots.preview_requested.connect(self._request)
+        slots.preview_requested.connect(self._request_next)
         slots.preview_update_requested.connect(self._idle_timer.start)
 
     # --- what asks for previews ---
@@ -99,22 +99,16 @@ class PreviewRequests(QObject):
         self._preview_timer.start()
 
     def request_all(self) -> None:
-        """Request all previews again, after a change of tile or duration: the chosen node's first."""
+        """Request all previews again, the chosen node's first: of another tile or duration, or of another session,
+        which does not know what was requested of the one before.
+        """
         if self.slots is not None:
             self.slots.forget()
+        self._requested = ""
+        self.small_plots.forget_request()
         self.small_plots.mark_stale(node.id for node in self._patch.nodes)
         self._preview_timer.start()
         self._idle_timer.start()
-
-    def update_tiles(self, *, tile_changed: bool) -> None:
-        """Request what is pending again, as its session may be gone, or all if another tile is previewed now."""
-        is_pending, self._requested = bool(self._requested), ""
-        self.small_plots.forget_request()
-        if tile_changed:
-            self.request_all()
-        elif is_pending:
-            self._preview_timer.start()
-        self._restart_idle()
 
     # --- previews that arrive ---
 
@@ -125,9 +119,6 @@ class PreviewRequests(QObject):
             self._requested = ""
         if self.slots is not None:
             self.slots.use_preview(preview, node, is_shown=node == self._previewed)
-        if node.startswith(OTHER_PREFIX):
-            self._idle_timer.start()
-            return
         if not preview.error:
             self.small_plots.show_preview(node, preview)
         if node == self._previewed:

@@ -29,8 +29,8 @@ OTHER_PREFIX = "/"
 class SlotListening(QObject):
     """Connects a workspace with `Listening` and `OpenPatch`, and selects the previews for comparing A and B."""
 
-    preview_requested = Signal(str)
-    """The name of a preview that is needed."""
+    preview_requested = Signal()
+    """Somebody waits for `needed_preview`."""
     preview_update_requested = Signal()
     """`needed_preview` may return another name now; it is asked once edits have paused."""
     slot_chosen = Signal(str, object)
@@ -64,7 +64,7 @@ class SlotListening(QObject):
         preview.tiles.currentTextChanged.connect(self._choose_tile)
         canvas.document.other_changed.connect(open_patch.set_other)
         open_patch.switched.connect(self._switch)
-        open_patch.opened.connect(lambda _: self.forget())
+        open_patch.opened.connect(self._use_opened)
         listening.changed.connect(self._show)
         self._show()
 
@@ -76,8 +76,10 @@ class SlotListening(QObject):
     # --- previews ---
 
     def needed_preview(self, previewed: str) -> str:
-        """Return the name of the next preview needed to compare A and B; "" for none."""
+        """Return the name of the next preview needed to play a node alone, or to compare A and B; "" for none."""
         other = self._open_patch.other
+        if self._pending is not None and self._pending.node in self._patch.types:
+            return self._pending.node
         if other is None:
             return ""
         own, theirs = self._sink(self._patch), self._sink(other.patch)
@@ -105,11 +107,7 @@ class SlotListening(QObject):
         """Store the loudness of a preview; the other slot's is drawn over the visible one."""
         slot, is_other = self._open_patch.slot, name.startswith(OTHER_PREFIX)
         node, patch = name.removeprefix(OTHER_PREFIX), self._patch_of(name)
-        if patch is None or not any(one.id == node for one in patch.nodes):
-            return
-        if not self._is_as_requested(patch):
-            if self._pending is not None and self._pending.node == node:
-                self.preview_requested.emit(node)
+        if patch is None or node not in patch.types or not self._is_as_requested(patch):
             return
         if self._open_patch.other is not None and (preview.error or COMMANDED in preview.signals):
             level = felt_rms(preview.signals.get(COMMANDED, np.zeros(0)), preview.rate_hz)
@@ -120,8 +118,9 @@ class SlotListening(QObject):
             self._store_peaks(preview, node, patch)
             if is_shown:
                 self._listening.set_loop_length(len(preview.force_n) / preview.rate_hz)
-        if self._open_patch.other is not None:
-            self.preview_update_requested.emit()
+        elif self._pending is not None and self._pending.node == node:
+            self._pending = None
+            self._canvas.show_message(preview.error)
 
     def use_outlines(self, outlines: Outlines, nodes: Set[str]) -> None:
         """Store the loudness of these nodes."""
@@ -224,7 +223,7 @@ class SlotListening(QObject):
         if node in self._peaks:
             self._start_audition(self._pending)
         else:
-            self.preview_requested.emit(node)
+            self.preview_requested.emit()
 
     def _start_audition(self, output: AuditionedOutput) -> None:
         self._pending = None
@@ -239,7 +238,12 @@ class SlotListening(QObject):
 
     # --- A and B ---
 
+    def _use_opened(self) -> None:
+        self._pending = None
+        self.forget()
+
     def _switch(self, slot: str, patch: Patch) -> None:
+        self._pending = None
         self._peaks.clear()
         self._overlaid = ""
         self._preview.forget_other()

@@ -271,11 +271,12 @@ class DesignWorkspace(Workspace):
             self.canvas.show_message(f"Values that are not finite are silenced: {', '.join(told)}")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:
-        """Set the target's tiles. A pending preview, or one of a removed tile, is requested again."""
-        before = self.preview_tile()
+        """Set the tiles of another session's target, which may play through other calibrations: all is previewed
+        again.
+        """
         self.inspector.set_tiles([tile.id for tile in tiles])
         self.preview.set_tiles(tiles)
-        self.previews.update_tiles(tile_changed=self.preview_tile() != before)
+        self.previews.request_all()
 
     def set_folder(self, folder: Path | None) -> None:
         """Set the folder of the patch; paths of files below it are stored relative to it."""

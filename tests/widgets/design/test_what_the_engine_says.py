@@ -56,9 +56,24 @@ def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_ag
         workspace.previews.show_outlines(outlines)
     assert reached[-1]["push.force"] == (-2.0, 3.0)
     assert wanted.args[0] == ["step"]
-    with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
-        workspace.set_floor(default_floor().tiles)  # of a session that takes the place of the one that was asked
-    assert wanted.args[0] == ["step"]
+
+
+def test_all_is_asked_for_again_of_a_session_that_takes_the_place_of_the_one_that_was_asked(workspace, qtbot):
+    """Its tiles can be of the same names, and have other calibrations."""
+    previews, hum = workspace.previews, Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)})
+    with qtbot.waitSignal(previews.preview_requested):
+        workspace.canvas.patch_scene.select(["hum"])
+    for _ in range(2):  # of the first session, then of that after it
+        with qtbot.waitSignal(previews.preview_requested) as wanted:
+            workspace.set_floor(default_floor().tiles)
+        assert wanted.args[0] == "hum"
+        with qtbot.waitSignal(previews.small_plots.outlines_requested) as wanted:
+            previews.show_preview(hum, "hum")
+        assert {*wanted.args[0], "hum"} == {node.id for node in workspace.patch().nodes}
+    workspace.set_patch(workspace.patch().remove(["hum", "shaker"]))  # no node's whole preview is shown
+    for _ in range(2):
+        with qtbot.waitSignal(previews.small_plots.outlines_requested):
+            workspace.set_floor(default_floor().tiles)
 
 
 def test_a_node_of_another_patch_does_not_show_the_plot_of_the_one_that_had_its_id(workspace):
