@@ -53,9 +53,9 @@ def column(*widgets: QWidget, body: QWidget, parent: QWidget | None = None) -> Q
     return panel
 
 
-def splitter(name: str, orientation: Qt.Orientation, parent: QWidget | None = None) -> QSplitter:
+def splitter(name: str, orientation: Qt.Orientation) -> QSplitter:
     """Return a splitter whose sizes are remembered by its name; nothing in it collapses."""
-    made = QSplitter(orientation, parent)
+    made = QSplitter(orientation)
     made.setObjectName(name)
     made.setHandleWidth(1)
     made.setChildrenCollapsible(False)

@@ -62,7 +62,7 @@ class EquipmentDialog(Dialog):
         self.look.clicked.connect(self._look)
         self.masking.addItem(DEFAULT_DEVICE)
         self.note = theme.paragraph("", "alarm")
-        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.buttons = self.button_row(QDialogButtonBox.StandardButton.Cancel)
         self.try_out = self.buttons.addButton("Try", QDialogButtonBox.ButtonRole.ActionRole)
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         self.use_button.setDefault(True)
@@ -71,9 +71,7 @@ class EquipmentDialog(Dialog):
         for box in self.check_boxes.values():
             box.toggled.connect(self._enable)
         self._enable()
-        self.use_button.clicked.connect(self._accept_choice)
         self.try_out.clicked.connect(self._try_out)
-        self.buttons.rejected.connect(self.reject)
         self._cards, self.search = CardSearch(), BackgroundWorker(self)
         self.search.found.connect(self._show_devices)
         self.trial = BackgroundWorker(self)
@@ -107,7 +105,7 @@ class EquipmentDialog(Dialog):
         masking = device if self.check_boxes["masking"].isChecked() else None
         return EquipmentChoice(plate, masking, trigger, self.check_boxes["lsl"].isChecked())
 
-    def _accept_choice(self) -> None:
+    def accept(self) -> None:
         try:
             chosen = self.choice()
             chosen.check()
@@ -115,7 +113,7 @@ class EquipmentDialog(Dialog):
             self._show_note(str(error), "alarm")
             return
         self._use(chosen)
-        self.accept()
+        super().accept()
 
     def _try_out(self) -> None:
         """Open the equipment in a thread: a sound server that hangs is waited for, and a card takes its time, too."""

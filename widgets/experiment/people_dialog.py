@@ -54,7 +54,7 @@ class PeopleDialog(Dialog):
         self._values |= {name: value for name, (_, value) in truths.items()}
         self.rows = FieldRows({**_GENERAL, **self._truths}, self._values)
         self.note = theme.paragraph("", "alarm")
-        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.buttons = self.button_row(QDialogButtonBox.StandardButton.Cancel)
         self.defaults_button = self.buttons.addButton("Defaults", QDialogButtonBox.ButtonRole.ResetRole)
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         self.use_button.setDefault(True)
@@ -65,11 +65,9 @@ class PeopleDialog(Dialog):
         column.addStretch(1)
         column.addWidget(self.buttons)
         self.resize(100 * theme.GRID, 0)
-        self.use_button.clicked.connect(self._accept_people)
         self.defaults_button.clicked.connect(self._show_defaults)
-        self.buttons.rejected.connect(self.reject)
 
-    def _accept_people(self) -> None:
+    def accept(self) -> None:
         try:
             found = {name: one.check(self._values[name]) for name, one in {**_GENERAL, **self._truths}.items()}
         except BadValue as error:
@@ -77,11 +75,11 @@ class PeopleDialog(Dialog):
             return
         changed = {name: found[name] for name, one in self._truths.items() if found[name] != one.default}
         self._use(SimulatedPeople(found["people"], SimulationSettings(found["seed"], truth=tuple(changed.items()))))
-        self.accept()
+        super().accept()
 
     def _show_defaults(self) -> None:
         self._use(SimulatedPeople())
-        self.accept()
+        super().accept()
 
 
 def people_text(people: SimulatedPeople) -> str:

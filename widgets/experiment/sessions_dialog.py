@@ -55,8 +55,8 @@ class SessionsDialog(Dialog):
         self.id_button = QPushButton("Correct the id")
         self.id_button.setToolTip("Tables have this id; the file keeps the one that it was begun with, for its orders")
         self.note = theme.paragraph(f"Reading {counted(len(paths), 'session')}…", "muted")
-        self.buttons = QDialogButtonBox()
-        self.close_button = self.buttons.addButton(QDialogButtonBox.StandardButton.Close)
+        self.buttons = self.button_row(QDialogButtonBox.StandardButton.Close)
+        self.close_button = self.buttons.button(QDialogButtonBox.StandardButton.Close)
         self._lay_out()
         self.table.currentCellChanged.connect(self._show_current)
         self.leave_button.clicked.connect(self._leave_out)
@@ -64,7 +64,6 @@ class SessionsDialog(Dialog):
         self.id.textEdited.connect(lambda: self.id_button.setDefault(True))  # Return is of the field that is typed in
         self.why.textEdited.connect(lambda: self.leave_button.setDefault(True))
         self.id_button.clicked.connect(self._correct_id)
-        self.buttons.rejected.connect(self.reject)
         self.reader.found.connect(self._show_lines)
         self.writer.found.connect(self._show_written)
         self.writer.failed.connect(self._say)
