@@ -80,10 +80,11 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What a simulated tile is made of; the default is the thesis's (chapter 4). Raises `BadValue`.
 
     The suspension carries its `mass_kg` on a tile of `reference_m`; on one of another size the plate weighs by its
-    area, the frame by its edges and each shaker as ever. Each of `shakers_m` has `shaker_kg` at the plate. `tolerance`
-    is how far rubber, plate and shaker may be from what is said here, as a share. The `walker` follows `path_m`, in the
-    floor's frame; without one, round the floor. `people` (up to 8) walk instead of it. A `recording`, a force CSV of
-    the same tiles, walks instead of all these, over and over; its path is taken from this file's.
+    area, the frame by its edges and each shaker as ever. Each of `shakers_m` has `shaker_kg` at the plate, and the
+    tile's drive. `tolerance` is how far rubber, plate and shaker may be from what is said here, as a share. The
+    `walker` follows `path_m`, in the floor's frame; without one, round the floor. `people` (up to 8) walk instead of
+    it. A `recording`, a force CSV of the same tiles, walks instead of all these, over and over; its path is taken from
+    this file's.
 
     >>> TileParameters.loads(TileParameters().dumps()) == TileParameters()
     True

@@ -37,10 +37,15 @@ TILES = {
 
 @pytest.mark.parametrize("name", TILES)
 def test_its_poles_are_the_same_system_as_its_equations(name):
-    for shaker in range(len(TILES[name].shakers_m)):
-        solved = TILES[name].transfer(F, HEARD, shaker)
-        summed = TILES[name].poles(HEARD, shaker).transfer(F)
-        assert np.abs(summed - solved).max() < 1e-9 * np.abs(solved).max()
+    solved, summed = TILES[name].transfer(F, HEARD), TILES[name].poles(HEARD).transfer(F)
+    assert np.abs(summed - solved).max() < 1e-9 * np.abs(solved).max()
+
+
+def test_all_of_its_shakers_drive_a_tile():
+    """The first alone did, and the others weighed: of shakers side by side a foot to the left was one to the right."""
+    places = ((0.1, 0.0), (-0.1, 0.05))
+    both, *alone = (tile(shakers_m=at, shaker_kg=0.0).transfer(F, HEARD) for at in (places, places[:1], places[1:]))
+    np.testing.assert_allclose(both, sum(alone), rtol=1e-9, atol=1e-12)
 
 
 def test_a_stiff_plate_is_the_lumped_model_of_the_thesis():
@@ -85,10 +90,9 @@ def test_a_slow_force_moves_it_as_statics_has_it():
 
 
 def test_shaker_and_accelerometer_may_change_places():
-    there = tile(shakers_m=((0.0, 0.0), (0.07, 0.03)), shaker_kg=0.3)
-    np.testing.assert_allclose(
-        there.transfer(F, (0.07, 0.03), 0), there.transfer(F, (0.0, 0.0), 1), rtol=1e-9, atol=1e-12
-    )
+    middle, aside = (0.0, 0.0), (0.07, 0.03)
+    here, there = (tile(shakers_m=(at,), shaker_kg=0.0) for at in (middle, aside))
+    np.testing.assert_allclose(here.transfer(F, aside), there.transfer(F, middle), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["plain", "standing", "corner"])

@@ -117,8 +117,8 @@ class Assembly(Struct, frozen=True):
             self._stand(self.foot, mass, damping, stiffness)
         return mass, damping, stiffness
 
-    def transfer(self, frequencies_hz: ArrayLike, at_m: ArrayLike, shaker: int = 0) -> NDArray[np.complex128]:
-        """Return acceleration at `at_m` per newton of a shaker: complex, one value per frequency.
+    def transfer(self, frequencies_hz: ArrayLike, at_m: ArrayLike) -> NDArray[np.complex128]:
+        """Return acceleration at `at_m` per newton of each shaker, all driven alike: complex, one value per frequency.
 
         >>> tile = Assembly(Plate(), Suspension(), (0.304, 0.304), ((0.13, 0.13), (-0.13, 0.13), (-0.13, -0.13),
         ...     (0.13, -0.13)))
@@ -127,7 +127,7 @@ class Assembly(Struct, frozen=True):
         array([1.01, 0.27])
         """
         mass, damping, stiffness = self.matrices()
-        drive, shape_there = self.shape(self.shakers_m[shaker]), self.shape(at_m)
+        drive, shape_there = self.shape(self.shakers_m).sum(axis=0), self.shape(at_m)
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)[:, None, None]
         moved = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, drive[:, None].astype(complex))
         return np.asarray(-(omega[:, 0, 0] ** 2) * (moved[..., 0] @ shape_there))
@@ -139,17 +139,17 @@ class Assembly(Struct, frozen=True):
         squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
         return np.sqrt(np.maximum(squares, 0.0)), inverse.T @ vectors
 
-    def poles(self, at_m: ArrayLike, shaker: int = 0) -> Poles:
+    def poles(self, at_m: ArrayLike) -> Poles:
         """Return `transfer` as poles, which `poles.run` runs in real time."""
-        return self.poles_at([at_m], shaker)[0]
+        return self.poles_at([at_m])[0]
 
-    def poles_at(self, places_m: Iterable[ArrayLike], shaker: int = 0) -> list[Poles]:
+    def poles_at(self, places_m: Iterable[ArrayLike]) -> list[Poles]:
         """Return `poles` for several positions from one solution."""
         natural, vectors = self.undamped()
         _, damping, _ = self.matrices()
         lost = vectors.T @ damping @ vectors
         n = len(natural)
-        driven = vectors.T @ self.shape(self.shakers_m[shaker])
+        driven = vectors.T @ self.shape(self.shakers_m).sum(axis=0)
         # States: displacements times angular frequency, and velocities. Equal units keep the system well conditioned.
         a = np.block([[np.zeros((n, n)), np.diag(natural)], [-np.diag(natural), -lost]])
         b = np.concatenate([np.zeros(n), driven])
