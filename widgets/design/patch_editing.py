@@ -191,10 +191,17 @@ def outputs_with_wired_units(patch: Patch, registry: Registry, id: str) -> tuple
 
 
 def _wired_unit(patch: Patch, registry: Registry, end: str) -> str:
-    """Return the unit of what is wired to a port, "" for none or several."""
-    units = {port_of(patch, registry, target, "in").unit for source, target in patch.wires if source == end}
-    units |= {port_of(patch, registry, source, "out").unit for source, target in patch.wires if target == end}
-    return units.pop() if len(units) == 1 else ""
+    """Return the unit of what is wired to a port, "" for none or several. An input that takes any unit gives none."""
+    units = set[str | None]()
+    for source, target in patch.wires:
+        if source == end:
+            number = _driven(patch, registry, target)
+            units.add(number.unit if number else port_of(patch, registry, target, "in").unit or None)
+        elif target == end:
+            others = patch.disconnect([(source, target)])  # and never back here, by a parameter with this input's unit
+            units.add(port_of(patch, registry, source, "out").unit or _wired_unit(others, registry, source))
+    units.discard(None)
+    return (units.pop() or "") if len(units) == 1 else ""
 
 
 def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:

@@ -20,6 +20,7 @@ from underfoot.widgets.design.patch_editing import (
     outputs_with_wired_units,
     pasted,
     refusal,
+    with_wired_unit,
 )
 from underfoot.widgets.design.placing import layered_places
 from underfoot.widgets.design.undo import Document
@@ -81,10 +82,15 @@ def test_nodes_are_spread_evenly_between_the_first_and_the_last():
 
 
 def test_a_signal_has_the_unit_of_all_that_it_drives_and_none_where_they_differ():
-    patch = Patch().add("value", NODES).add("tone", NODES).add("delay", NODES).add("low-pass", NODES)
-    for end, unit in (("tone.frequency", "Hz"), ("low-pass.cutoff", "Hz"), ("delay.time", "")):
+    """A Map between them takes any: it has that unit, too, as does what drives an end of what drives."""
+    patch = Patch()
+    for type in ("value", "tone", "delay", "low-pass", "lfo", "map"):
+        patch = patch.add(type, NODES)
+    patch = patch.connect("lfo.out", "tone.frequency", NODES)
+    for end, unit in (("map.signal", ""), ("low-pass.cutoff", "Hz"), ("lfo.low", "Hz"), ("delay.time", "")):
         patch = patch.connect("value.out", end, NODES)
         assert [port.unit for port in outputs_with_wired_units(patch, NODES, "value")] == [unit]
+        assert with_wired_unit(patch, NODES, "map", NODES["map"].parameters["low"]).unit == unit
 
 
 def test_offers_are_never_refused_and_what_is_not_offered_is_or_is_there():
