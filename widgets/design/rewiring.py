@@ -6,12 +6,13 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from underfoot.errors import BadValue
+from underfoot.models.signals.envelopes import FULL_FORCE_N
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id, port_name, renamed_end, sources
-from underfoot.widgets.design.patch_editing import port_of, refusal
+from underfoot.widgets.design.patch_editing import port_of, refusal, unit_hint
 
 
 def fitting_port(type: NodeType, end: Port, side: str, taken: Collection[str] = ()) -> str:
@@ -113,12 +114,33 @@ def types_for_wire(patch: Patch, registry: Registry, wire: Wire) -> list[str]:
 
 
 def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
-    """Return the patch with the unwired node `id` inserted into this wire; unchanged if it does not fit."""
+    """Return the patch with the unwired node `id` inserted into this wire; unchanged if it does not fit.
+
+    A new Map or Scale takes the range of what feeds it, where that is known, and gives the same; where that has not the
+    wanted unit, 0 to 1.
+    """
     ports = insertion_ports(patch, registry, patch.node(id).type, wire)
     if ports is None:
         return patch
     wires = tuple((f"{id}.{ports.output}", wire[1]) if other == wire else other for other in patch.wires)
+    node, ends = patch.node(id), _known_range(patch, registry, wire[0])
+    units = {name: getattr(one, "unit_of", "") for name, one in registry[node.type].parameters.items()}
+    maps = {"low": ports.input, "high": ports.input, "out_low": ports.output, "out_high": ports.output}
+    if len(ends) == 2 and not node.parameters and maps.items() <= units.items():
+        to = [0.0, 1.0] if unit_hint(patch, registry, *wire) else ends
+        patch = patch.with_item(replace(node, parameters=dict(zip(maps, [*ends, *to], strict=True))))
     return replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
+
+
+def _known_range(patch: Patch, registry: Registry, source: str) -> list[float]:
+    """Return the ends of a force, or of what is set to go from low to high; of others, nothing."""
+    node = patch.node(node_id(source))
+    type = registry[node.type]
+    if type.output_ports[port_name(source)].unit == "N":
+        return [0.0, FULL_FORCE_N]
+    values = type.values(node.parameters)
+    ends = [name for name, one in type.parameters.items() if getattr(one, "unit_of", "") == port_name(source)]
+    return [values[name] for name in ends if name.removeprefix("out_") in ("low", "high")]
 
 
 def fed_alike(patch: Patch, registry: Registry, copies: Mapping[str, str]) -> Patch:

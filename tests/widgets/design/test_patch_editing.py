@@ -23,6 +23,7 @@ from underfoot.widgets.design.patch_editing import (
     with_wired_unit,
 )
 from underfoot.widgets.design.placing import layered_places
+from underfoot.widgets.design.rewiring import inserted
 from underfoot.widgets.design.undo import Document
 
 
@@ -91,6 +92,27 @@ def test_a_signal_has_the_unit_of_all_that_it_drives_and_none_where_they_differ(
         patch = patch.connect("value.out", end, NODES)
         assert [port.unit for port in outputs_with_wired_units(patch, NODES, "value")] == [unit]
         assert with_wired_unit(patch, NODES, "map", NODES["map"].parameters["low"]).unit == unit
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "ends"),
+    [
+        ("tile-force.force", "tone.amplitude", [0.0, 750.0, 0.0, 1.0]),
+        ("tile-force.force", "stick-slip.force", [0.0, 750.0, 0.0, 750.0]),
+        ("value.out", "tone.amplitude", [270.0, 330.0, 0.0, 1.0]),
+        ("value.out", "low-pass.cutoff", [270.0, 330.0, 270.0, 330.0]),
+    ],
+)
+def test_a_map_that_is_put_into_a_wire_takes_what_comes_by_it(source, target, ends):
+    """At 0 to 1, force and a knob's hertz stood at its upper end: the knob did nothing, as the canvas had advised."""
+    patch = Patch().add("value", NODES, low=270.0, high=330.0).add("map", NODES).add("tone", NODES)
+    for type in ("tile-force", "stick-slip", "low-pass"):
+        patch = patch.add(type, NODES)
+    patch = patch.connect("value.out", "tone.frequency", NODES).connect(source, target, NODES)
+    found = inserted(patch, NODES, "map", (source, target)).node("map").parameters
+    assert [found[name] for name in ("low", "high", "out_low", "out_high")] == ends
+    by_hand = patch.set("map", "high", 2.0, NODES)
+    assert inserted(by_hand, NODES, "map", (source, target)).node("map").parameters == {"high": 2.0}
 
 
 def test_offers_are_never_refused_and_what_is_not_offered_is_or_is_there():
