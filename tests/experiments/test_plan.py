@@ -76,3 +76,12 @@ def test_stimuli_are_written_as_they_are_presented_into_a_new_folder_only(tmp_pa
     assert made.node("gain").parameters["gain"] == pytest.approx(preset.node("gain").parameters["gain"] * 0.43 / 6.8)
     assert made.node("textured").parameters == {"centre": 200.0}
     assert str(CliRunner().invoke(cli, typed).exception) == f"{new} is there already; allowed: a new folder"
+
+
+def test_nodes_of_ones_own_lie_beside_patches_that_are_written(own_node):
+    """These could be neither rendered nor opened."""
+    (own_node.folder / "a.json").write_text(protocol_text(stimuli={"hum": {"patch": "hum.json"}}))
+    new = own_node.folder / "new"
+    typed = ["experiment", str(own_node.folder / "a.json"), "--patches", str(new), "--run-code"]
+    assert CliRunner().invoke(cli, typed).stdout == f"{new / 'hum.json'}\n"
+    assert (new / "nodes" / "hum-of-mine.py").read_bytes() == own_node.file.read_bytes()

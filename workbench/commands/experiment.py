@@ -132,6 +132,7 @@ def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
 def _write_patches(protocol: "Protocol", folder: Path, new: Path) -> None:
     """Write each stimulus's patch with its settings, at its level, into a new folder."""
     from underfoot.files import make_folder
+    from underfoot.patch.custom_nodes import copy_needed
 
     if new.exists():
         raise BadFile(f"{new} is there already; allowed: a new folder")
@@ -139,6 +140,7 @@ def _write_patches(protocol: "Protocol", folder: Path, new: Path) -> None:
     make_folder(new)
     for path, patch in patches.items():
         patch.save(path)
+        copy_needed(patch.types.values(), None, new)
     print(*patches, sep="\n")
 
 
