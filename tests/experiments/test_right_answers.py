@@ -101,6 +101,19 @@ def test_staircases_beside_silence_are_told_and_scored_and_go_on_where_they_were
     assert Study(protocol, "P1", before).is_done
 
 
+def test_right_answers_of_pairs_are_of_pairs_in_either_order_and_not_of_the_first_of_the_two():
+    """A factor of one of the two, such as its set, is none of the pair."""
+    stimuli = {name: {**TD, "factors": {"set": name}} for name in ("sand", "ice")}
+    protocol = made_protocol("pairs", {"blocks": 4, "judged": "same"}, stimuli)
+    study = Study(protocol, "P1")
+    walked(study, lambda page: {"same": "no" if page.trial.intervals[1].stimulus == "sand" else "yes"})
+    (found,) = analysed(rows_of(protocol, "P1", study.entries), protocol, Settings())
+    table = next(table for table in found.tables if table.title == "Right answers")
+    assert [row[:4] for row in table.rows] == [
+        ("all", 1, 8, 16), ("ice ice", 1, 4, 4), ("ice sand", 1, 4, 8), ("sand sand", 1, 0, 4),
+    ]  # fmt: skip
+
+
 def test_labels_are_right_whatever_their_case():
     stimuli = {"TD": {**TD, "correct": "Snow"}, "X": {}}
     protocol = made_protocol("free-labels", {}, stimuli)

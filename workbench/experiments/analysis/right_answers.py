@@ -1,10 +1,11 @@
-"""Shares of right answers by condition: of each stimulus, and of each value of its factors."""
+"""Shares of right answers by condition: of each stimulus, and of each value of its factors; of pairs, of each pair."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.analysis.estimate import PEOPLE_NOTE, people_share_interval
 from underfoot.experiments.analysis.findings import Cell, Table
+from underfoot.experiments.methods.pairs import SAME
 from underfoot.experiments.table import Row, factors_of, grouped, shares_by_person
 
 
@@ -15,7 +16,7 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
     >>> [row[:5] for row in right_answers(rows)[0].rows]
     [('all', 1, 6, 8, 0.75), ('ice', 1, 3, 4, 0.75), ('sand', 1, 3, 4, 0.75)]
     """
-    scored = [{**row, "right": int(row["right"])} for row in rows if "right" in row]
+    scored = [{**(_of_pair(row) if SAME in row else row), "right": int(row["right"])} for row in rows if "right" in row]
     if not scored:
         return []
     lines = [_line("all", scored)]
@@ -26,6 +27,12 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
     lines += [_line(str(name), part) for (name,), part in _in_order(grouped(scored, "stimulus"))]
     columns = ("condition", "people", "right", "of", "share", "95 % from", "to")
     return [Table("Right answers", columns, tuple(lines), f"Of one person Wilson's intervals. {PEOPLE_NOTE}")]
+
+
+def _of_pair(row: Row) -> Row:
+    """Return a row of both of a pair in one order, without factors, which are those of the first alone."""
+    both = sorted((str(row["stimulus"]), str(row["other"])))
+    return {"participant": row["participant"], "stimulus": " ".join(both)}
 
 
 def _in_order(parts: Mapping[tuple[Any, ...], list[Row]]) -> list[tuple[tuple[Any, ...], list[Row]]]:
