@@ -41,6 +41,7 @@ def test_half_are_the_same_and_who_is_told_reads_which_was_right():
     counts = Counter(presented(protocol))
     assert {(pair[1] == pair[2], count) for pair, count in counts.items()} == {(True, 2), (False, 1)}
     assert len(counts) == 9
+    assert usual_s(protocol, protocol.stages[0]) == pytest.approx(12 * (2 * 0.3 + 0.5 + 2.5))
     study = Study(protocol, "P1")
     told = [page.feedback for page in (*walked(study, lambda page: {"same": "yes"})[1:], study.page)]
     are_same = [len({one.stimulus for one in entry.trial.intervals}) == 1 for entry in study.entries]
@@ -100,6 +101,29 @@ def test_people_with_known_answers_have_their_means_a_map_and_a_row_of_estimates
     assert list(estimates_of_people(rows, protocol, Settings())[0]) == [
         "participant", *(f"main.dissimilarity {one} {other}" for one, other in means),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("left_out", [("sand", "ice"), ("sand",)])
+def test_answers_that_lack_a_pair_or_are_of_two_stimuli_have_no_map(left_out):
+    """As of a session that goes on: what is known of it is drawn after each answer."""
+    rows = simulated_rows(pairs(), 0, 1, {})[0]
+    kept = [row for row in rows if not set(left_out) <= {row["stimulus"], row["other"]}]
+    (found,) = analysed(kept, pairs(), Settings())
+    assert (found.drawings, len(found.remarks)) == ([], 1)
+    assert found.remarks[0].startswith("No map: ")
+
+
+def test_d_prime_of_a_pair_is_beside_each_of_its_own_two_beside_itself():
+    """All is told rightly, but that sand is never felt to be the same as itself: what is beside sand is as nothing."""
+    protocol = pairs(3, "same")
+    rows = [
+        {**row, "same": "yes" if row["stimulus"] == row["other"] != "sand" else "no"}
+        for row in simulated_rows(protocol, 0, 1, {})[0]
+    ]
+    (found,) = estimates_of_people(rows, protocol, Settings())
+    best, half = (d_prime_same_different("", (6, 6), (wrong, 12)).value for wrong in (0, 6))
+    expected = {"main.d' sand snow": half, "main.d' sand ice": half, "main.d' snow ice": best}
+    assert found == {"participant": "S1", **expected}
 
 
 def test_people_who_tell_the_same_from_the_different_have_their_d_prime():
