@@ -37,7 +37,7 @@ VIBRATION = ("commanded", "measured", "vibration")
 """Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
 DECIDED_S = 5.0
 """Time after its end at which a step certainly has its person, side and measures (`walks.WalkTracker`)."""
-MOST_GAP_S = 86_400.0
+MOST_GAP_DAYS = 1.0
 """Longest gap whose silence is written: no session has such a one, but a damaged file may say so, by months."""
 
 
@@ -135,12 +135,17 @@ class ExportSource:
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps.
 
-        `BadFile` for a gap of more than `MOST_GAP_S`.
+        `BadFile` for a gap of more than `MOST_GAP_DAYS`.
         """
-        self._require_no_long_gap()
         at, end, tiles = self.first, self.end, len(self.forces.floor.tiles)
         nothing = end, np.zeros((0, tiles), np.float32)  # of which what is still lasts to the end
         for first, rows in chain(self.recording.blocks(source, at, end), [nothing]):
+            if (days := (first - at) / self.forces.rate / 86_400.0) > MOST_GAP_DAYS:
+                from_s = self.from_s + self._time_s(at)
+                raise BadFile(
+                    f"{self.recording.path} has no vibration for {days:.1f} days from {from_s:.10g} s on; allowed: for "
+                    "up to a day; export a stretch before or after"
+                )
             while at < first:
                 still = np.zeros((min(48_000, first - at), tiles), np.float32)
                 self._report_frame(text, at)
@@ -165,15 +170,6 @@ class ExportSource:
         """Return beginning and length in seconds of the gaps."""
         ends = [(max(gap.first, self.first), min(gap.first + gap.count, self.end)) for gap in self.recording.gaps()]
         return [(self._time_s(begin), (end - begin) / self.forces.rate) for begin, end in ends if begin < end]
-
-    def _require_no_long_gap(self) -> None:
-        last = max(self.recording.ends("vibration")[1] or 0, self.first)
-        for begin_s, length_s in (*self.gaps(), (self._time_s(last), (self.end - last) / self.forces.rate)):
-            if length_s > MOST_GAP_S:
-                raise BadFile(
-                    f"{self.recording.path} has no vibration for {length_s / 86_400.0:.1f} days from "
-                    f"{self.from_s + begin_s:.10g} s on; allowed: for up to a day; export a stretch before or after"
-                )
 
     def _pieces(self, begin: float, end: float, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield times from the recording's first frame on, and corner forces, between two session frames."""
