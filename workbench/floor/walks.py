@@ -30,6 +30,11 @@ LONGEST_FLIGHT_S = 0.5
 """Longest time with neither foot down between two steps: the flight of a jump of 0.31 m, g t^2 / 8. If no foot is seen
 for longer, one came down where it was not seen, and nothing is known of the step."""
 
+SWING_STEPS, BORE_SHARE = 1.4, 0.5
+"""A foot that comes down within so many step times after the foot before the last one bore weight is that one, however
+long the last one stood: a swing takes 0.9, and with a step that was not seen 1.9. Weight is a share of the mean force:
+an uncalibrated FSR tells the end of a contact up to 0.7 s late, but no such force."""
+
 DEFAULT_STEP_S = 0.55
 """Step time until a person's own is known: 109 steps per minute."""
 
@@ -193,7 +198,7 @@ class WalkTracker:
 
 
 class _Footfall(Struct, eq=False):
-    """A footfall of a walk: time, place, roll of the foot, and mean force."""
+    """A footfall of a walk: time, place, roll of the foot, mean force, and until when it bore weight."""
 
     step: Step
     start_s: float
@@ -201,6 +206,7 @@ class _Footfall(Struct, eq=False):
     place_m: NDArray[np.float64]
     roll_m: NDArray[np.float64]
     force_n: float
+    bore_until_s: float
     is_whole: bool
     walk: "_Walk | None" = None
     number: int = 0
@@ -223,6 +229,7 @@ class _Footfall(Struct, eq=False):
             weight @ track,
             track[loaded[-1]] - track[loaded[0]],
             float(contact.force_n.mean()),
+            float(contact.time_s[contact.force_n >= BORE_SHARE * contact.force_n.mean()][-1]),
             is_step(contact),
         )
 
@@ -361,7 +368,8 @@ class _Walk(Struct, eq=False):
         self.person.first_s = min(self.person.first_s, footfall.start_s)
         if self.steps:
             steps = self._steps_in(footfall.start_s)
-            footfall.number = self.last.number + (1 if self._paused_before(footfall) else steps)
+            paused = len(self.steps) > 1 and footfall.start_s - self.steps[-2].bore_until_s < SWING_STEPS * self.step_s
+            footfall.number = self.last.number + (1 if paused else steps)
             if steps == 1:
                 self._follow(footfall)
         if footfall.is_whole:
@@ -442,12 +450,6 @@ class _Walk(Struct, eq=False):
         if not self.last.is_whole or self.seen < 2:
             return 1
         return max(1, round((start_s - self.last.start_s) / self.step_s))
-
-    def _paused_before(self, footfall: _Footfall) -> bool:
-        """Return whether the last foot still stood as this one came down, where the next one is expected: this is the
-        other foot, however long that stood."""
-        ahead_m = [np.hypot(*(footfall.place_m - self._expected_place(steps))) for steps in (1, 2)]
-        return bool(self.last.end_s > footfall.start_s and ahead_m[0] <= ahead_m[1])
 
     def _expected_place(self, steps: int) -> NDArray[np.float64]:
         """Return the predicted place of the foot after this number of steps."""
