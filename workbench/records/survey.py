@@ -143,7 +143,7 @@ def with_stances(stream: Iterable[Detections]) -> Iterator[tuple[Detections, lis
     curves: dict[int, tuple[float, ...]] = {}
     for found in stream:
         curves |= {contact.id: stance_of(contact) for contact in found.finished if is_step(contact)}
-        yield found, [Stance(step, curves.pop(step.contact, ())) for step in found.steps]
+        yield found, [Stance(step, curves.pop(step.contact)) for step in found.steps]
 
 
 def stance_of(contact: Contact) -> tuple[float, ...]:

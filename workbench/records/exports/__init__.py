@@ -218,9 +218,8 @@ class ExportSource:
 def stance_columns(stances: Sequence[Stance]) -> dict[str, NDArray[Any]]:
     """Return the columns of a table of recorded steps, and as `stance_n` the force of each at 0 to 100 % of stance, N,
     [step, `STANCE`]."""
-    curves = [one.force_n or [math.nan] * STANCE for one in stances]
-    steps = step_columns((one.step for one in stances), recorded=True)
-    return {**steps, "stance_n": np.array(curves, np.float64).reshape(-1, STANCE)}
+    curves = np.array([one.force_n for one in stances], np.float64).reshape(-1, STANCE)
+    return step_columns((one.step for one in stances), recorded=True) | {"stance_n": curves}
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def _write(export: ExportSource, path: Path) -> None:
         for rows, stances in export.found("Writing steps and contacts"):
             steps(one.step for one in stances)
             contacts(rows)
-            curves += [f"{one.step.step},{','.join(map(str, one.force_n))}" for one in stances if one.force_n]
+            curves += [f"{one.step.step},{','.join(map(str, one.force_n))}" for one in stances]
         write(".curves.csv", curves)
 
 
