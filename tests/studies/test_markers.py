@@ -20,6 +20,10 @@ def test_what_is_sent_late_has_the_time_of_its_samples_and_events(until):
         (found,) = pylsl.resolve_byprop("source_id", f"underfoot-{stream}-{socket.gethostname()}", timeout=120.0)
         inlets.append(pylsl.StreamInlet(found))
         inlets[-1].open_stream(timeout=120.0)
+    told_of = inlets[0].info(120.0)
+    assert told_of.get_channel_labels() == ["t1", "t2", "t3"]
+    assert told_of.get_channel_units() == ["newtons"] * 3
+    assert told_of.get_channel_types() == ["Force"] * 3
     began_s, late_s, stamps_s = pylsl.local_clock() - 2.0, itertools.cycle((0.0, 0.01, 0.02)), [[], []]
 
     def told():

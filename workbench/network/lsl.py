@@ -1,7 +1,6 @@
 """Contacts, steps and forces as streams of the Lab Streaming Layer (`pip install "underfoot[lsl]"`)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +8,10 @@ from numpy.typing import NDArray
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.live_contacts import LiveContact
-from underfoot.network.lsl_library import lsl_library, source_id
+from underfoot.network.lsl_library import Channel, lsl_library, outlet
 from underfoot.network.session_clock import SessionClock
 
-if TYPE_CHECKING:
-    from pylsl import StreamOutlet
-
 SIDES = {"left": -1.0, "unknown": 0.0, "right": 1.0}
-
-Channel = tuple[str, str]
-"""Label and unit."""
 
 CONTACT: tuple[Channel, ...] = (("contact", ""), ("x", "m"), ("y", "m"), ("force", "N"), ("person", ""))
 STEP: tuple[Channel, ...] = (
@@ -36,14 +29,13 @@ class LslStreams:
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """Raise `BadValue` if the package pylsl is not installed."""
-        self._lsl = lsl_library()
-        self.clock = SessionClock(self._lsl.local_clock)
+        self.clock = SessionClock(lsl_library().local_clock)
         self._floor = floor
         tiles = [(tile.id, "N") for tile in floor.tiles]
-        self._force = self._outlet("force", "Force", force_hz, "float32", tiles)
-        self._contacts = self._outlet("contacts", "Contacts", 0.0, "double64", CONTACT)
-        self._steps = self._outlet("steps", "Gait", 0.0, "double64", STEP)
-        self._marks = self._outlet("marks", "Markers", 0.0, "string", [("mark", "")])
+        self._force = outlet("live force", "Force", force_hz, "float32", tiles)
+        self._contacts = outlet("live contacts", "Contacts", 0.0, "double64", CONTACT)
+        self._steps = outlet("live steps", "Gait", 0.0, "double64", STEP)
+        self._marks = outlet("live marks", "Markers", 0.0, "string", [("mark", "")])
 
     def force(self, force_n: NDArray[np.float64], at_s: float) -> None:
         """Send loads (n, tiles), the last of them at this time."""
@@ -70,14 +62,3 @@ class LslStreams:
     def close(self) -> None:
         """End all streams."""
         del self._force, self._contacts, self._steps, self._marks
-
-    def _outlet(self, name: str, kind: str, rate_hz: float, format: str, channels: Sequence[Channel]) -> "StreamOutlet":
-        info = self._lsl.StreamInfo(
-            f"Underfoot live {name}", kind, len(channels), rate_hz, format, source_id(f"live-{name}")
-        )
-        described = info.desc().append_child("channels")
-        for label, unit in channels:
-            channel = described.append_child("channel")
-            channel.append_child_value("label", label)
-            channel.append_child_value("unit", unit)
-        return self._lsl.StreamOutlet(info)

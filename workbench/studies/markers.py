@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from underfoot.devices.transports.serial import opening, port_reason
 from underfoot.errors import DeviceError
 from underfoot.floor.layout import Floor
-from underfoot.network.lsl_library import lsl_library, source_id
+from underfoot.network.lsl_library import lsl_library, outlet
 from underfoot.network.mark_inlets import BAUD
 from underfoot.network.session_clock import SessionClock
 
@@ -61,16 +61,8 @@ class LslMarkers:
         """Open the streams; raise `BadValue` if the package pylsl is not installed."""
         self._lsl = lsl_library()
         self._clock = SessionClock(self._lsl.local_clock)
-        markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", source_id("markers"))
-        force = self._lsl.StreamInfo(
-            "Underfoot force", "Force", len(floor.tiles), force_hz, "float32", source_id("force")
-        )
-        channels = force.desc().append_child("channels")
-        for tile in floor.tiles:
-            channel = channels.append_child("channel")
-            for key, value in (("label", tile.id), ("unit", "newtons"), ("type", "Force")):
-                channel.append_child_value(key, value)
-        self._markers, self._force = self._lsl.StreamOutlet(markers), self._lsl.StreamOutlet(force)
+        self._markers = outlet("markers", "Markers", 0.0, "string", [("marker", "")])
+        self._force = outlet("force", "Force", force_hz, "float32", [(tile.id, "newtons") for tile in floor.tiles])
 
     def mark(self, what: str, text: str, time_s: float | None = None, ago_s: float = 0.0) -> None:
         """Push a marker, such as `begin main.12`, with the time of its event, which is that of the forces."""
