@@ -72,7 +72,7 @@ def test_every_table_of_a_recording_has_what_is_noted_of_its_steps(underfoot, pa
     assert told.error.startswith("underfoot: person 2: 6 steps, ")  # as in the window, not 7
     figures = json.loads(underfoot("monitor", path, "--json").out.splitlines()[1])
     assert ([*figures], figures["left_out"], figures["body_weight_n"]) == ([*lines[0]], "stumbled", 500.0)
-    assert underfoot("steps", path, "--body-weight", " ").out == "body weight of who walks: not noted\n"
+    assert underfoot("steps", path, "--body-weight", " ").out == "no body weight is noted\n"
     assert {line["body_weight_n"] for line in listed(underfoot, path)} == {""}
 
 
@@ -89,6 +89,8 @@ def test_a_weight_of_a_person_stands_before_that_of_all(underfoot, paths):
     underfoot("steps", paths[0], "--body-weight", "500 N", "--person", "2")
     found = {(line["person"], line["body_weight_n"]) for line in listed(underfoot, paths[0])}
     assert found == {("1", "700.0"), ("2", "500.0")}  # whoever stood counts as another
+    told = underfoot("steps", paths[0], "--body-weight", "").out
+    assert told == "body weight of person 2: 500.0 N (typed)\n"  # which still counts
 
 
 def test_a_weight_that_cannot_be_is_refused_with_what_is_allowed(underfoot, refused, paths):

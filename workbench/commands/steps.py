@@ -83,14 +83,14 @@ def _leave_out(recording: "Recording", steps: "Sequence[Step]", why: str) -> Non
 
 
 def _weigh(recording: "Recording", found: "Survey", person: int | None, weight_n: float, *, is_found: bool) -> None:
-    """Note a body weight, NaN for none, or that of a standing phase if it is to be found."""
+    """Note a body weight, NaN for none, or that of a standing phase if it is to be found; say all that are noted."""
     from underfoot.records.standing import STILL_S, WHY, standing_phase
 
     known = {one.step.person for one in found.steps} - {0}
     if person is not None and person not in known:
         allowed = ", ".join(map(str, sorted(known))) or "none"
         raise BadValue(f"{recording.path} has no person {person}; allowed: {allowed}")
-    source, whose = "typed", f"person {person}" if person else "who walks"
+    source = "typed"
     if is_found:
         phase = standing_phase(found.contacts)
         if not phase:
@@ -100,5 +100,8 @@ def _weigh(recording: "Recording", found: "Survey", person: int | None, weight_n
         weight_n, source = phase.weight_n, str(phase)
         _leave_out(recording, [one.step for one in found.steps if phase.is_in(one.step)], WHY)
     recording.note_body_weight(person or 0, weight_n, source)
-    is_known = math.isfinite(weight_n)
-    print(f"body weight of {whose}: " + (f"{weight_n:.1f} N ({source})" if is_known else "not noted"))
+    noted = [
+        f"body weight of {f'person {one.person}' if one.person else 'who walks'}: {one.weight_n:.1f} N ({one.source})"
+        for one in recording.body_weights()
+    ]
+    print("\n".join(noted or ["no body weight is noted"]))
