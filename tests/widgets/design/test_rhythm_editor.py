@@ -55,11 +55,15 @@ def test_dragging_moves_a_note_but_not_over_another(bar):
     assert [note[0] for note in bar.notes()] == [0, 6]
 
 
-def test_dragging_the_right_edge_stretches(bar):
-    QTest.mousePress(bar, LEFT, NONE, spot(bar, 16.0, 0.2))
-    QTest.mouseMove(bar, spot(bar, 20.0, 0.2))
-    QTest.mouseRelease(bar, LEFT, NONE, spot(bar, 20.0, 0.2))
-    assert bar.notes()[1][:2] == (12, 8)
+def test_dragging_the_right_edge_stretches_each_time_as_a_change_of_its_own(bar):
+    began = []
+    bar.edit_began.connect(lambda: began.append(bar.notes()[1][1]))
+    for before, after in (16.0, 20.0), (20.0, 18.0):
+        QTest.mousePress(bar, LEFT, NONE, spot(bar, before, 0.2))
+        QTest.mouseMove(bar, spot(bar, after, 0.2))
+        QTest.mouseRelease(bar, LEFT, NONE, spot(bar, after, 0.2))
+        assert bar.notes()[1][:2] == (12, after - 12)
+    assert began == [4, 8]
 
 
 def test_keys_choose_move_stretch_and_take_away(bar):
