@@ -57,7 +57,7 @@ class RhythmBar(HandlePad):
     def __init__(self) -> None:
         super().__init__()
         self._notes: list[Note] = []
-        self._drag = ""
+        self._drags_edge = False
         self._drag_start = QPointF()
         self._note_before: Note = (0.0, 1.0, 1.0)  # as the drag began
         self.setMouseTracking(True)
@@ -148,8 +148,9 @@ class RhythmBar(HandlePad):
             self.begin_edit("press")
             if is_new:
                 self.add(place)
-            self._drag = "length" if is_new or self._on_edge(place, self.chosen) else "body"
-            if self.chosen >= 0:
+            self._dragged = self.chosen >= 0
+            if self._dragged:
+                self._drags_edge = is_new or self._on_edge(place, self.chosen)
                 self._note_before = self._notes[self.chosen]
             self._drag_start = place
         self.update()
@@ -159,7 +160,7 @@ class RhythmBar(HandlePad):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         place = event.position()
-        if not event.buttons() & Qt.MouseButton.LeftButton or self.chosen < 0 or not self._drag:
+        if not self._dragged or self.chosen < 0:
             over = self._note_at(place)
             edge = over >= 0 and self._on_edge(place, over)
             self.setCursor(Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor)
@@ -168,16 +169,12 @@ class RhythmBar(HandlePad):
         by = round((place.x() - self._drag_start.x()) / step_px)
         rise = (self._drag_start.y() - place.y()) / self.area().height()
         step, length, amplitude = self._note_before
-        if self._drag == "length":
+        if self._drags_edge:
             new = (step, max(length + by, 1.0), amplitude)
         else:
             up = rise if abs(place.y() - self._drag_start.y()) > 3 else 0.0
             new = (step + by, length, round(min(max(amplitude + up, MIN_AMPLITUDE), 1.0), 2))
         self._set_notes(placed(self._notes, self.chosen, new), new)
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        self._drag = ""
-        super().mouseReleaseEvent(event)
 
     def _set_notes(self, notes: list[Note] | None, chosen: Note) -> None:
         if notes is None or notes == self._notes:
