@@ -5,7 +5,6 @@ rubber and shaker are from their nominal values) is there for tests to compare w
 """
 
 import math
-from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -129,13 +128,9 @@ class SimulatedTile:
         self._played += given.size
         return given
 
-    def transfer(
-        self, frequencies_hz: ArrayLike, load: str = "none", at_m: ArrayLike | None = None
-    ) -> NDArray[np.complex128]:
-        """Return the transfer function of `respond` for small signals: m/s^2 at full scale, complex; also at other
-        places.
-        """
-        place = self.parameters.accelerometer_m(self.tile) if at_m is None else at_m
+    def transfer(self, frequencies_hz: ArrayLike, load: str = "none") -> NDArray[np.complex128]:
+        """Return the transfer function of `respond` for small signals: m/s^2 at full scale, complex."""
+        place = self.parameters.accelerometer_m(self.tile)
         force = self.parameters.shaker.transfer(frequencies_hz)
         return force * self.parameters.assembly(self.tile, load).transfer(frequencies_hz, place)
 
@@ -146,15 +141,13 @@ class SimulatedTile:
 
 
 class Plant:
-    """From drive to acceleration at one place, in real time: shaker, its compression, plate and what stands on it.
+    """From drive to acceleration, in real time: shaker, its compression, plate and what stands on it.
 
     `run` allocates nothing.
     """
 
-    def __init__(
-        self, tile: Tile, parameters: TileParameters, rate_hz: float, load: str, at_m: Sequence[float] = ()
-    ) -> None:
-        place = at_m or parameters.accelerometer_m(tile)
+    def __init__(self, tile: Tile, parameters: TileParameters, rate_hz: float, load: str) -> None:
+        place = parameters.accelerometer_m(tile)
         self._shaker = parameters.shaker.poles().at_rate(rate_hz)
         self._compression = parameters.shaker.compression()
         self._body = parameters.assembly(tile, load).poles(place).at_rate(rate_hz)

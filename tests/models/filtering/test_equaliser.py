@@ -114,8 +114,6 @@ def test_a_notch_is_filled_only_so_far():
     magnitude = tile() * np.where(np.abs(FREQUENCIES - 300.0) < 20.0, 1e-4, 1.0)
     found = 20.0 * np.log10(np.abs(gain(design(FREQUENCIES, magnitude, RATE, 14), FREQUENCIES, RATE)))
     assert found.max() < MOST_GAIN_DB + 8.0
-    timid = design(FREQUENCIES, magnitude, RATE, 14, most_gain_db=3.0)
-    assert 20.0 * np.log10(np.abs(gain(timid, FREQUENCIES, RATE)).max()) < 8.0
 
 
 def test_a_curve_of_few_points_is_enough():
@@ -185,7 +183,6 @@ def test_it_is_stable_for_whatever_was_measured(seed, kind, order):
         ({"magnitude": -np.ones(1500)}, "magnitude"),
         ({"magnitude": np.full(1500, np.nan)}, "magnitude"),
         ({"magnitude": np.ones(7)}, "magnitude is 7;"),
-        ({"most_gain_db": 100.0}, "most_gain_db"),
         ({"frequencies_hz": np.geomspace(80.0, 3000.0, 1500)}, "frequencies_hz"),
     ],
 )

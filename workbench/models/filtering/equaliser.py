@@ -50,14 +50,12 @@ def design(
     rate_hz: float,
     order: int = 14,
     band_hz: tuple[float, float] = BAND_HZ,
-    *,
-    most_gain_db: float = MOST_GAIN_DB,
 ) -> Floats:
     """Return the equaliser of a response as second-order sections [b0, b1, b2, 1, a1, a2], shape (order / 2, 6).
 
     `magnitude` (linear, any scale, modulus of complex values) at `frequencies_hz`, in any order, must cover `band_hz`;
     noise is averaged over up to a quarter of an octave. Response times equaliser is flat over the band at the level of
-    the response there, the mean of its decibels over log frequency; a point more than `most_gain_db` below that is
+    the response there, the mean of its decibels over log frequency; a point more than `MOST_GAIN_DB` below that is
     lifted by that amount only. Outside the band the gain falls within an octave to 3 dB, or little more where the order
     is high enough for the curve. `order` is even, 2 to 24; all poles and zeros lie within the unit circle. Raises
     `BadValue`.
@@ -77,8 +75,7 @@ def design(
         order,
         f"even numbers 2 to {MOST_ORDER}: a section is of second order",
     )
-    require(0.0 <= most_gain_db <= 60.0, "most_gain_db", most_gain_db, "0 to 60 dB")
-    wanted = _Wanted(*_curve(frequencies_hz, magnitude, low, high), rate_hz, most_gain_db)
+    wanted = _Wanted(*_curve(frequencies_hz, magnitude, low, high), rate_hz)
     return _sections(_grown(wanted, int(order) // 2)[1])
 
 
@@ -95,15 +92,14 @@ def gain(sections: ArrayLike, frequencies_hz: ArrayLike, rate_hz: float) -> NDAr
     return total
 
 
-def level(frequencies_hz: ArrayLike, magnitude: ArrayLike, band_hz: tuple[float, float] = BAND_HZ) -> float:
-    """Return the level of a response in a band, on its own scale: the mean of its decibels over log frequency.
+def level(frequencies_hz: ArrayLike, magnitude: ArrayLike) -> float:
+    """Return the level of a response in `BAND_HZ`, on its own scale: the mean of its decibels over log frequency.
 
     >>> round(level([10.0, 100.0, 1000.0], [2.0, 2.0, 2.0]), 9)
     2.0
     """
-    low, high = _band(band_hz, math.inf)
     require(len(np.ravel(frequencies_hz)) >= 2, "frequencies_hz", frequencies_hz, "at least two")
-    return math.exp(float(_curve(frequencies_hz, magnitude, low, high, least=0)[1].mean()))
+    return math.exp(float(_curve(frequencies_hz, magnitude, *BAND_HZ, least=0)[1].mean()))
 
 
 def _band(band_hz: tuple[float, float], rate_hz: float) -> tuple[float, float]:
@@ -159,10 +155,10 @@ def _smoothed(curve: Floats) -> Floats:
 class _Wanted:
     """Target of the log gain: to be met in the band, an upper limit outside."""
 
-    def __init__(self, band: Floats, log_magnitude: Floats, rate_hz: float, most_gain_db: float) -> None:
+    def __init__(self, band: Floats, log_magnitude: Floats, rate_hz: float) -> None:
         low, high = float(band[0]), float(band[-1])
-        self._given = band.tobytes(), log_magnitude.tobytes(), rate_hz, most_gain_db
-        inverse = np.minimum(log_magnitude.mean() - log_magnitude, most_gain_db / _DB)
+        self._given = band.tobytes(), log_magnitude.tobytes(), rate_hz
+        inverse = np.minimum(log_magnitude.mean() - log_magnitude, MOST_GAIN_DB / _DB)
         # Points are dense at the band's ends: otherwise a narrow peak just outside would fit a notch there.
         share = np.linspace(0.0, 1.0, _OUTER_POINTS + 1)[1:] ** 2
         below = low * (1.0 / 16.0) ** share
