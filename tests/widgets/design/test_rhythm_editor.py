@@ -38,12 +38,17 @@ def spot(bar: RhythmBar, step: float, height: float) -> QPoint:
     return QPoint(round(area.x() + step / STEPS * area.width()), round(area.bottom() - height * area.height()))
 
 
-def test_a_click_sets_a_note_and_a_right_click_takes_it_away(bar):
+def test_a_click_sets_a_note_and_a_right_click_takes_it_away_each_as_a_change_of_its_own(bar):
+    began = []
+    bar.edit_began.connect(lambda: began.append(len(bar.notes())))
     QTest.mouseClick(bar, LEFT, NONE, spot(bar, 8.5, 0.5))
     assert [note[:2] for note in bar.notes()] == [(0, 4), (8, 1), (12, 4)]
     assert bar.notes()[1][2] == pytest.approx(0.5, abs=0.02)
-    QTest.mouseClick(bar, Qt.MouseButton.RightButton, NONE, spot(bar, 8.5, 0.2))
+    QTest.mouseClick(bar, LEFT, NONE, spot(bar, 20.5, 0.5))
+    for step in (8.5, 20.5):
+        QTest.mouseClick(bar, Qt.MouseButton.RightButton, NONE, spot(bar, step, 0.2))
     assert [note[0] for note in bar.notes()] == [0, 12]
+    assert began == [2, 3, 4, 3]
 
 
 def test_dragging_moves_a_note_but_not_over_another(bar):

@@ -12,7 +12,9 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from underfoot.nodes import REGISTRY as ALL_NODES
 from underfoot.patch.grouping import published
+from underfoot.patch.groups import Group
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.patch_editing import snapped
@@ -344,6 +346,9 @@ def test_copies_of_a_sub_patch_are_set_together_by_what_they_show(row, qtbot):
     type_into(qtbot, editor, "77")
     assert [row.patch().node(id).parameters["frequency"] for id in ("hum", "hum1", "hum2")] == [77.0] * 3
     assert row.document.stack.undoText() == "Set frequency of 3 nodes"
+    row.canvas.patch_scene.select(["group", "group1", "through1"])
+    assert not row.inspector.editors, "a node beside them shows nothing of this"
+    row.canvas.patch_scene.select(["group", "group1"])
     row.document.edit(published(row.patch(), "group1", "hum1.frequency", False), "Hide")
     assert not row.inspector.editors
 
@@ -362,6 +367,20 @@ def test_a_control_of_two_copies_sets_the_same_node_in_each_whatever_else_they_s
         type_into(qtbot, row.inspector.editors["hum1.frequency"], f"{70 + on}")
         set_now = {node.id for node in row.patch().nodes if node.parameters.get("frequency") == 70.0 + on}
         assert set_now == {"hum1", "hum3"}
+
+
+def test_copies_are_set_together_in_the_unit_of_their_wires_where_it_is_the_same(all_nodes):
+    """Of other units they show it as plain numbers, as their nodes do."""
+    patch = Patch().add("tone", ALL_NODES).add("delay", ALL_NODES)
+    for id, end in (("value", "tone.frequency"), ("value1", "delay.time")):
+        patch = patch.add("value", ALL_NODES).connect(f"{id}.out", end, ALL_NODES)
+    groups = tuple(Group(f"of-{id}", (id,), collapsed=True, published=(f"{id}.low",)) for id in ("value", "value1"))
+    all_nodes.set_patch(structs.replace(patch, groups=groups))
+    all_nodes.canvas.patch_scene.select([group.id for group in groups])
+    assert all_nodes.inspector.editors["value.low"].parameter.unit == ""
+    after = all_nodes.patch().disconnect([("value1.out", "delay.time")])
+    all_nodes.document.edit(after.add("tone", ALL_NODES).connect("value1.out", "tone1.frequency", ALL_NODES), "Rewire")
+    assert all_nodes.inspector.editors["value.low"].parameter.unit == "Hz"
 
 
 def test_a_parameter_within_two_sub_patches_is_shown_on_the_outer_one(row):
