@@ -131,7 +131,8 @@ def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other(
     ]
     found = constant.findings(rows, Settings(bootstrap=0))
     said = (
-        "The answers of b may be guesses: their threshold is drawn to the middle of the levels, and counts over people."
+        "The answers of b may be guesses: their threshold is drawn to the middle of the levels, and counts over people"
+        "; so does their JND, which may be any: medians hardly change."
     )
     assert said in found.remarks
     (of_few,) = (row for row in found.tables[0].rows if row[:2] == ("c", "threshold"))

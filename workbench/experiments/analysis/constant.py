@@ -345,6 +345,8 @@ def _unbounded(lines: Sequence[tuple[str, Estimate]], half: str) -> list[str]:
         return []
     point = _CALLED.get(half, half)
     its = f"their {point} is drawn to the middle of the levels, and counts over people"
+    if any(one.name.startswith(JND) for _, one in lines):
+        its += "; so does their JND, which may be any: medians hardly change"
     return [f"The answers of {people} may be guesses: {its}."]
 
 
