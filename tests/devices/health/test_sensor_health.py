@@ -78,6 +78,21 @@ def test_a_converter_of_ten_bits_without_noise_names_nobody():
     assert found(FLOOR, walked(), readings=lambda force_n: nominal_readings(force_n) // 64 * 64) == []
 
 
+def test_what_rests_for_a_moment_at_each_step_is_not_stuck():
+    """A sensor that was not calibrated, at ten bits, rests where it is least sensitive, often at one number."""
+    step = np.zeros((400, 1, 4))
+    step[100:200, 0, 1:] = np.linspace(100.0, 300.0, 100)[:, None]
+    rests = [changed(step, 0, 0, lambda f, n=rest_n: f + n * (step[:, 0, 1] > 0.0)) for rest_n in range(50, 90, 5)]
+    assert found(default_floor(1, 1), np.concatenate([*rests, *rests[:1] * 8])) == []
+
+
+def test_a_corner_that_lifts_is_not_reversed():
+    """Of good tiles that were not calibrated, where the plate's weight alone is 40 N of such an FSR."""
+    forces = np.zeros((20_000, 1, 4))
+    forces[1000:19_000, 0] = [-37.0, 1471.0, 441.0, 190.0]
+    assert found(default_floor(1, 1), forces) == []
+
+
 def test_who_stands_still_in_a_corner_names_nobody():
     forces = np.zeros((20_000, 1, 4))
     forces[1000:19_000, 0, 0] = 700.0

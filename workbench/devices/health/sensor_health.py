@@ -34,7 +34,7 @@ must fall to be reversed.
 """
 FLAT_S, FLAT_SAMPLES, FLAT_SHARE, FLATS = 0.020, 8, 0.15, 5
 """A constant reading for this time and number of samples is a fault if the others' load changes by this share
-meanwhile, and if it is the same reading as often in a row, or for `DEAD_S`.
+meanwhile, as often in a row at the highest reading so far, or for `DEAD_S`.
 """
 FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
 """A loose sensor loses at least `FALL_N` at once and recovers within `BACK_S`, `FALLS` times within `WITHIN_S`."""
@@ -48,6 +48,7 @@ STANDS_S, STEADY_N = 60.0, CONTACT_N / 2.0
 
 _DEAD, _SATURATED, _LOOSE, _REVERSED, _NOISY, _MISPLACED = 1, 2, 4, 8, 16, 32
 _REST_SHARE = 0.002
+_SHARE = 0.05  # of what the others carry: a corner whose plate lifts falls, too, by what the plate weighs there
 
 _SENSOR = np.dtype(
     [
@@ -61,7 +62,6 @@ _SENSOR = np.dtype(
         ("flat_others_n", np.float64),
         ("is_counted", np.bool_),
         ("flats", np.int64),
-        ("flat_reading", np.int64),
         ("dead_s", np.float64),
         ("reversed_s", np.float64),
         ("fell_s", np.float64),
@@ -77,8 +77,8 @@ _SENSOR = np.dtype(
     align=True,
 )
 """State of a sensor: its force at rest, its newest force and reading, and the ends of its readings; the time and
-samples of a constant reading, the others' load when it began, whether it is among the `flats` so far, all at
-`flat_reading`; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has recovered), from
+samples of a constant reading, the others' load when it began, whether it is among the `flats` so far, all at the
+highest; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has recovered), from
 which load, how often, and when first; for how long it has been well; its mean, the side of it on which it swung last,
 and in these `NOISY_S` how often and how far.
 """
@@ -280,7 +280,8 @@ def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
         for j in range(4):
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
             sensors[j].lowest = min(sensors[j].lowest, reading[j])
-            sensors[j].highest = max(sensors[j].highest, reading[j])
+            if reading[j] > sensors[j].highest:
+                sensors[j].highest, sensors[j].flats = reading[j], 0
         tile.time_s, tile.is_known = now_s, True
         at += 1
         if (found[0], found[1], found[2], found[3]) != known:
@@ -330,16 +331,17 @@ def _find_dead_or_reversed(
             else:
                 across = max(load_n[i], 1.0)
         expected_n, others_n = min(plane, product / across), total_n - load_n[j]
+        least_n = max(_SHARE * others_n, CONTACT_N)
         if load_n[j] > CONTACT_N:
             sensors[j].reversed_s = 0.0
-        elif load_n[j] < -CONTACT_N and expected_n > CONTACT_N and others_n >= LOADED_N:
+        elif load_n[j] < -least_n and expected_n > CONTACT_N and others_n >= LOADED_N:
             sensors[j].reversed_s += step_s
             sensors[j].well_s = 0.0
             if sensors[j].reversed_s >= DEAD_S:
                 found[j] |= _REVERSED
         if abs(load_n[j]) > ALIVE_N:
             sensors[j].dead_s = 0.0
-        elif abs(load_n[j]) < DEAD_N and total_n >= LOADED_N and expected_n > max(0.05 * others_n, CONTACT_N):
+        elif abs(load_n[j]) < DEAD_N and total_n >= LOADED_N and expected_n > least_n:
             sensors[j].dead_s += step_s
             sensors[j].well_s = 0.0
             if sensors[j].dead_s >= DEAD_S:
@@ -407,8 +409,8 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
     if flat_samples < FLAT_SAMPLES or flat_s < FLAT_S or not has_changed:
         return False
     if not sensor.is_counted:  # where a foot rolls on, a converter of 10 bits rests for a moment, now here, now there
-        sensor.flats = sensor.flats + 1 if reading == sensor.flat_reading else 1
-        sensor.flat_reading, sensor.is_counted = reading, True
+        sensor.flats = sensor.flats + 1 if reading == sensor.highest else 0
+        sensor.is_counted = True
     if sensor.flats < FLATS and flat_s < DEAD_S:
         return False
     sensor.well_s = 0.0
