@@ -147,9 +147,11 @@ def test_a_sensor_that_is_stuck_is_not_called_saturated():
 @pytest.mark.parametrize(("stays_n", "times"), [(40.0, 2), (15.0, 0), (150.0, 0)])
 def test_what_stands_on_a_tile_or_a_zero_that_has_moved_is_told_once_until_it_is_empty(stays_n, times):
     """Of a bag, or a sensor that was 40 N off from one day to the next, steps on its tile were lost in silence."""
-    stays = np.zeros((7000, 1, 4))
+    stays = np.zeros((14_000, 1, 4))
     stays[500:, 0, 1] = stays_n
-    stays[4000:4060, 0] += 150.0  # a step
+    stays[7000:] *= 1.3  # it goes on moving
+    for step in range(700, 14_000, 320):
+        stays[step : step + 30, 0] += 150.0
     lines = found(default_floor(1, 1), np.concatenate([stays, stays]), rate_hz=50.0, chunk=50)
     assert len(lines) == times
     assert all(line.startswith("tile t1 has borne 40 N for a minute") for line in lines)

@@ -44,7 +44,9 @@ NOISY_N, SWINGS, NOISY_S, MEAN_S = CONTACT_N / 4.0, 10, 1.0, 0.1
 """A noisy sensor swings by `NOISY_N` or more about its mean of `MEAN_S`, `SWINGS` times within `NOISY_S`."""
 
 STANDS_S, STEADY_N = 60.0, CONTACT_N / 2.0
-"""Time for which a tile bears the same to `STEADY_N`, a contact but less than `LOADED_N`: no foot, which sways."""
+"""Time for which a tile bears the same to `STEADY_N` between steps, a contact but less than `LOADED_N`: no foot, which
+sways.
+"""
 
 _DEAD, _SATURATED, _LOOSE, _REVERSED, _NOISY, _MISPLACED = 1, 2, 4, 8, 16, 32
 _REST_SHARE = 0.002
@@ -96,7 +98,7 @@ _TILE = np.dtype(
     align=True,
 )
 """State of a tile: its last time, the mean of its load, and of these `NOISY_S` the least and the largest such mean, and
-how much has passed; what it bears, to `STEADY_N`, and for how long.
+how much has passed; what it bears between steps, to `STEADY_N`, and for how long (-inf: told, until it is empty).
 """
 
 
@@ -149,7 +151,6 @@ class SensorHealth:
         self.faults: dict[tuple[str, int], str] = {}
         """What is wrong with sensors now, by tile and number (1 to 4); replaced, so that other threads may read it."""
         self._order = SensorOrder(floor)
-        self._bears = np.zeros(count, np.bool_)  # what was told, until it is empty
         self._notices: deque[str] = deque(maxlen=100)
         self.feed(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 4), np.int64), np.zeros((0, 4)))
 
@@ -181,15 +182,13 @@ class SensorHealth:
             tile = f"tile {self.floor.tiles[row].id}"
             self._notices.append(f"{tile}: {line}" if line else f"{tile}: its sensors are in their places now")
             self._list_faults()
-
         self._tell_what_stands()
 
     def _tell_what_stands(self) -> None:
         """Report tiles with a load that is no foot; steps on them are a contact that does not end."""
         tiles = self._state.tiles
-        self._bears &= tiles["mean_n"] >= CONTACT_N
-        for row in np.flatnonzero(~self._bears & (tiles["stands_s"] >= STANDS_S)).tolist():
-            self._bears[row] = True
+        for row in np.flatnonzero(tiles["stands_s"] >= STANDS_S).tolist():
+            tiles["stands_s"][row] = -np.inf  # until it is empty
             self._notices.append(
                 f"tile {self.floor.tiles[row].id} has borne {tiles['stands_n'][row]:.0f} N for a minute, which hides "
                 "steps: is something on it, or has a sensor's zero moved? Tare in Monitor when it is empty"
@@ -387,10 +386,12 @@ def _find_noise(
                 found[j] |= _NOISY
             else:
                 found[j] &= ~_NOISY  # a shaker has stopped
-    if CONTACT_N <= mean_n < LOADED_N and max(most_n - tile.stands_n, tile.stands_n - least_n) < STEADY_N:
-        tile.stands_s += watched_s
-    else:
+    if least_n < CONTACT_N:  # empty, now or before
         tile.stands_n, tile.stands_s = mean_n, 0.0
+    elif most_n - least_n < STEADY_N:  # else there is a step
+        if mean_n >= LOADED_N or abs(mean_n - tile.stands_n) >= STEADY_N:
+            tile.stands_n, tile.stands_s = mean_n, min(tile.stands_s, 0.0)  # -inf: told already
+        tile.stands_s += watched_s
     tile.least_n, tile.most_n, tile.watched_s = mean_n, mean_n, 0.0
 
 
