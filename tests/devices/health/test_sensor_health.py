@@ -247,6 +247,15 @@ def test_swapped_sensors_that_were_put_right_are_well_again(side, tile, pair):
     assert not health.faults
 
 
+def test_steps_that_come_from_no_other_tile_do_not_say_that_swapped_sensors_are_right():
+    """Those across from each other balance as they are: who goes to and fro on their tile ended the mark."""
+    walks = swapped(1, (0, 2))
+    alone = walks * (np.arange(9) == 1)[:, None]
+    health = fed(FLOOR, np.concatenate([walks, alone, alone]), chunk=7000)
+    assert len(health.take_notices()) == 1
+    assert set(health.faults) == {("t2", sensor) for sensor in (1, 2, 3, 4)}
+
+
 @pytest.mark.parametrize(
     ("order", "turn"), [([1, 2, 3, 0], "90 degrees counter-clockwise"), ([2, 3, 0, 1], "180 degrees")]
 )
