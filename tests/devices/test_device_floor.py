@@ -204,7 +204,7 @@ def test_frame_numbers_that_do_not_rise_are_said(until, step):
         (lambda i, t: 2 * i + t, "tile t1: 50% of its frames are lost, by their numbers, which must rise by 1"),
         (lambda i, t: i % 256, "tile t1 began anew 5 times; is its power steady, and do its numbers go up to 65535,"),
         (lambda i, t: i % 256 << 8 | i >> 8, "tile t1 sends frame numbers that leap by 64 or more, and must rise by 1"),
-        (lambda i, t: i // 5, "tile t1: 80% of its frames are left out: their numbers are not new; do others send"),
+        (lambda i, t: i // 5, "tile t1: 80% of its frames are left out: their numbers are not new; are they sent"),
     ],
 )
 def test_frame_numbers_that_are_not_those_of_a_tile_are_said(until, number, words):

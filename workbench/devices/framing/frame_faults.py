@@ -126,7 +126,7 @@ class FrameFaults:
             share, said = _shares(missed, accepted, newest[1], newest[0])
             yield _Fault("lost", f"{tile}: {said:.0%} of its frames are lost, by their numbers, {rise}", share, said)
         elif refused > _MUCH * (accepted + refused) and not is_out_of_order:
-            why = f"their numbers are not new; do others send as tile {row}?"
+            why = f"their numbers are not new; are they sent twice, or by others as tile {row}?"
             share, said = _shares(refused, accepted, newest[2], newest[0])
             yield _Fault("refused", f"{tile}: {said:.0%} of its frames are left out: {why}", share, said)
 
