@@ -65,15 +65,20 @@ def shared(declared: Value) -> Value:
 
 
 def options_of(owner: type) -> tuple[Option, ...]:
-    """Return the options and arguments that a dataclass declares, in order.
+    """Return the options and arguments that a dataclass declares, in order, and last those that it inherits.
 
     >>> @dataclass(frozen=True)
     ... class Playing:
     ...     level: float | None = option("How loud to play.", None)
-    >>> [(option.name, option.flag, option.type) for option in options_of(Playing)]
-    [('level', '--level', <class 'float'>)]
+    >>> @dataclass(frozen=True)
+    ... class Showing(Playing):
+    ...     width: int = option("How many pixels.", 480)
+    >>> [(option.name, option.flag, option.type) for option in options_of(Showing)]
+    [('width', '--width', <class 'int'>), ('level', '--level', <class 'float'>)]
     """
-    return tuple(map(_option_of, fields(owner)))
+    classes = [of.__annotations__ for of in owner.__mro__[:-1]]
+    found = sorted(fields(owner), key=lambda one: next(k for k, names in enumerate(classes) if one.name in names))
+    return tuple(map(_option_of, found))
 
 
 def _option_of(one: "Field[Any]") -> Option:

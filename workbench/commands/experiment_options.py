@@ -10,7 +10,7 @@ from underfoot.commands.session_target import TargetOptions
 from underfoot.options import argument, option, shared
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ExperimentOptions(TargetOptions):
     """Options of the command; None if not given."""
 

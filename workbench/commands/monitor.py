@@ -12,7 +12,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals, raised_at_signals
 from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, complete_sources, require_outputs_writable
 from underfoot.commands.options import SECONDS, command, require_seconds
-from underfoot.commands.session_target import PROFILES, RECORD, SENSOR_RATE, SOUND
+from underfoot.commands.session_target import RECORD, SessionOptions
 from underfoot.commands.telling import tell
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class MonitorOptions:
+class MonitorOptions(SessionOptions):
     """Options of the command; None if not given."""
 
     source: str = argument("walks", shell_complete=complete_sources())
@@ -35,9 +35,6 @@ class MonitorOptions:
     patch: Path | None = option("Patch to play during the session.", presets="patches")
     run_code: bool = shared(RUN_CODE)
     record: Path | None = shared(RECORD)
-    profiles: Path | None = shared(PROFILES)
-    sensor_rate: float | None = shared(SENSOR_RATE)
-    sound: str | None = shared(SOUND)
     accelerometers: str = option(f"{FORM}, separated by spaces. Reports what they measure.", "", metavar="LIST")
     seconds: float | None = shared(SECONDS)
     pace: bool = option("Play a file in real time, as --record and --patch do, not at once.", False)

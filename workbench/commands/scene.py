@@ -32,7 +32,7 @@ FILM_HZ = 12.5
 MOST_FILM_S = 60.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class SceneOptions(TargetOptions):
     """Options of the command; None if not given."""
 

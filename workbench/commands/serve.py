@@ -14,7 +14,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.ending import ended_by_signals, raised_at_signals
 from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, complete_sources, require_outputs_writable
 from underfoot.commands.options import SECONDS, command, require_seconds
-from underfoot.commands.session_target import LEVEL, PROFILES, RECORD, SENSOR_RATE, SOUND
+from underfoot.commands.session_target import LEVEL, RECORD, SessionOptions
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile
@@ -33,7 +33,7 @@ _WAIT_S, _HEALTH_S = 0.005, 0.5
 
 
 @dataclass(frozen=True)
-class ServeOptions:
+class ServeOptions(SessionOptions):
     """Options of the command; None if not given."""
 
     target: str = argument("walks", shell_complete=complete_sources())
@@ -43,9 +43,6 @@ class ServeOptions:
     )
     run_code: bool = shared(RUN_CODE)
     record: Path | None = shared(RECORD)
-    profiles: Path | None = shared(PROFILES)
-    sensor_rate: float | None = shared(SENSOR_RATE)
-    sound: str | None = shared(SOUND)
     level: float = shared(LEVEL)
     tuio: str = option("Address for TUIO 1.1 cursors.", "127.0.0.1:3333", show_default=True)
     tuio2: str = option("Address for TUIO 2.0 pointers.", "off", show_default=True)

@@ -9,14 +9,11 @@ from msgspec.structs import replace
 
 from underfoot.commands.files import complete_names, live_targets
 from underfoot.errors import BadValue
-from underfoot.options import option, shared
+from underfoot.options import option
 from underfoot.records.recording_format import SUFFIXES, name_now
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target
-
-PROFILES: Path | None = option("Folder of the tiles' profiles.")
-"""The option of every command that opens a session."""
 
 
 def _recording(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
@@ -30,12 +27,6 @@ RECORD: Path | None = option(
 )
 """The option of every command whose session can be recorded."""
 
-SENSOR_RATE: float | None = option("Samples per second of hardware tiles; by default 1000.")
-"""The option of every command that opens a session with hardware."""
-
-SOUND: str | None = option('Sound card to play on, "default" for the system\'s; by default none.', metavar="DEVICE")
-"""The option of every command whose session may play."""
-
 
 def _level(context: click.Context, parameter: click.Parameter, value: float) -> float:
     if not -120.0 <= value <= 0.0:
@@ -48,7 +39,16 @@ LEVEL: float = option("Output level in dB of full scale.", -20.0, show_default=T
 
 
 @dataclass(frozen=True, kw_only=True)
-class TargetOptions:
+class SessionOptions:
+    """The options of every command that opens a session."""
+
+    profiles: Path | None = option("Folder of the tiles' profiles.")
+    sensor_rate: float | None = option("Samples per second of hardware tiles; by default 1000.")
+    sound: str | None = option('Sound card to play on, "default" for the system\'s; by default none.', metavar="DEVICE")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetOptions(SessionOptions):
     """The options of every command that opens a session with its own forces."""
 
     target: str = option(
@@ -58,9 +58,6 @@ class TargetOptions:
         shell_complete=complete_names(live_targets),
     )
     floor: Path | None = option("Floor JSON of the target; by default the default floor.", presets="floors")
-    profiles: Path | None = shared(PROFILES)
-    sensor_rate: float | None = shared(SENSOR_RATE)
-    sound: str | None = shared(SOUND)
 
     def session_target(self, *, walker: bool) -> "Target":
         """Return the target, of which `walker` says whether somebody walks on a simulated floor.
