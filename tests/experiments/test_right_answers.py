@@ -99,6 +99,8 @@ def test_staircases_beside_silence_are_told_and_scored_and_go_on_where_they_were
     assert [(row["correct"], row["right"]) for row in rows] == [(one, one == "first") for one in at]
     before = [structs.replace(one, trial=structs.replace(one.trial, correct="")) for one in study.entries]
     assert Study(protocol, "P1", before).is_done
+    vibrating = made_protocol("staircases", parameters | {"standard": "WC"}, {"TD": TD, "WC": TD})
+    assert {page.trial.correct for page in walked(Study(vibrating, "P1"), always("first"))} == {""}
 
 
 def test_right_answers_of_pairs_are_of_pairs_in_either_order_and_not_of_the_first_of_the_two():
