@@ -17,11 +17,13 @@ from free_ports import free_port
 from made_recordings import ABOUT
 from wired import EVERY_TRANSPORT, ends
 
+from underfoot.commands.session_target import TargetOptions
 from underfoot.devices.conversion import nominal_readings
 from underfoot.devices.emulation.emulator import Emulator, TileClock
 from underfoot.devices.framing.parser import Parser
 from underfoot.devices.framing.wire_format import FRAME_BYTES, REST
 from underfoot.devices.replay import Replay
+from underfoot.errors import DeviceError
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
@@ -290,3 +292,16 @@ def test_every_command_with_hardware_takes_its_sample_rate(refused, folder, comm
 
 def test_profiles_are_for_readings(refused, walk):
     assert "--profiles is for tiles that send readings" in refused("monitor", walk, "--profiles", ".")
+
+
+def test_a_study_or_a_scene_gets_the_target_that_its_options_name(tmp_path):
+    port = free_port()
+    given = TargetOptions(target=f"udp:127.0.0.1:{port}", profiles=tmp_path, sensor_rate=500.0, sound="default")
+    found = given.session_target(walker=False)
+    assert (found.kind, found.profiles, found.sensor_hz, found.sound, found.walker) == (
+        "udp", str(tmp_path), 500.0, "", False,
+    )  # fmt: skip
+    with socket.socket(type=socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", port))
+        with pytest.raises(DeviceError, match=str(port)):
+            given.session_target(walker=False)
