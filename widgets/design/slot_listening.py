@@ -289,6 +289,7 @@ class SlotListening(QObject):
 
         other = self._open_patch.other
         if other is not None:
+            self._pending = None  # a node that waits to be played alone would be, in the middle of a trial
             titles = {self._open_patch.slot: self._patch.title}
             titles[other_slot(self._open_patch.slot)] = other.patch.title
             a, b = (titles[slot] for slot in SLOTS)

@@ -54,3 +54,12 @@ def test_that_a_and_b_are_the_same_is_said_before_the_test(window, qtbot):
     qtbot.waitUntil(lambda: window.findChild(BlindTest) is None)
     design(window).document.edit(patch.remove([patch.nodes[0].id]), "Delete")
     assert begun(window).complaint.text() == ""
+
+
+def test_a_node_that_waits_to_be_played_alone_is_not_played_in_it(window):
+    workspace = design(window)
+    node = workspace.patch().nodes[0].id
+    workspace.canvas.audition_requested.emit(node)
+    assert workspace.slots.needed_preview("") == node
+    press(begun(window), Qt.Key.Key_Return)
+    assert workspace.slots.needed_preview("") != node
