@@ -162,12 +162,14 @@ def test_tables_that_are_gone_or_hold_something_else_are_named(whole):
         assert len(recording.force_samples()) == 200
 
 
-def test_vibration_of_other_tiles_than_it_says_is_refused(whole):
-    """Half a block was taken for that of one tile, and read as that of both."""
+@pytest.mark.parametrize(("table", "columns"), [("measured", 2), ("force", 10)])
+def test_a_block_of_another_size_than_it_says_is_refused_with_its_row(whole, table, columns):
+    """Half a block was taken for that of one tile, and read as that of both; of forces NumPy's words were told."""
     with closing(sqlite3.connect(whole)) as base, base:
-        base.execute("update measured set data = substr(data, 1, length(data) / 2)")
-    with Recording(whole) as recording, pytest.raises(BadFile, match="a block of 1 columns for 2 tiles"):
-        recording.acceleration("measured")
+        base.execute(f"update {table} set data = substr(data, 1, length(data) / 2)")
+    said = rf"table {table} .*: its block from row \d+ on has \d+ numbers for \d+ rows of {columns}"
+    with Recording(whole) as recording, pytest.raises(BadFile, match=said):
+        list(recording.blocks(table))
 
 
 @pytest.mark.parametrize("tiles", ["'[0,'", "cast(x'5b30ff5d' as text)"], ids=["no list", "no text"])

@@ -150,16 +150,16 @@ class Recording:
                 low, high = (low, first) if reverse else (first + 1, high)
                 if first + count <= begin:
                     continue
-                rows = np.frombuffer(data, TYPES[table]).reshape(count, -1) if count else np.zeros((0, 1))
+                moving = json.loads(tiles[0]) if tiles else range(self._columns(table))
+                kind = np.dtype(TYPES[table])
+                if len(data) != count * len(moving) * kind.itemsize:
+                    numbers = f"{len(data) / kind.itemsize:.10g} numbers for {count} rows of {len(moving)}"
+                    raise ValueError(f"its block from row {first} on has {numbers}")
+                rows = np.frombuffer(data, kind).reshape(count, len(moving))
                 if tiles:
-                    moving = json.loads(tiles[0])
-                    if rows.shape[1] != len(moving) and count:
-                        raise ValueError(f"a block of {rows.shape[1]} columns for {len(moving)} tiles")
                     whole = np.zeros((count, self._floor_tiles), np.float32)
                     whole[:, moving] = rows
                     rows = whole
-                elif rows.shape[1] != self._columns(table):
-                    raise ValueError(f"a block of {rows.shape[1]} columns")
                 elif table == "force" and not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # or is not a number
                     raise ValueError("it has times that no session can have")
                 yield first, rows
