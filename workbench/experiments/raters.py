@@ -23,7 +23,7 @@ class Rater(Observer):
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         place = self._place(trial.intervals[0].stimulus) + self.truth["rating_spread"] * random.standard_normal()
-        return {"rating": float(min(max(place, 0.0), 100.0))}
+        return {"rating": _on_slider(place)}
 
     def truths(self) -> dict[str, float]:
         return {f"rating {name}": self._place(name) for name in self.given["rated"]}
@@ -53,7 +53,7 @@ class PairJudge(Observer):
             far = self.truth["apart"] * (one != other) + math.sqrt(2.0) * error
             return {SAME: YES if abs(far) < self.truth["tolerance"] else NO}
         place = self.truth["dissimilar"] + self.truth["dissimilar_spread"] * error
-        return {DISSIMILARITY: float(min(max(place, 0.0), 100.0))}
+        return {DISSIMILARITY: _on_slider(place)}
 
     def truths(self) -> dict[str, float]:
         name, value = ("d'", "apart") if self.given["judged"] == SAME else (DISSIMILARITY, "dissimilar")
@@ -62,3 +62,7 @@ class PairJudge(Observer):
     def used(self) -> Sequence[str]:
         is_same = self.given["judged"] == SAME
         return ("apart", "tolerance") if is_same else ("dissimilar", "dissimilar_spread")
+
+
+def _on_slider(place: float) -> float:
+    return float(min(max(place, 0.0), 100.0))

@@ -26,6 +26,15 @@ PATH_S = 0.025
 """The centroid's path is measured above `LOADED_N`, on its force-weighted mean over `PATH_S`, to exclude noise."""
 
 
+def walking_speed_m_s(length_mm: float, cadence_per_min: float) -> float:
+    """Return step length times cadence.
+
+    >>> walking_speed_m_s(660.0, 110.0)
+    1.21
+    """
+    return length_mm * cadence_per_min / 6e4
+
+
 def _percent_bw(measure: str, percent: float = 100.0) -> property:
     """Return a property of a `Step`: a measure, of whose unit one is `percent` of a newton, relative to the weight."""
     return property(lambda step: percent * getattr(step, measure) / step.body_weight_n)
@@ -85,7 +94,7 @@ class Step(Struct, frozen=True):
     @property
     def speed_m_s(self) -> float:
         """Walking speed from the person's last step to this one: step length times cadence."""
-        return self.step_length_mm * self.cadence_per_min / 6e4
+        return walking_speed_m_s(self.step_length_mm, self.cadence_per_min)
 
     @property
     def stance_percent(self) -> float:

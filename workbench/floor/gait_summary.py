@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import ArrayLike
 
-from underfoot.floor.footsteps import Step
+from underfoot.floor.footsteps import Step, walking_speed_m_s
 from underfoot.quantities import counted
 
 LEAST_STEPS = 4
@@ -86,7 +86,7 @@ class PersonGait:
             (self.cadence_per_min, "{:.0f} steps a minute"),
             (self.step_length_mm, "length {:.0f} mm"),
             (self.step_width_mm, "width {:.0f} mm"),
-            (self.step_length_mm * self.cadence_per_min / 6e4, "{:.2f} m/s"),
+            (walking_speed_m_s(self.step_length_mm, self.cadence_per_min), "{:.2f} m/s"),
             (self.stance_ms, "stance {:.0f} ms"),
             (self.swing_ms, "swing {:.0f} ms"),
             (abs(self.double_support_ms), feet + " {:.0f} ms"),

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing import Drawing, series
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.estimate import Z_95, Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Cell, Findings, Table, estimates_table, means_table, people_drawn
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.methods.pairs import DISSIMILARITY, SAME
@@ -20,8 +20,6 @@ _NOTE_D = (
     "Of each pair, and of each of its two beside itself. Differencing model of same and different (Macmillan and "
     "Creelman 2005, chapter 9), with rates (n + 0.5) / (N + 1); intervals by profile likelihood."
 )
-_CHI_95 = 3.841458820694124
-"""95 % quantile of chi squared with one degree of freedom."""
 _FARTHEST = 20.0
 """Where d' and criterion end, in standard deviations of one stimulus."""
 
@@ -124,7 +122,7 @@ def d_prime_same_different(name: str, hits: tuple[int, int], false_alarms: tuple
         best = _log_likelihood(value, tolerance, counts)
 
     def beyond(d: float) -> float:
-        return 2.0 * (best - _best(d, counts)) - _CHI_95
+        return 2.0 * (best - _best(d, counts)) - Z_95**2  # chi squared with one degree of freedom
 
     low = float(brentq(beyond, 0.0, value)) if beyond(0.0) > 0.0 else 0.0
     return Estimate(name, value, low, float(brentq(beyond, value, _FARTHEST)))
@@ -132,8 +130,7 @@ def d_prime_same_different(name: str, hits: tuple[int, int], false_alarms: tuple
 
 def _different(d: float, tolerance: float) -> float:
     """Return the chance that two stimuli `d` apart are called different."""
-    root = math.sqrt(2.0)
-    return 0.5 * (math.erfc((tolerance - d) / root / root) + math.erfc((tolerance + d) / root / root))
+    return 0.5 * (math.erfc(0.5 * (tolerance - d)) + math.erfc(0.5 * (tolerance + d)))
 
 
 def _log_likelihood(d: float, tolerance: float, counts: Sequence[tuple[float, float]]) -> float:

@@ -31,12 +31,15 @@ def _write(export: ExportSource, path: Path) -> None:
         write(".calibrations.csv", ["tile,calibration,made,digest", *used])
         steps = stack.enter_context(step_table(path.with_suffix(".steps.csv"), recorded=True))
         contacts = stack.enter_context(contact_table(path.with_suffix(".contacts.csv"), floor))
-        curves = ["step," + ",".join(map(str, range(STANCE)))]  # in percent of stance
-        for rows, stances in export.found("Writing steps and contacts"):
-            steps(one.step for one in stances)
-            contacts(rows)
-            curves += [f"{one.step.step},{','.join(map(str, one.force_n))}" for one in stances]
-        write(".curves.csv", curves)
+
+        def curve_lines() -> Iterator[str]:
+            yield "step," + ",".join(map(str, range(STANCE)))  # in percent of stance
+            for rows, stances in export.found("Writing steps and contacts"):
+                steps(one.step for one in stances)
+                contacts(rows)
+                yield from (f"{one.step.step},{','.join(map(str, one.force_n))}" for one in stances)
+
+        write(".curves.csv", curve_lines())
 
 
 def _force_lines(export: ExportSource) -> Iterator[str]:
