@@ -16,13 +16,15 @@ from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 
 class Document(QObject):
-    """Holds the patch. Editors pass the next patch to it, and views listen to `changed`.
+    """Holds the patch. Editors pass the next patch to it, and views listen to `changed`, files to `edited`.
 
     `slot` is the edited one. The other slot has its own patch and undo history.
     """
 
-    changed = Signal(object)
-    """The patch, after every edit, undo, redo, load and switch."""
+    changed = Signal(object, object)
+    """The patch that was edited before, and the present one: after every edit, undo, redo, load and switch."""
+    edited = Signal(object, object)
+    """The same, after an edit, undo or redo alone, once `changed` has been handled."""
     other_changed = Signal(object)
     """The new patch of the slot that is not edited."""
 
@@ -47,18 +49,18 @@ class Document(QObject):
 
     def load(self, patch: Patch) -> None:
         """Replace the patch, and clear the undo history."""
-        self._patches[self.slot] = patch
+        before, self._patches[self.slot] = self.patch, patch
         self.stack.clear()
-        self.changed.emit(patch)
+        self.changed.emit(before, patch)
 
     def switch(self, slot: str, patch: Patch) -> None:
         """Edit this slot from now on. Its undo history is kept if `patch` is its patch, else cleared."""
-        self.slot = slot
+        before, self.slot = self.patch, slot
         self.group.setActiveStack(self.stack)
-        if patch == self.patch:
-            self.changed.emit(patch)
-        else:
-            self.load(patch)
+        if patch != self.patch:
+            self._patches[slot] = patch
+            self.stack.clear()
+        self.changed.emit(before, patch)
 
     def edit(self, after: Patch, text: str, merge: str = "") -> None:
         """Set the patch `after` as an undo step named `text`. Consecutive steps with the same `merge` are one."""
@@ -110,5 +112,9 @@ class Document(QObject):
         return UndoStep(text, before, after, partial(self._set_patch, slot), merge)
 
     def _set_patch(self, slot: str, patch: Patch) -> None:
-        self._patches[slot] = patch
-        (self.changed if slot == self.slot else self.other_changed).emit(patch)
+        before, self._patches[slot] = self._patches[slot], patch
+        if slot != self.slot:
+            self.other_changed.emit(patch)
+            return
+        self.changed.emit(before, patch)
+        self.edited.emit(before, patch)

@@ -70,8 +70,6 @@ class DesignWorkspace(Workspace):
         super().__init__(parent)
         self.registry = registry
         self.document = Document(Patch(), self)
-        self._last_patch = self.document.patch
-        self._loading = False
         self._said = ""
         self.make(self._parts())
 
@@ -153,12 +151,9 @@ class DesignWorkspace(Workspace):
         """Show what other programs set. A hand that sets it, or another patch, which may have nodes of the same ids,
         ends that, also by an undo; what is kept becomes the patch's.
         """
-        before = self.patch()
 
-        def release_changed(patch: Patch) -> None:
-            nonlocal before
+        def release_changed(before: Patch, patch: Patch) -> None:
             were, are = ({node.id: node.parameters for node in one.nodes} for one in (before, patch))
-            before = patch
             network.release(
                 [(id, name) for id, name in network.values if are.get(id, {}).get(name) != were.get(id, {}).get(name)]
             )
@@ -172,7 +167,7 @@ class DesignWorkspace(Workspace):
         to_others = (open_patch.opened, open_patch.preset_opened, open_patch.switched, self.listen_bar.blind_requested)
         for to_another in to_others:
             to_another.connect(lambda *_: network.release(list(network.values)))
-        self.document.changed.connect(release_changed)
+        self.document.edited.connect(release_changed)
         network.values_set.connect(self.inspector.show_set_values)
         self.inspector.show_set_values(network.values)
         self.inspector.edited.connect(lambda ids, name, *_: network.release([(id, name) for id in ids]))
@@ -239,9 +234,7 @@ class DesignWorkspace(Workspace):
     def set_patch(self, patch: Patch) -> None:
         """Edit this patch from now on, with an empty undo history, and show all of it."""
         patch.check(self.registry)
-        self._loading = True
         self.document.load(patch)
-        self._loading = False
         self.canvas.patch_scene.select([])
         self.canvas.show_message("")  # it was about another patch
         self.canvas.fit_new_patch()
@@ -324,6 +317,7 @@ class DesignWorkspace(Workspace):
 
     def _connect(self) -> None:
         self.document.changed.connect(self._changed)
+        self.document.edited.connect(lambda _, patch: self.patch_edited.emit(patch))
         self.node_palette.chosen.connect(lambda type: self.canvas.add(type))
         self.node_palette.list.drag_ended.connect(self.canvas.edge_scrolling.undo)
         self.canvas.selected.connect(self._selected)
@@ -359,15 +353,12 @@ class DesignWorkspace(Workspace):
         patch = self.patch()
         self.document.edit(patch.disconnect([w for w in patch.wires if w[1] == target]), "Disconnect")
 
-    def _changed(self, patch: Patch) -> None:
+    def _changed(self, before: Patch, patch: Patch) -> None:
         self.withdrawn.emit(self._said)
-        before, self._last_patch = self._last_patch, patch
-        if self._loading or changed_nodes(before, patch):
+        if changed_nodes(before, patch):
             self.canvas.patch_scene.show_fault(None)  # one that is still there is reported again
         self.previews.update_patch(before, patch)
         self._inspect(self.canvas.selected_ids())
-        if not self._loading:
-            self.patch_edited.emit(patch)
 
     def _selected(self, ids: list[str]) -> None:
         self._inspect(ids)
@@ -383,9 +374,7 @@ class DesignWorkspace(Workspace):
     def show_slot(self, slot: str, patch: Patch) -> None:
         """Edit this slot from now on, which holds this patch."""
         shared = {node.id for node in patch.nodes} & {node.id for node in self.patch().nodes}
-        self._loading = True
         self.document.switch(slot, patch)
-        self._loading = False
         if not shared:
             self.canvas.fit_view(all_nodes=True)
 

@@ -30,7 +30,7 @@ from underfoot.widgets.design.undo import Document
 def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
     document = Document(sample())
     seen = []
-    document.changed.connect(seen.append)
+    document.changed.connect(lambda *patches: seen.append(patches))
     for value in (40.0, 50.0, 60.0):
         document.edit(document.patch.set("step", "threshold", value, REGISTRY), "Set", "drag 1")
     document.edit(document.patch.set("step", "threshold", 70.0, REGISTRY), "Set", "drag 2")
@@ -42,8 +42,23 @@ def test_undo_goes_back_and_steps_that_belong_together_are_one(qapp):
     document.stack.undo()
     assert document.patch == sample()
     assert len(seen) == 8
+    assert [before for before, _ in seen] == [sample(), *(after for _, after in seen[:-1])]
     document.edit(document.patch, "Nothing")
     assert document.stack.count() == 2
+
+
+def test_what_is_edited_is_told_apart_from_what_is_opened_with_what_was_there_before(qapp):
+    document, seen = Document(Patch(title="a")), []
+    for told, name in ((document.changed, "changed"), (document.edited, "edited")):
+        told.connect(lambda before, after, name=name: seen.append((name, before.title, after.title)))
+    document.load(Patch(title="b"))
+    document.switch("B", Patch(title="c"))
+    document.edit(Patch(title="d"), "Edit")
+    document.stack.undo()
+    document.switch("A", Patch(title="b"))
+    steps = [("c", "d"), ("d", "c")]
+    told = [(name, *step) for step in steps for name in ("changed", "edited")]
+    assert seen == [("changed", "a", "b"), ("changed", "b", "c"), *told, ("changed", "c", "b")]
 
 
 def test_what_is_put_into_the_other_slot_is_undone_to_what_was_there_and_no_further(qapp):

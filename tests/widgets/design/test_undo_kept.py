@@ -29,7 +29,7 @@ def test_undo_and_redo_go_on_after_a_new_start(qapp, tmp_path):
     first.save_history(tmp_path / "undo.json")
     second = Document(first.patch)
     said = []
-    second.changed.connect(said.append)
+    second.changed.connect(lambda *patches: said.append(patches))
     second.restore_history(tmp_path / "undo.json", REGISTRY)
     assert second.patch == first.patch
     assert said == []
