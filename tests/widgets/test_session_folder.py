@@ -6,7 +6,7 @@ import pytest
 from made_studies import protocol_text
 
 from underfoot.patch import preset_files
-from underfoot.widgets.experiment.studies import SessionFolder, load_study, preset_studies
+from underfoot.widgets.experiment.studies import STUDY, SessionFolder, load_study, preset_studies
 
 
 @pytest.fixture
@@ -48,6 +48,15 @@ def test_a_protocol_that_was_moved_keeps_its_sessions(sessions, study, tmp_path)
     assert [path.name for path in sessions.files(moved)] == ["P01.session"]
     begin(sessions, moved, "P02")
     assert sessions.files(study("gravel")) == []  # another study, made later where the first one was
+
+
+@pytest.mark.parametrize("there", ["/home/ann/sand/protocol.json", r"C:\Users\ann\sand\protocol.json"])
+def test_sessions_that_were_copied_from_another_computer_are_gone_on_with(sessions, study, there):
+    """Those of the other system were another study's, so that who came back for a second day began anew."""
+    gravel = study("gravel")
+    begin(sessions, gravel, "P01")
+    (sessions.of(gravel) / STUDY).write_text(there)
+    assert [path.name for path in sessions.files(gravel)] == ["P01.session"]
 
 
 def test_a_preset_has_its_sessions_wherever_the_program_lies(sessions, study, tmp_path):

@@ -4,7 +4,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import chain, count
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import Protocol, node_files_of
@@ -119,7 +119,8 @@ def _is_of_another(folder: Path, study: StudyFile) -> bool:
         origin = (folder / STUDY).read_text("utf-8")
     except (OSError, UnicodeDecodeError):
         return False
-    return origin != _origin(study) and (not Path(origin).is_absolute() or Path(origin).is_file())
+    is_preset = PureWindowsPath(origin).name == origin  # of either system, as sessions are copied
+    return origin != _origin(study) and (is_preset or Path(origin).is_file())
 
 
 def load_study(path: Path, *, is_own: bool = False) -> StudyFile:
