@@ -44,7 +44,7 @@ def test_who_has_estimates_is_a_row_and_an_estimate_that_is_lacking_an_empty_cel
     done = CliRunner().invoke(cli, ["analyse", trials, "--estimates", people])
     assert done.exit_code == 0, done.exception
     header, *lines = csv.reader((tmp_path / "people.csv").read_text().splitlines())
-    asked, estimates = ["age", "shoes"], ["main.rating TD", "main.rating X", "set.threshold TD", "set.SD TD"]
+    asked, estimates = ["age", "shoes"], ["main.rating TD", "main.rating X", "set.threshold TD (dB)", "set.SD TD (dB)"]
     assert header == ["participant", *(f"participant.{name}" for name in asked), *estimates]
     assert [line[:2] for line in lines] == [["P1", "21"], ["P2", "22"], ["P3", "23"]]
     assert [line[-2:] for line in lines] == [["2.0", ""], ["3.0", repr(math.sqrt(2.0))], ["", ""]]

@@ -112,7 +112,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 f"In {not_set} of {len(part)} trials no plate set the stiffness that the table has."
             )
         findings.remarks += _spoiled(row for row in rows if row.get("stage", "") == stage and not row.get("practice"))
-        of_people = cache(partial(_estimates, part, analysis, settings_of(protocol, stage, settings)))
+        of_people = cache(partial(_values, part, analysis, settings_of(protocol, stage, settings)))
         people.setdefault(method, {})[stage] = of_people
         _add_people(findings, part, of_people)
         found.append(findings)
@@ -122,7 +122,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
 
 def estimates_of_people(rows: Sequence[Row], protocol: Protocol | None, settings: Settings) -> list[dict[str, Any]]:
     """Return a row of each person, as statistics programs want them: `participant`, what was asked, in the columns of
-    the trials, and each estimate of each stage, as STAGE.NAME; none where it is lacking.
+    the trials, and each estimate of each stage, as STAGE.NAME (UNIT); none where it is lacking.
 
     Raises errors as `analysed` does.
     """
@@ -132,8 +132,8 @@ def estimates_of_people(rows: Sequence[Row], protocol: Protocol | None, settings
     for row in counted(rows):
         people[str(row["participant"])] |= {name: row[name] for name in row if name.startswith(OF_PERSON)}
     for stage, method, part in _parts(rows):
-        for who, values in _estimates(part, ANALYSES[method], settings_of(protocol, stage, settings)).items():
-            people[who] |= {f"{stage}.{name}": value for name, value in values.items() if math.isfinite(value)}
+        for who, values in _estimates(part, ANALYSES[method], settings_of(protocol, stage, settings)):
+            people[who] |= {f"{stage}.{_column(one)}": one.value for one in values if math.isfinite(one.value)}
     return list(people.values())
 
 
@@ -170,11 +170,21 @@ def _stages_compared(
     return found
 
 
-def _estimates(rows: Sequence[Row], analysis: Analysis, settings: Settings) -> dict[str, dict[str, float]]:
-    """Return the values of each person's estimates, by name, without the time that intervals take."""
+def _values(rows: Sequence[Row], analysis: Analysis, settings: Settings) -> dict[str, dict[str, float]]:
+    """Return the values of each person's estimates, by name."""
+    return {who: {one.name: one.value for one in found} for who, found in _estimates(rows, analysis, settings)}
+
+
+def _estimates(rows: Sequence[Row], analysis: Analysis, settings: Settings) -> Iterator[tuple[str, list[Estimate]]]:
+    """Yield each person's estimates, without the time that intervals take."""
     settings = replace(settings, bootstrap=0)
-    people = grouped(rows, "participant").items()
-    return {str(who): {one.name: one.value for one in analysis.estimates(part, settings)} for (who,), part in people}
+    for (who,), part in grouped(rows, "participant").items():
+        yield str(who), analysis.estimates(part, settings)
+
+
+def _column(one: Estimate) -> str:
+    """Return an estimate's name with its unit, as a table of people has nothing else that says it."""
+    return f"{one.name} ({one.unit})" if one.unit else one.name
 
 
 def _spoiled(rows: Iterable[Row]) -> list[str]:
