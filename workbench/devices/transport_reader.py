@@ -127,16 +127,14 @@ class TransportReader:
         heard_s, unread, first, is_told = time.perf_counter() + self.transport.boot_s, 0, b"", False
         valid = self.parser.counts.valid
         while not self._stop.is_set():
-            data = asked(self.transport, self.transport.read)
+            data, samples, now_s = asked(self.transport, self._taken)
             if self._is_missed:  # what opens, but cannot be read, is not back
                 if self._is_loss_told:
                     self.notices.append(f"{self.transport.name} is back")
                 self._is_missed, self.trouble = False, ""
             self.is_open = True
-            now_s = time.perf_counter()
             for line in self.transport.lost:
                 self._say(self._port_losses[line], line, now_s)
-            samples = self.parser.feed(data, self.transport.senders, now_s)
             before, valid = valid, self.parser.counts.valid
             if valid > before:
                 if is_told:
@@ -151,6 +149,11 @@ class TransportReader:
                 is_told |= self._tell_silence(now_s, unread, first)
             if len(data):
                 self._stop.wait(_BATCH_S)
+
+    def _taken(self) -> tuple[bytes | memoryview, NDArray[np.void], float]:
+        """Return bytes, their samples and when they came; a plug-in's `read` may return what is none."""
+        data, now_s = self.transport.read(), time.perf_counter()
+        return data, self.parser.feed(data, self.transport.senders, now_s), now_s
 
     def _tell_loss(self, line: str) -> None:
         """Tell that the transport is gone, not each time: two programs that take a hub from each other never end."""
