@@ -29,6 +29,8 @@ class TrialRecord:
     """Session seconds at which the last one's vibration began; NaN where there was none."""
     facts: dict[str, Any] = field(default_factory=dict)
     excerpts: list[Excerpt] = field(default_factory=list)
+    kept: tuple[int, bool] = (0, False)
+    """Of how many plays the session file knows, and whether also that the last one has ended."""
     _looked_frame: int = 0
     """The frame up to which the onset was looked for."""
     _awaited: list[tuple[int, tuple[int, int, int], NDArray[np.intp]]] = field(default_factory=list)

@@ -5,9 +5,8 @@ A `Runner` is always in one `Phase`. The window or terminal calls `poll` about 6
 and vibration before it begins the next trial.
 """
 
-import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,24 +20,31 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.languages import language_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES, Adjusted
-from underfoot.experiments.store import SessionFile, time_of_day
+from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import AGREED, CALIBRATIONS, Entry, Page, Study
 from underfoot.experiments.trials import Answers, Presentation
 from underfoot.floor.profile_parts import PARTS, lines_of
-from underfoot.patch.patch import Patch
-from underfoot.phrases import Phrase
 from underfoot.studies.adjusting import Adjusting
-from underfoot.studies.apparatus import Apparatus, TimedStimulus
+from underfoot.studies.apparatus import Apparatus
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.foot_answers import FootAnswers, require_fields
 from underfoot.studies.markers import ANSWER, STOP, place_of
-from underfoot.studies.measuring import TrialRecord
+from underfoot.studies.page_run import (
+    Answered,
+    Interrupted,
+    Learning,
+    LevelRun,
+    PageRun,
+    Preparation,
+    Prepared,
+    Stopped,
+)
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
 from underfoot.studies.stimulus_patches import StimulusPatches
 from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
-from underfoot.studies.trial_run import Answered, Interrupted, TrialRun
+from underfoot.studies.trial_run import TrialRun
 
 
 class Runner:
@@ -74,17 +80,9 @@ class Runner:
         self.messages: list[str] = [lacking] if lacking else []
         """Messages for the experimenter, newest last."""
         self._before = (session.patch, session.level_db, session.playing)
-        self._unprepared = self._all_patches()
-        self._phase, self._hint = Phase.PREPARING, ""  # while no trial runs
-        self._trial: TrialRun | None = None
-        self._record = TrialRecord()
-        self._stimulus = TimedStimulus(self._apparatus)  # in learning, and for the level
-        self._adjusting: Adjusting | None = None  # on the page of the level
-        self._page_due = 0.0
+        self._run: PageRun = Preparation(self._apparatus)
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self._equipment_problem = ""  # the last one that was told
-        self._why_stopped = ""
-        self._kept_felt = (0, False)
         if self.study.was_interrupted and self.page.trial is not None:
             number = f"trial {self.page.trial.number} of {self.page.stage}"
             self.messages.append(f"{number} was felt and not answered when the session ended; it comes again")
@@ -103,64 +101,57 @@ class Runner:
     @property
     def phase(self) -> Phase:
         """The phase of the current page."""
-        if self._why_stopped:
-            return Phase.STOPPED
-        return self._phase if self._trial is None else self._trial.phase
+        return self._run.phase
 
     @property
     def hint(self) -> str:
         """An instruction for the participant, in one sentence, in English; of a stop, why."""
-        return self._hint if self._trial is None or self._why_stopped else self._trial.hint
+        return self._run.hint
 
     @property
     def interval(self) -> int:
         """The current interval of the trial, from 1."""
-        return 1 if self._trial is None else self._trial.interval + 1
+        return self._run.interval + 1
 
     @property
     def plays(self) -> int:
         """The number of presentations of the trial so far."""
-        return self._record.plays
+        return self._run.record.plays
 
     @property
     def began_s(self) -> float:
         """Session seconds at which the last presentation of this page began; NaN before the first."""
-        return self._record.first_s
+        return self._run.record.first_s
 
     @property
     def seconds_left(self) -> float:
         """The remaining seconds of a pause or wait; 0 without a countdown."""
-        if self.phase is Phase.WAITING and self._trial is not None:
-            return max(self._trial.due - time.perf_counter(), 0.0)
-        counted = self.phase is Phase.PAUSE or self.page.kind == "learn"
-        return max(self._page_due - time.perf_counter(), 0.0) if counted else 0.0
+        return self._run.seconds_left
 
     @property
     def is_prepared(self) -> bool:
         """Whether all stimuli have been prepared; before, nothing can be felt."""
-        return self._phase is not Phase.PREPARING
+        return self._run.is_prepared
 
     @property
     def may_play(self) -> bool:
         """Whether a key can start a presentation, for the first time or again."""
-        return self._trial is not None and not self._why_stopped and self._trial.can_be_started
+        return self._run.can_be_started
 
     @property
     def adjusting(self) -> Adjusting | None:
         """What is moved now while it is felt; None where nothing is, or if it is stopped."""
-        if self._why_stopped:
-            return None
-        return self._adjusting if self._trial is None else self._trial.adjusting
+        return self._run.adjusting
 
     @property
     def foot(self) -> FootAnswers | None:
         """The fields on the floor for the current question; None without an answer by foot, or if it is stopped."""
-        return self._trial.foot if self._trial is not None and not self._why_stopped else None
+        return self._run.foot
 
     @property
     def target(self) -> FloorTarget | None:
         """The button on the floor that can be pressed now; None if there is none."""
-        return self._trial.target if self._trial is not None and self.phase is Phase.PRESENTING else None
+        return self._run.target
 
     @property
     def selected(self) -> FloorTarget | None:
@@ -189,26 +180,26 @@ class Runner:
             self.messages.append(self.presenter.problem)
             self.stop("a stimulus cannot be played")
             self.presenter.problem = ""  # which silence, too, has while the card is away
-        if self.phase in _STEPS:
-            _STEPS[self.phase](self)
-        elif self._trial is not None and not self._why_stopped:
-            self._poll_trial(self._trial)
+        match self._run.poll():
+            case Prepared():
+                self._open_page()
+            case Interrupted(reason):
+                self.stop(reason)
+            case Answered(values, pause_s):
+                self._take_answer(values, pause_s)
         self._keep_felt()
 
     def start(self) -> None:
         """Start or repeat a presentation, after a key press; raise `BadValue` if that is not allowed now."""
         require(self.may_play, "phase", str(self.phase), "ready for a key")
-        assert self._trial is not None
-        self._trial.start()
+        self._run.start()
 
     def play(self, stimulus: str) -> None:
         """Play a stimulus in learning; raise `BadValue` on any other page."""
-        kind = self.page.kind
-        require(
-            self.phase is Phase.PAGE and kind in ("learn", "level"), "page", kind, "one of learning, or of the level"
-        )
+        if self._run.tried is None:
+            raise BadValue(f"page is {self.page.kind!r}; allowed: one of learning, or of the level")
         choice("stimulus", stimulus, self.protocol.stimuli)
-        self._stimulus.begin(self._stimuli.presented(Presentation(stimulus), self.study.gain_db))
+        self._run.tried.begin(self._stimuli.presented(Presentation(stimulus), self.study.gain_db))
 
     def adjust(self, way: int, *, is_fine: bool) -> None:
         """Move what is adjusted by a step up (`way` 1) or down (-1); raise `BadValue` where nothing is."""
@@ -228,7 +219,7 @@ class Runner:
         if self.page.kind == "consent" and values.get(AGREED) == NO:
             self.stop("the participant does not agree to take part")
         else:
-            self._take_answer(values if self.adjusting is None else self.adjusting.answers, {})
+            self._take_answer(values if self.adjusting is None else self.adjusting.answers)
 
     def end_pause(self) -> None:
         """End a pause early; the remaining seconds are stored."""
@@ -239,7 +230,7 @@ class Runner:
         """Spoil the current trial for a reason, and present it again, also after a stop; it was presented before."""
         self._require_prepared()
         require(self.plays > 0, "plays", self.plays, "1 or more: nothing of this trial was presented yet")
-        self._store(self.study.spoil(reason, self._record.facts))
+        self._store(self.study.spoil(reason, self._run.record.facts))
         self._present_anew()
 
     def repeat_last(self, reason: str) -> None:
@@ -263,22 +254,22 @@ class Runner:
             return
         self.session.panic()
         self.presenter.request(IDLE)  # until the study goes on, when what was felt is not to sound once more
-        colon = "" if reason.startswith("by ") else ":"
-        self._why_stopped, self._hint = f"stopped{colon} {reason}", f"Stopped{colon} {reason}."
+        self._run = Stopped(self._run, reason)
         self._apparatus.mark(STOP, self.page)
         self.note(f"stopped: {reason}")
 
     def go_on(self) -> None:
         """Continue at the current page after a stop; what was felt of it is kept as a spoiled attempt."""
-        require(self.phase is Phase.STOPPED, "phase", str(self.phase), "stopped")
+        stopped = self._run
+        if not isinstance(stopped, Stopped):
+            raise BadValue(f"phase is {str(self.phase)!r}; allowed: stopped")
         self.file.write_waiting()
-        if self._phase is Phase.PREPARING:
+        if not stopped.is_prepared:
             self.note("went on")
-            self._unprepared = self._all_patches()
+            self._run = Preparation(self._apparatus)
             self.session.panic()
-            self._why_stopped = ""
         elif self.file.has_felt:
-            self.spoil(self._why_stopped)
+            self.spoil(stopped.reason)
         else:
             self._present_anew()
 
@@ -303,26 +294,7 @@ class Runner:
         finally:
             self.file.close()
 
-    # --- phases ---
-
-    def _prepare(self) -> None:
-        """Play each patch once in silence, so that all are compiled; sound begins once nothing but `IDLE` plays."""
-        if not self.session.health.running or self.presenter.since_frame is None:
-            return
-        if self._unprepared:
-            self._hint = Phrase("Preparing: {count} left", count=len(self._unprepared))
-            self.presenter.request(self._unprepared.pop())
-            return
-        if not self.presenter.has_settled():
-            return  # the patch that was open fades out
-        self.presenter.begin()
-        if self._equipment.masking is not None:
-            self._equipment.masking.start()
-        self._open_page()
-
-    def _all_patches(self) -> list[Patch]:
-        """Return what is played in silence before the first page, the last one first."""
-        return [IDLE, *self._stimuli.kinds()]
+    # --- pages ---
 
     def _note_calibrations(self) -> None:
         """Note which calibrations are in use, with day and digest, where that has changed since the last time."""
@@ -335,109 +307,71 @@ class Runner:
             self.note(used)
 
     def _require_prepared(self) -> None:
-        require(self.is_prepared, "phase", str(self._phase), "what follows the preparation")
+        require(self.is_prepared, "phase", str(Phase.PREPARING), "what follows the preparation")
 
     def _present_anew(self) -> None:
         """Open the current page; after a stop, which is silent, with what is to be felt."""
-        if self._why_stopped:
+        if self.phase is Phase.STOPPED:
             self.note("went on")
             self.presenter.begin()
         self._open_page()
 
-    def _open_page(self) -> None:
-        """Begin the phase of the current page."""
-        page = self.study.page
-        self._why_stopped, self._trial, self._hint, self._kept_felt = "", None, "", (0, False)
-        self._adjusting = None
-        self._record = TrialRecord(started_at=time_of_day())
-        self._stimulus.begin(IDLE)
-        self._page_due = time.perf_counter() + page.seconds
-        if page.kind == "end":
-            self._phase = Phase.END
-        elif page.kind == "pause":
-            self._phase = Phase.PAUSE
-        elif page.trial is None:
-            self._phase = Phase.PAGE
-            (question, *_) = page.questions or (None,)
-            if isinstance(question, Adjusted):
-                self._adjusting = self._adjusted_level(question, self.protocol.stage(page.stage).stimulus)
-                self._adjusting.play()  # what is to be lowered is felt at once
-        else:
-            study = self.study
-            last = study.entries[-1] if study.entries else None
-            within = last is not None and last.trial is not None and last.stage == page.stage
-            pause_s = self.protocol.stage(page.stage).trial_pause_s if within else 0.0
-            self._phase = Phase.WAITING
-            self._trial = TrialRun(self._apparatus, page, study.participant, study.gain_db, self._record, pause_s)
+    def _open_page(self, pause_s: float = 0.0) -> None:
+        """Begin the current page; a trial after `pause_s`, or after the pause between trials if that is 0."""
+        self.presenter.request(IDLE)
+        self._run = PageRun(Phase.WAITING)  # in which nothing is answered, if the page cannot be opened
+        self._run = self._made_run(self.study.page, pause_s)
 
-    def _adjusted_level(self, question: Adjusted, stimulus: str) -> Adjusting:
-        """Return the level of a stimulus, to be moved on the page of the level."""
-        return Adjusting(question, lambda db: self._stimuli.adjusted(stimulus, question, db, 0.0), self._stimulus.begin)
-
-    def _poll_trial(self, trial: TrialRun) -> None:
-        """Advance the trial; store an answer that was given on the floor."""
-        match trial.poll():
-            case Interrupted(reason):
-                self.stop(reason)
-            case Answered(values, facts, pause_s) if trial.target is not None:
-                if values["selected"] == YES:
-                    self._selected = (trial.target, time.perf_counter() + SELECTED_S)
-                self._keep(values, facts)
-                if pause_s and self._trial is not None:
-                    self._trial.due = time.perf_counter() + pause_s
-            case Answered(values, facts):
-                self._take_answer(values, facts)
-
-    def _page(self) -> None:
-        """End stimuli and the time of learning after their duration."""
-        kind = self.page.kind
-        if kind == "learn" and self.page.seconds and time.perf_counter() >= self._page_due:
-            self._keep({}, {})
-        elif kind == "learn":
-            if self._stimulus.has_ended(self.protocol.present_s):
-                self.presenter.request(IDLE)
-        elif kind == "level":
-            self._stimulus.has_ended(math.inf)
-
-    def _pause(self) -> None:
-        if time.perf_counter() >= self._page_due:
-            self._keep({}, {})
+    def _made_run(self, page: Page, pause_s: float) -> PageRun:
+        question = next(iter(page.questions), None)
+        if page.trial is not None:
+            last = self.study.entries[-1] if self.study.entries else None
+            if not pause_s and last is not None and last.trial is not None and last.stage == page.stage:
+                pause_s = self.protocol.stage(page.stage).trial_pause_s
+            return TrialRun(self._apparatus, page, self.study.gain_db, pause_s)
+        if isinstance(question, Adjusted):
+            return LevelRun(self._apparatus, page, question)
+        match page.kind:
+            case "learn":
+                return Learning(self._apparatus, page)
+            case "pause":
+                return PageRun(Phase.PAUSE, page.seconds)
+            case "end":
+                return PageRun(Phase.END)
+        return PageRun(Phase.PAGE)
 
     # --- storing ---
 
-    def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
-        """Store an answer with the facts of its trial and the response time."""
-        if self._trial is not None:
-            self._trial.conclude()
-        self._record.complete(self.presenter)
-        known = {**self._record.facts, **facts}
-        if self.phase is Phase.ANSWERING:
-            known |= {"response_s": round(time.perf_counter() - self._record.ended, 4), "plays": self._record.plays}
-        self._keep(values, known)
+    def _take_answer(self, values: Answers, pause_s: float = 0.0) -> None:
+        """Store an answer with the facts of what was felt; a button that was pressed in time is highlighted."""
+        target = self.target
+        self._keep(values, self._run.conclude(), pause_s)
+        if target is not None and values["selected"] == YES:
+            self._selected = (target, time.perf_counter() + SELECTED_S)
 
-    def _keep(self, values: Answers, facts: Mapping[str, Any]) -> None:
-        """Take an answer and store it with its excerpts; only then open the next page."""
-        entry = self.study.answer(values, {"started_at": self._record.started_at, **facts})
+    def _keep(self, values: Answers, facts: Mapping[str, Any], pause_s: float = 0.0) -> None:
+        """Take an answer and store it with its excerpts; only then open the next page, a trial after `pause_s`."""
+        entry = self.study.answer(values, {"started_at": self._run.record.started_at, **facts})
         self._store(entry)
         self._equipment.mark(ANSWER, place_of(entry))
-        self._open_page()
+        self._open_page(pause_s)
 
     def _keep_felt(self) -> None:
         """Store that a trial is felt, before it is answered: when it begins to vibrate, and when it has ended.
 
         Else nobody would know of it, if the program were killed.
         """
-        record, has_ended = self._record, self.phase is Phase.ANSWERING
+        record, has_ended = self._run.record, self.phase is Phase.ANSWERING
         state = record.plays, has_ended
-        if state != self._kept_felt and (has_ended or (self.phase is Phase.PRESENTING and "onset_s" in record.facts)):
-            self._kept_felt = state
+        if state != record.kept and (has_ended or (self.phase is Phase.PRESENTING and "onset_s" in record.facts)):
+            record.kept = state
             facts = {"started_at": record.started_at, "plays": record.plays, **record.facts}
             self.file.keep_felt(self.study.unanswered(facts))
 
     def _store(self, entry: Entry) -> None:
         """Write an entry; if the disk refuses it, keep it in memory and stop the study."""
         try:
-            self.file.add(entry, self._record.excerpts)
+            self.file.add(entry, self._run.record.excerpts)
         except BadFile:
             with suppress(BadFile):
                 self.stop("the answer cannot be written, and is kept until you go on")
@@ -452,11 +386,3 @@ class Runner:
                 self.spoil(why)
             else:
                 self._open_page()
-
-
-_STEPS: Mapping[Phase, Callable[[Runner], None]] = {
-    Phase.PREPARING: Runner._prepare,
-    Phase.PAGE: Runner._page,
-    Phase.PAUSE: Runner._pause,
-}
-"""The steps of `poll` in phases without a trial; none when stopped, and at the end."""

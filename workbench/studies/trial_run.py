@@ -2,21 +2,17 @@
 
 import math
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
-from underfoot.errors import BadValue
-from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.questions import Adjusted
-from underfoot.experiments.study import Page, method_of
-from underfoot.experiments.trials import NOTHING, Answers, Presentation
+from underfoot.experiments.study import Page
+from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.patch.patch import Patch
 from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.apparatus import Apparatus, TimedStimulus
 from underfoot.studies.foot_answers import FootAnswers
 from underfoot.studies.markers import BEGIN, END, ONSET
-from underfoot.studies.measuring import TrialRecord
+from underfoot.studies.page_run import Answered, Interrupted, PageRun
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE
 from underfoot.studies.target import FloorTarget
@@ -24,50 +20,26 @@ from underfoot.studies.target import FloorTarget
 CROSSINGS = 2
 
 
-@dataclass(frozen=True)
-class Answered:
-    """An answer given on the floor, facts to store with it, and the pause after it."""
+class TrialRun(PageRun):
+    """A trial: each interval is waited for (pause, plate, floor), ready (for a key or a step) and presented; then it is
+    answered.
+    """
 
-    values: Answers
-    facts: Mapping[str, Any]
-    pause_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class Interrupted:
-    """Why the presentation cannot go on."""
-
-    reason: str
-
-
-class TrialRun:
-    """A trial from the wait before its first interval to its answer. `poll` advances it, without blocking."""
-
-    def __init__(
-        self, apparatus: Apparatus, page: Page, participant: str, gain_db: float, record: TrialRecord, pause_s: float
-    ) -> None:
-        """Begin with a pause of `pause_s`; stimuli play at the participant's `gain_db`; measurements go to `record`."""
-        self._apparatus, self._page, self._participant = apparatus, page, participant
-        self._gain_db, self._record = gain_db, record
-        self._stage = apparatus.protocol.stage(page.stage)
+    def __init__(self, apparatus: Apparatus, page: Page, gain_db: float, pause_s: float) -> None:
+        """Begin with a pause of `pause_s`; stimuli play at the participant's `gain_db`."""
+        assert page.trial is not None
+        super().__init__(Phase.WAITING)
+        self._apparatus, self._page, self._trial, self._gain_db = apparatus, page, page.trial, gain_db
+        self._stage, self._by_key = apparatus.protocol.stage(page.stage), page.start == "key"
+        self._intervals = page.trial.intervals
+        """What is presented; nothing where a button appears."""
         self._stimulus = TimedStimulus(apparatus)
-        self.intervals: tuple[Presentation, ...] = page.trial.intervals if page.trial is not None else ()
-        self.interval = 0
-        """The index of the current interval."""
-        self.phase, self.hint = Phase.WAITING, ""
-        self.due = 0.0
-        """The end of the present wait, in seconds of `time.perf_counter`."""
-        self.target: FloorTarget | None = None
-        """The button on the floor, in target selection."""
-        self.foot: FootAnswers | None = None
-        """The fields on the floor for the question; None if it has no answer by foot."""
         self._armed_s = math.inf
         self._stood = False
         self._adjusted = self._made_adjusting()
         self._wait(pause_s)
 
     def poll(self) -> Answered | Interrupted | None:
-        """Advance the trial; return an answer given on the floor, or why the trial is interrupted."""
         match self.phase:
             case Phase.WAITING:
                 self._try_to_present()
@@ -80,19 +52,19 @@ class TrialRun:
         return None
 
     @property
+    def seconds_left(self) -> float:
+        return super().seconds_left if self.phase is Phase.WAITING else 0.0
+
+    @property
     def adjusting(self) -> Adjusting | None:
-        """What is moved now while it is felt; None where nothing is."""
         return self._adjusted if self.phase is Phase.ANSWERING else None
 
     @property
     def can_be_started(self) -> bool:
-        """Whether a key can start a presentation, for the first time or again; of what is moved, or its standard."""
         if self.adjusting is not None:
             return True
-        if self._page.start != "key":
-            return False
-        again = self.phase is Phase.ANSWERING and len(self.intervals) == 1 and self._record.plays < self._page.plays
-        return self.phase is Phase.READY or again
+        again = self.phase is Phase.ANSWERING and len(self._intervals) == 1 and self.record.plays < self._page.plays
+        return self._by_key and (self.phase is Phase.READY or again)
 
     def start(self) -> None:
         """Present the first interval, after a key press; while something is moved, the other one."""
@@ -108,8 +80,8 @@ class TrialRun:
         """Wait for `seconds` before an interval, while the plate moves to its stiffness."""
         self.phase, self.due = Phase.WAITING, time.perf_counter() + seconds
         plate = self._apparatus.equipment.plate
-        if self.intervals and plate is not None:
-            stiffness = self._stiffness_of(self.intervals[self.interval])
+        if self._intervals and plate is not None:
+            stiffness = self._stiffness_of(self._intervals[self.interval])
             if stiffness > 0.0:
                 plate.request_stiffness(stiffness)
         self._prepare()
@@ -121,7 +93,7 @@ class TrialRun:
 
     def _prepare(self) -> None:
         """Let a stimulus that a key begins settle under the feet that stand there."""
-        if self.intervals and self._page.start == "key":
+        if self._intervals and self._by_key:
             self._stimulus.prepare(self._patch)
 
     def _try_to_present(self) -> None:
@@ -130,17 +102,16 @@ class TrialRun:
         if plate is not None and not plate.poll(is_loaded=watch.is_loaded):
             self.hint = "The plate moves. Please step off." if watch.is_loaded else "The plate moves."
             return
-        by_foot = self._page.start != "key" or not self.intervals
         if time.perf_counter() < self.due or not self._apparatus.presenter.has_settled():
             self.hint = ""
-        elif by_foot and self.intervals and watch.is_loaded:
-            self.hint = "Please step off."
-        elif not self.intervals:
+        elif not self._intervals:
             self._show_target()
-        elif not by_foot and self.interval == 0:
+        elif self._by_key and self.interval == 0:
             self.phase, self.hint = Phase.READY, ""
-        elif not by_foot:
+        elif self._by_key:
             self._begin_by_key()
+        elif watch.is_loaded:
+            self.hint = "Please step off."
         else:
             self._arm()
 
@@ -153,18 +124,14 @@ class TrialRun:
             self.hint = "Step on the tile." if self._page.start == "step" else "Cross the plate there and back."
 
     def _await_step(self) -> None:
-        if self._page.start != "key":
-            visits = self._apparatus.watch.visits_since(self._armed_s)
-            if visits:
-                self._begin(visits[0].start_s)
+        visits = self._apparatus.watch.visits_since(self._armed_s)
+        if visits and not self._by_key:
+            self._begin(visits[0].start_s)
 
     def _show_target(self) -> None:
-        apparatus, trial = self._apparatus, self._page.trial
-        method = method_of(apparatus.protocol, self._stage, self._participant)
-        if trial is None or not isinstance(method, TargetSelection):
-            raise BadValue(f"stage {self._page.stage!r} presents nothing")
-        watch = apparatus.watch
-        self.target = FloorTarget.of(trial, method.given, watch.now_s, time.perf_counter(), watch.contacts)
+        assert self._stage.method is not None
+        watch, given = self._apparatus.watch, self._stage.method.given(self._apparatus.protocol.stimuli)
+        self.target = FloorTarget.of(self._trial, given, watch.now_s, time.perf_counter(), watch.contacts)
         self._begin(watch.now_s)
 
     # --- during a presentation ---
@@ -178,24 +145,24 @@ class TrialRun:
         """Begin an interval whose first force, or key press, was at `first_s` of the session."""
         self.phase, self.hint, self.foot = Phase.PRESENTING, "", None
         if self.interval == 0:
-            self._record.begin_anew()
-            if any(self._stiffness_of(one) > 0.0 for one in self.intervals):
-                self._record.facts["stiffness_set"] = self._apparatus.equipment.plate is not None
-        self._record.first_s, self._record.onset_s = first_s, math.nan
-        self._apparatus.mark(BEGIN, self._page, None if self._page.start == "key" else first_s)
+            self.record.begin_anew()
+            if any(self._stiffness_of(one) > 0.0 for one in self._intervals):
+                self.record.facts["stiffness_set"] = self._apparatus.equipment.plate is not None
+        self.record.first_s, self.record.onset_s = first_s, math.nan
+        self._apparatus.mark(BEGIN, self._page, None if self._by_key else first_s)
         if self._adjusted is not None:  # it is felt while it is answered
-            self.phase, self._record.ended = Phase.ANSWERING, time.perf_counter()
+            self.phase, self.record.ended = Phase.ANSWERING, time.perf_counter()
 
     def _present(self) -> Answered | Interrupted | None:
-        watch, by_key = self._apparatus.watch, self._page.start == "key"
-        self._record.look_for_onset(self._apparatus.presenter, by_foot=not by_key)
+        watch = self._apparatus.watch
+        self.record.look_for_onset(self._apparatus.presenter, by_foot=not self._by_key)
         if watch.is_silent:
             return Interrupted("no force comes from the floor")
         if self.target is not None:
             return self._judge(self.target)
-        if by_key and self._stood and not watch.is_on:
+        if self._by_key and self._stood and not watch.is_on:
             return Interrupted("the participant left the floor")
-        if by_key:
+        if self._by_key:
             if self._stimulus.has_ended(self._apparatus.protocol.present_s):
                 self._end_interval()
         else:
@@ -215,15 +182,14 @@ class TrialRun:
         if answers is None:
             return None
         self._measure()
-        self._record.complete(self._apparatus.presenter)
-        return Answered(answers, dict(self._record.facts), target.pause_s)
+        return Answered(answers, target.pause_s)
 
     def _end_interval(self) -> None:
         """Measure this interval, and begin the next one, or the answer."""
         self._measure()
         self._apparatus.presenter.request(IDLE)
-        self._record.ended, self.hint = time.perf_counter(), ""
-        if self.interval + 1 < len(self.intervals):
+        self.record.ended, self.hint = time.perf_counter(), ""
+        if self.interval + 1 < len(self._intervals):
             self.interval += 1
             self._wait(self._stage.interval_pause_s)
             return
@@ -237,8 +203,8 @@ class TrialRun:
 
     def _measure(self) -> None:
         """Measure this interval, and send its markers."""
-        apparatus, record, before = self._apparatus, self._record, len(self._record.excerpts)
-        record.measure(apparatus.presenter, apparatus.watch, self.interval, self._page.start != "key")
+        apparatus, record, before = self._apparatus, self.record, len(self.record.excerpts)
+        record.measure(apparatus.presenter, apparatus.watch, self.interval, by_foot=not self._by_key)
         apparatus.pack(record.excerpts[before:])
         if math.isfinite(record.onset_s):
             apparatus.mark(ONSET, self._page, record.onset_s)
@@ -248,28 +214,30 @@ class TrialRun:
 
     def _adjust(self) -> Interrupted | None:
         """Follow what is felt while it is moved, by who stands there or steps as often as they like."""
-        by_key = self._page.start == "key"
-        self._record.look_for_onset(self._apparatus.presenter, by_foot=not by_key)
-        if by_key:
+        self.record.look_for_onset(self._apparatus.presenter, by_foot=not self._by_key)
+        if self._by_key:
             self._stimulus.has_ended(math.inf)
         return Interrupted("no force comes from the floor") if self._apparatus.watch.is_silent else None
 
-    def conclude(self) -> None:
-        """Measure what was felt until the answer, and keep how it was moved, where something was."""
-        adjusting = self.adjusting
+    def conclude(self) -> dict[str, Any]:
+        record, adjusting = self.record, self.adjusting
         if adjusting is not None:
             self._measure()
             self._apparatus.presenter.request(IDLE)
-            self._record.facts |= {"changes": adjusting.changes, "standard_plays": adjusting.standard_plays}
+            record.facts |= {"changes": adjusting.changes, "standard_plays": adjusting.standard_plays}
+        record.complete(self._apparatus.presenter)
+        if self.phase is not Phase.ANSWERING:
+            return dict(record.facts)
+        return {**record.facts, "response_s": round(time.perf_counter() - record.ended, 4), "plays": record.plays}
 
     def _made_adjusting(self) -> Adjusting | None:
         """Return what is to be moved in this trial; None where its question is answered otherwise."""
         question, stimuli = next(iter(self._page.questions), None), self._apparatus.stimuli
         if not isinstance(question, Adjusted):
             return None
-        comparison, *others = self.intervals
+        comparison, *others = self._intervals
         standard = next((stimuli.presented(one, self._gain_db) for one in others), None)
-        present = self._stimulus.begin if self._page.start == "key" else self._apparatus.presenter.request
+        present = self._stimulus.begin if self._by_key else self._apparatus.presenter.request
         return Adjusting(
             question, lambda at: stimuli.adjusted(comparison.stimulus, question, at, self._gain_db), present, standard
         )
@@ -279,11 +247,15 @@ class TrialRun:
             return None
         answers = self.foot.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s)
         self.hint = self.foot.hint
-        return None if answers is None else Answered(answers, self.foot.facts)
+        if answers is None:
+            return None
+        self.record.complete(self._apparatus.presenter)
+        self.record.facts |= self.foot.facts
+        return Answered(answers)
 
     @property
     def _patch(self) -> Patch:
         """The patch of the current interval at the participant's level."""
         if self._adjusted is not None:
             return self._adjusted.patch
-        return self._apparatus.stimuli.presented(self.intervals[self.interval], self._gain_db)
+        return self._apparatus.stimuli.presented(self._intervals[self.interval], self._gain_db)
