@@ -51,9 +51,8 @@ class Canvas(AskingView):
     """A node whose button was pressed, to play it alone."""
 
     # Of the class: the patch is shown before a canvas is made.
-    _dragged_wire: WireDrag | None = None
     _pressed_at = QPointF()
-    _drag: FrameDrag | NoteWidth | WireCut | None = None
+    _drag: WireDrag | FrameDrag | NoteWidth | WireCut | None = None
     _cuts = False
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
@@ -167,7 +166,7 @@ class Canvas(AskingView):
             self._pan = event.position().toPoint()
             self._space_state = "used" if self._space_state else ""
             self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
-        elif button == Qt.MouseButton.LeftButton and self._drag is None:
+        elif button == Qt.MouseButton.LeftButton and not isinstance(self._drag, WireCut):
             self._press(event)
         elif self._cuts and not self._is_held():
             self._drag = WireCut(self.patch_scene, self.mapToScene(event.position().toPoint()))
@@ -183,8 +182,8 @@ class Canvas(AskingView):
         frame = scene.group_frame_at(place) if node is None and note is None else None
         if port is not None:
             self.show_message("")
-            self._dragged_wire = WireDrag(scene, *port)
-            self._dragged_wire.move(place)
+            self._drag = WireDrag(scene, *port)
+            self._drag.move(place)
         elif node is not None and node.more_at(place):
             node.set_ports(node.driven, shows_all=True)
         elif node is not None and self.transform().m11() >= MIN_LEGIBLE_SCALE and node.button_at(place):
@@ -208,13 +207,11 @@ class Canvas(AskingView):
             by = event.position().toPoint() - self._pan
             self._pan = event.position().toPoint()
             self.pan(-by.x(), -by.y())
-        elif self._dragged_wire is not None:
-            self._dragged_wire.move(place)
-            if self._dragged_wire.reason != self.message:
-                self.show_message(self._dragged_wire.reason)
         elif self._drag is not None:
             self._drag.move(place)
             self._show_whether_copied(event)
+            if isinstance(self._drag, WireDrag) and self._drag.reason != self.message:
+                self.show_message(self._drag.reason)
         else:
             super().mouseMoveEvent(event)
             if self.patch_scene.mouseGrabberItem() is not None:
@@ -258,13 +255,13 @@ class Canvas(AskingView):
                 return
         if self._drag is not None and event.button() == self._drag.button:
             drag, self._drag = self._drag, None
-            if (edit := drag.end()) is not None:
+            if isinstance(drag, WireDrag):
+                self._drop_wire(drag, event)
+            elif (edit := drag.end()) is not None:
                 self.document.edit(*edit)
             self._drop_items(None, None, event)
         elif event.button() != Qt.MouseButton.LeftButton:
             return
-        elif self._dragged_wire is not None:
-            self._drop_wire(event)
         else:
             wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(at))
             super().mouseReleaseEvent(event)
@@ -296,12 +293,10 @@ class Canvas(AskingView):
         else:
             self.document.edit(patch, what)
 
-    def _drop_wire(self, event: QMouseEvent) -> None:
+    def _drop_wire(self, drag: WireDrag, event: QMouseEvent) -> None:
         """End the drag of a wire on a port, on the empty canvas, or elsewhere; a wire that was clicked beside a port is
         selected.
         """
-        drag, self._dragged_wire = self._dragged_wire, None
-        assert drag is not None
         at, scene = event.position().toPoint(), self.patch_scene
         result, place = drag.result(self.document.patch), self.mapToScene(at)
         if result is None and drag.is_loose(place):
@@ -369,7 +364,7 @@ class Canvas(AskingView):
 
     def _is_dragging(self) -> bool:
         """Return whether a wire, a frame, an edge, a rubber band, a node or note is dragged, or wires are being cut."""
-        dragged = any((self._dragged_wire, self._drag, self.has_band))
+        dragged = any((self._drag, self.has_band))
         return dragged or (self.patch_scene.mouseGrabberItem() is not None and bool(self.patch_scene.places()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -415,9 +410,6 @@ class Canvas(AskingView):
     def _cancel_drag(self) -> None:
         """Cancel the drag, and restore the previous positions, selection and view."""
         self.end_band()
-        if self._dragged_wire is not None:
-            self._dragged_wire.end()
-            self._dragged_wire = None
         if self._drag is not None:
             self._drag.end()
             self._drag = None

@@ -1,6 +1,6 @@
 """Dragging a wire from a port to a port, with a message on whether the connection is allowed."""
 
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, Qt
 
 from underfoot.patch.node import Port, can_connect
 from underfoot.patch.patch import Patch
@@ -17,6 +17,8 @@ MIN_LOOSE_PX = 48.0
 
 class WireDrag:
     """One drag of a wire, from the press on a port to the release. It draws the wire, and shows the result."""
+
+    button = Qt.MouseButton.LeftButton
 
     def __init__(self, scene: PatchScene, item: NodeItem, placed: PlacedPort) -> None:
         self._scene = scene

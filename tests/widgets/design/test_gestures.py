@@ -86,6 +86,18 @@ def test_a_press_begins_anew_where_the_release_of_the_one_before_went_elsewhere(
     assert [node.at for node in workspace.patch().nodes] == [(0.0, -80.0), (240, 0), (0.0, 240.0), (480.0, 240.0)]
 
 
+def test_a_press_begins_anew_where_an_edge_was_held_before(row):
+    """It went on with the edge: the note became as wide as the way to the node that was then dragged."""
+    row.set_patch(structs.replace(row.patch(), notes=(Note("note", "Heel", (0.0, 200.0)),)))
+    row.canvas.zoom_to(1.0)
+    item, at = row.canvas.patch_scene.notes["note"], row.patch().node("hum").at
+    edge = row.canvas.mapFromScene(item.mapToScene(item.size[0], 8.0))
+    drag(row, edge, edge - QPoint(70, 0), release=False)
+    drag(row, middle(row, "hum"), middle(row, "hum") + QPoint(0, 80))
+    assert row.patch().notes[0].width == item.size[0] == 200.0
+    assert row.patch().node("hum").at == (at[0], at[1] + 80.0)
+
+
 # --- zoomed out ---
 
 
