@@ -14,7 +14,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
-from underfoot.widgets.design.patch_editing import drivers, snapped
+from underfoot.widgets.design.patch_editing import drivers, ends_of, snapped
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
@@ -65,11 +65,12 @@ def with_driver(
     followed = [port.name for port in registry[type].inputs if port.kind == "signal"]
     is_from_silence = parameter.is_in_db and (followed or not value)
     low, high = (0.0, value or parameter.initial) if is_from_silence else driver_range(parameter, value)
-    ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
-    elif type == "map":
-        ends = {"low": 0.0, "high": FULL_FORCE_N, "out_low": low, "out_high": high}
+    else:
+        ends = dict(zip(ends_of(registry[type], "out"), (low, high), strict=True))
+    for port in followed:
+        ends |= dict(zip(ends_of(registry[type], port), (0.0, FULL_FORCE_N), strict=False))
     left, top = beside or node.at
     at = _free_place(patch, left - _WIDTH - _GAP, top)
     after = patch.add(type, registry, at, **ends)

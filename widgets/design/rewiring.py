@@ -12,7 +12,7 @@ from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id, port_name, renamed_end, sources
-from underfoot.widgets.design.patch_editing import port_of, refusal, unit_hint
+from underfoot.widgets.design.patch_editing import ends_of, port_of, refusal, unit_hint
 
 
 def fitting_port(type: NodeType, end: Port, side: str, taken: Collection[str] = ()) -> str:
@@ -123,12 +123,11 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     if ports is None:
         return patch
     wires = tuple((f"{id}.{ports.output}", wire[1]) if other == wire else other for other in patch.wires)
-    node, ends = patch.node(id), _known_range(patch, registry, wire[0])
-    units = {name: getattr(one, "unit_of", "") for name, one in registry[node.type].parameters.items()}
-    maps = {"low": ports.input, "high": ports.input, "out_low": ports.output, "out_high": ports.output}
-    if len(ends) == 2 and not node.parameters and maps.items() <= units.items():
-        to = [0.0, 1.0] if unit_hint(patch, registry, *wire) else ends
-        patch = patch.with_item(replace(node, parameters=dict(zip(maps, [*ends, *to], strict=True))))
+    node, known = patch.node(id), _known_range(patch, registry, wire[0])
+    into, out = (ends_of(registry[node.type], port) for port in ports)
+    if known and into and out and not node.parameters:
+        to = [0.0, 1.0] if unit_hint(patch, registry, *wire) else known
+        patch = patch.with_item(replace(node, parameters=dict(zip([*into, *out], [*known, *to], strict=True))))
     return replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
 
 
@@ -139,8 +138,7 @@ def _known_range(patch: Patch, registry: Registry, source: str) -> list[float]:
     if type.output_ports[port_name(source)].unit == "N":
         return [0.0, FULL_FORCE_N]
     values = type.values(node.parameters)
-    ends = [name for name, one in type.parameters.items() if getattr(one, "unit_of", "") == port_name(source)]
-    return [values[name] for name in ends if name.removeprefix("out_") in ("low", "high")]
+    return [values[name] for name in ends_of(type, port_name(source))]
 
 
 def fed_alike(patch: Patch, registry: Registry, copies: Mapping[str, str]) -> Patch:
