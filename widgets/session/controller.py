@@ -328,7 +328,6 @@ class SessionController(QObject):
 
     def play(self) -> None:
         """Open the output, also after a panic."""
-        self._is_silent_start = False
         self._set_playing(True)
         if self.session is not None and self._lent != "all":
             self.session.play()
@@ -359,7 +358,6 @@ class SessionController(QObject):
 
     def stop(self) -> None:
         """Ramp the output down; the session continues."""
-        self._is_silent_start = False
         self._set_playing(False)
         if self.session is not None and self._lent != "all":
             self.session.stop()
@@ -405,7 +403,7 @@ class SessionController(QObject):
             self.notified.emit(f"The output is silent. Space plays, at {level}.")
 
     def _set_playing(self, playing: bool) -> None:
-        self.is_playing = playing
+        self.is_playing, self._is_silent_start = playing, False
         self.playing_changed.emit(playing)
 
     # --- recording ---

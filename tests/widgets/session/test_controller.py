@@ -277,6 +277,21 @@ def test_a_sound_card_starts_silent_until_the_person_says_play(null_sink, qtbot,
         controller.close()
 
 
+def test_a_panic_while_the_engine_starts_holds_where_no_card_is_found(qtbot, tmp_path):
+    """The engine opened the output as it had started, a moment after the panic."""
+    controller = SessionController(REGISTRY, Settings(), Target(default_floor(), sound="no such card"), tmp_path)
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.start()
+        controller.panic()
+    try:
+        with qtbot.waitSignal(controller.bridge.started, timeout=60_000):
+            pass
+        assert not controller.is_playing
+        assert not controller.session.playing
+    finally:
+        controller.close()
+
+
 def test_without_a_sound_card_it_plays_at_once(qtbot, tmp_path):
     controller = SessionController(REGISTRY, Settings(), Target(default_floor(), sound="no such card"), tmp_path)
     controller.start()
