@@ -198,7 +198,12 @@ def test_a_footfall_has_the_loading_rate_of_its_wait_as_strength_wherever_it_beg
 
 def test_only_a_rise_whose_beginning_was_seen_is_a_footfall():
     program = Program(
-        chain("tile-force", "footfall"), REGISTRY, TILE, rate=RATE, block=9_600, scopes=["footfall.onset"]
+        chain("tile-force", "footfall"),
+        REGISTRY,
+        TILE,
+        rate=RATE,
+        block=9_600,
+        scopes=["footfall.onset", "footfall.lift_off"],
     )
     frames = np.arange(9_600)
     program.engine_signals["force_n"][0] = np.interp(
@@ -208,6 +213,7 @@ def test_only_a_rise_whose_beginning_was_seen_is_a_footfall():
     program.run(0, 9_600)
     ((time, *_),) = program.events("footfall.onset")
     assert 5_000 < time < 5_300
+    assert program.events("footfall.lift_off")[:, 0] == [4_235]  # the first frame below 15 N, of the foot that stood
 
 
 def test_a_rhythm_has_one_note_a_step_the_loudest():

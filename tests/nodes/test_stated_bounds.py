@@ -124,6 +124,7 @@ def test_a_foot_lands_again_once_its_force_was_below_half_of_the_threshold_and_n
     row.run(0, N, {"force": force_n})
     landings = np.array(row.events["onset"])[:, :2]
     np.testing.assert_allclose(landings, [[5.0 + 24.0, 10.0], [500.0 + 16.0 / 5.86 + 24.0, 10.0]])
+    assert np.array(row.events["lift_off"])[:, :2].tolist() == [[500.0, 1.0]]  # below 15 N for this frame only
 
 
 @pytest.mark.parametrize(

@@ -86,26 +86,27 @@ class ContactSpeed:
 
 @node("footfall", "Floor")
 class Footfall:
-    """Event when a foot lands: when the force rises through the threshold, after it had fallen below half of it.
+    """Events when a foot lands and when it lifts off: when the force rises through the threshold, and falls below half.
 
-    The event is delayed by the wait, over which the loading rate is measured; the strength is 1 at the reference rate.
-    A foot that already stands on the tile when the session or the patch starts gives no event, nor one that stood there
-    before a gap in the samples, if what is between Tile force and here delays by less than 0.1 s; nor does a force that
-    rises from exactly 0 to the threshold within one frame, which looks alike; of two rises within the wait the second
-    does.
+    The event of a landing is delayed by the wait, over which the loading rate is measured; the strength is 1 at the
+    reference rate. A foot that already stands on the tile when the session or the patch starts does not land, nor one
+    that stood there before a gap in the samples, if what is between Tile force and here delays by less than 0.1 s; nor
+    does a force that rises from exactly 0 to the threshold within one frame, which looks alike; of two rises within the
+    wait the second does. All of them lift off, and so does a foot in a gap.
     """
 
-    also_called = "footstep, step, trigger, edge, threshold, onset, heel strike"
-    accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
+    also_called = "footstep, step, trigger, edge, threshold, onset, heel strike, release, leave, toe off"
+    accuracy = "exact: landing on the line between samples, to 1e-6 frames; loading to 1e-6; lift-off to a frame"
     force = Input("N", doc="usually from Tile force")
     cut = Input(from_engine=True)
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force above which a foot is down")
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading rate is measured")
     reference = Number(8000.0, 100.0, 200_000.0, unit="N/s", scale="log", doc="loading rate that gives strength 1")
     onset = Output(kind="event", doc="footfalls; strength is loading rate over reference, at most 10")
+    lift_off = Output(kind="event", doc="feet that leave the tile; strength is 1")
     state = Layout("footfall", "force_before", "is_down", "due", "waits", "crossed_at")
 
-    def run(cut, force, threshold, wait, reference, rate, frame, state, onset):
+    def run(cut, force, threshold, wait, reference, rate, frame, state, onset, lift_off):
         wait = max(1.0, wait * rate)
         for i in range(force.size):
             now, before = force[i], state.force_before
@@ -120,6 +121,7 @@ class Footfall:
                 state.crossed_at = threshold
             elif state.is_down != 0.0 and now < 0.5 * threshold:
                 state.is_down = 0.0
+                emit(lift_off, float(frame + i), 1.0)
             if state.due != 0.0 and state.due < frame + i + 1:
                 since = max(frame + i - (state.due - state.waits), 1.0)  # the force is that of this frame
                 loading = max(now - state.crossed_at, 0.0) * rate / since
@@ -128,4 +130,4 @@ class Footfall:
             state.force_before = now
 
     def tail(state):
-        return math.inf if state.due != 0.0 else 0.0
+        return math.inf if state.due != 0.0 or state.is_down != 0.0 else 0.0
