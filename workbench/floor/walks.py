@@ -21,7 +21,12 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.shared_loads import LOADED_N
 
 EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
-"""Least and greatest time to the next step of a person, of which some may not have been seen; longest step."""
+"""Least and greatest time to the next step of a person, of which some may not have been seen; longest step of who
+walks."""
+
+LONGEST_RUNNING_S, LONGEST_RUNNING_STEP_M = 0.5, 2.6
+"""Longest time and longest step of who runs, with neither foot down in between: joggers make 120 steps a minute or
+more, and no sprinter's step is longer."""
 
 THIRD_FOOT_S = 0.15
 """Longest time for which the foot before the last may stay down after the next has come down."""
@@ -293,13 +298,17 @@ class _Walk(Struct, eq=False):
         later_s = start_s - last.start_s
         missed = self._steps_in(start_s) - 1
         way_m = float(np.hypot(*(place_m - last.place_m)))
-        if later_s < EARLIEST_NEXT_S or start_s - last.end_s > LOST_AFTER_S or way_m > LONGEST_STEP_M * (1 + missed):
+        runs = later_s < LONGEST_RUNNING_S and start_s > last.end_s
+        longest_m = LONGEST_RUNNING_STEP_M if runs else LONGEST_STEP_M * (1 + missed)
+        if later_s < EARLIEST_NEXT_S or start_s - last.end_s > LOST_AFTER_S or way_m > longest_m:
             return math.inf
         if len(self.steps) > 1 and self.steps[-2].end_s > start_s + THIRD_FOOT_S:
             return math.inf
         late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * self.step_s)
         if start_s - last.end_s > -EARLIEST_NEXT_S and not last.is_whole:
             late = 0.0  # a person who stood can leave at any time
+        if runs and self.seen < 2:
+            late = 0.0  # the usual step time is that of who walks
         off_m = float(np.hypot(*(place_m - self._expected_place(1 + missed))))
         place = min((off_m / PLACE_SD_M) ** 2, (way_m / TURN_PLACE_SD_M) ** 2 + TURN_COST)
         return min(late**2, MOST_PLACE_COST) + min(place, MOST_PLACE_COST) + MISSED_STEP_COST * missed
