@@ -99,7 +99,7 @@ def test_another_rate_is_played_at_that_rate():
 
 
 def test_a_long_rendering_is_written_as_it_is_played_and_not_kept(tmp_path):
-    job = RenderJob(hum(), seconds=5.0, plates=("accelerometer",))
+    job = RenderJob(hum(), seconds=5.0, options=LoopOptions(plates=("accelerometer",)))
     whole = job.run()
     whole.save(tmp_path / "whole.wav")
     files = {"": tmp_path / "played.wav", "accelerometer": tmp_path / "measured.wav"}

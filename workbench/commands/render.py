@@ -299,6 +299,7 @@ def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "S
 
 def _job(options: RenderOptions, path: Path, patch: "Patch", values: "Values") -> "RenderJob":
     """Return the job that renders a patch with these values on the given force."""
+    from underfoot.engine.loop import LoopOptions
     from underfoot.engine.offline import RenderJob
     from underfoot.floor.layout import Floor, default_floor
     from underfoot.floor.profile import profiles_of
@@ -308,24 +309,18 @@ def _job(options: RenderOptions, path: Path, patch: "Patch", values: "Values") -
     for name, value in values.items():
         node, _, parameter = name.partition(".")
         patch = patch.set(node, parameter, value)
-    rate_hz = float(RATE_HZ if options.rate is None else options.rate)
-    simulation = TileParameters.load(options.simulation) if options.simulation else None
+    loop_options = LoopOptions(
+        rate_hz=float(RATE_HZ if options.rate is None else options.rate),
+        block=options.block,
+        seed=options.seed,
+        plates=tuple(options.plates),
+        simulation=TileParameters.load(options.simulation) if options.simulation else None,
+        folder=path.parent,
+    )
     forces = None if options.force in (None, "none") else read_forces(options.force, options.floor)
     if forces is not None:
         floor = forces.floor
     else:
         floor = Floor.load(options.floor) if options.floor else default_floor()
-    return RenderJob(
-        patch,
-        forces,
-        floor,
-        walking=options.force is None,
-        seconds=options.seconds,
-        rate_hz=rate_hz,
-        block=options.block,
-        seed=options.seed,
-        profiles=profiles_of(options.profiles, floor),
-        simulation=simulation,
-        plates=tuple(options.plates),
-        folder=path.parent,
-    )
+    profiles = profiles_of(options.profiles, floor)
+    return RenderJob(patch, forces, floor, options.force is None, options.seconds, profiles, loop_options)

@@ -111,7 +111,8 @@ def _require_movable(item: Item) -> None:
         raise BadValue(f"{item.patch} is a recording on this computer; render it without --cluster")
     if files := list(files_of(item.job.patch, REGISTRY)):
         raise BadValue(f"{item.patch}: node {files[0][0]} plays a file of this computer; render it without --cluster")
-    if item.job.simulation is not None and item.job.simulation.recording:
+    simulation = item.job.options.simulation
+    if simulation is not None and simulation.recording:
         raise BadValue("--simulation plays a recording of this computer; render it without --cluster")
 
 
@@ -132,7 +133,7 @@ class Manifest:
         """Add the summary of a rendered file."""
         found = {name: summary[name] for name in ("seconds", "rate_hz", "peak", "rms", "sha256")}
         if isinstance(item.job, RenderJob):
-            found["seed"] = item.job.patch.seed if item.job.seed is None else item.job.seed
+            found["seed"] = item.job.seed
         self._add(number, found | {"file": item.output.name if item.output else ""})
 
     def add_error(self, number: int, error: UnderfootError) -> None:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import get_args
 
+from msgspec.structs import replace
+
 from underfoot.arguments import TINY, integer, number, plain
 from underfoot.clock import RATE_HZ
 from underfoot.devices.offline import offline_source
@@ -16,7 +18,6 @@ from underfoot.files import path_of
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_plates import PlateOutput
-from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.patch import Patch
 from underfoot.records.forces import Forces
 
@@ -26,9 +27,8 @@ class RenderJob:
     """All inputs of a rendering.
 
     Without `forces` the patch's seeded walker walks on `floor`, unless `walking` is False. `seconds` is by default the
-    length of the forces and a tail, or 5 s. `profiles`, by tile id, give the drive of tiles; `simulation` the
-    parameters of simulated ones; `plates` where their acceleration is measured. The patch's sound files are in
-    `folder`.
+    length of the forces and a tail, or 5 s. `profiles`, by tile id, give the drive of tiles, in place of the options'
+    equalisers.
     """
 
     patch: Patch
@@ -36,35 +36,27 @@ class RenderJob:
     floor: Floor | None = None
     walking: bool = True
     seconds: float | None = None
-    rate_hz: float = RATE_HZ
-    block: int = 1024
-    seed: int | None = None
     profiles: Mapping[str, Profile] = field(default_factory=dict)
-    simulation: TileParameters | None = None
-    plates: tuple[PlateOutput, ...] = ()
-    folder: Path | None = None
+    options: LoopOptions = field(default_factory=LoopOptions)
+
+    @property
+    def seed(self) -> int:
+        """The seed that is played with."""
+        return self.patch.seed if self.options.seed is None else self.options.seed
 
     def run(self, files: Files = NO_FILES) -> Rendered:
         """Render it, to `files` as it is played; raise `BadValue` for an invalid length, block or rate, or a node's
         value that is not finite."""
-        if not float(self.rate_hz).is_integer():
-            raise BadValue(f"rate is {self.rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
-        options = LoopOptions(
-            rate_hz=self.rate_hz,
-            block=self.block,
-            equalisers=equalisers_of(self.profiles),
-            folder=self.folder,
-            seed=self.seed,
-            plates=self.plates,
-            simulation=self.simulation,
-        )
+        options = replace(self.options, equalisers=equalisers_of(self.profiles))
+        if not float(options.rate_hz).is_integer():
+            raise BadValue(f"rate is {options.rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
         source, seconds = offline_source(
             self.forces,
             self.floor if self.forces is None else self.forces.floor,
-            self.rate_hz,
-            self.patch.seed if self.seed is None else self.seed,
+            options.rate_hz,
+            self.seed,
             walking=self.walking,
-            simulation=self.simulation,
+            simulation=options.simulation,
             profiles=self.profiles,
             seconds=self.seconds,
         )
@@ -102,13 +94,11 @@ def render(
     require(forces is None or floor in (None, forces.floor), "floor", floor, "none with forces, which have their own")
     are_places = isinstance(plates, tuple | list) and all(plain(one) in get_args(PlateOutput) for one in plates)
     require(are_places, "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}")
-    return RenderJob(
-        patch,
-        forces,
-        floor,
-        seconds=None if seconds is None else number("seconds", seconds, TINY, 24 * 3600.0, "above 0, up to a day"),
+    options = LoopOptions(
         rate_hz=number("rate_hz", rate_hz, 8000.0, 192_000.0, "8000 to 192000 Hz"),
         seed=None if seed is None else integer("seed", seed, -(2**63), 2**63 - 1, "-2^63 to 2^63 - 1"),
         plates=plates,
         folder=None if folder is None else path_of(folder, "folder"),
-    ).run()
+    )
+    length = None if seconds is None else number("seconds", seconds, TINY, 24 * 3600.0, "above 0, up to a day")
+    return RenderJob(patch, forces, floor, seconds=length, options=options).run()
