@@ -271,7 +271,8 @@ def test_a_preset_that_was_refused_is_not_played_with_a_later_cue(stage, tmp_pat
     data = file.read_bytes()
     file.unlink()
     stage.send_message("/underfoot/play", "wood", "t2", 0.0, 82)
-    assert "hiss.wav" in stage.answer("/underfoot/refused", 82)[1]
+    stage.send_message("/underfoot/strike", "t2", 1.0, 87)  # for what is not played
+    assert all("hiss.wav" in stage.answer("/underfoot/refused", number)[1] for number in (82, 87))
     file.write_bytes(data)
     stage.send_message("/underfoot/play", "stimulus-sp", "t3", 0.0, 83)
     stage.answer("/underfoot/played", 83)

@@ -5,11 +5,11 @@ Everything goes to the engine as commands, so that recordings have it. Cues take
 strike waits for the preset that was requested before it.
 """
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
 from underfoot.engine.reports import CommandApplied, PatchRefused, Report, Started
@@ -28,13 +28,15 @@ class _Pending:
     """Cues that wait for their answer: until a `command` takes effect, or the swap to edit `edit` or a later one.
 
     With both, the command counts once no earlier edit waits: its program may be one that the engine has not begun yet.
-    `before` holds the changes that were requested before an edit; they remain if it is refused.
+    `before` holds the changes that were requested before an edit; they remain if it is refused. `held` are strikes that
+    are not sent before the edits that wait before them have taken effect; the last one is the `command`.
     """
 
     cues: list[Received]
     command: Command | None = None
     edit: int = 0
     before: CuedChanges = field(default_factory=CuedChanges)
+    held: Sequence[Strike] = ()
 
 
 class CuePlayer:
@@ -54,9 +56,7 @@ class CuePlayer:
         self._tiles = session.target.floor.ids
         self._edits = 0
         self._texts: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)  # numbers of edits, and hashes of their patches
-        self._pending: list[_Pending] = []
-        self._strikes: list[tuple[int, tuple[str, ...], float, Received]] = []
-        """Those that wait: the number of the last edit before them, tiles, strength, and the cue."""
+        self._pending: list[_Pending] = []  # in the order in which they came
 
     def set_base_patch(self, base: Patch) -> Patch:
         """Set the floor's own patch; return the patch to play. Changes by cues end if they do not fit the new patch."""
@@ -78,6 +78,7 @@ class CuePlayer:
         """Take the session's reports, and carry out the received cues; with a `refusal`, only marks and panic."""
         for report in reports:
             self._take_report(report)
+        self._strike_all_due()
         received = self.server.cues()
         panics = [one for one in received if isinstance(one.cue, PanicCue)]
         if panics:
@@ -107,13 +108,17 @@ class CuePlayer:
         for one in received:
             try:
                 match one.cue:
-                    case StrikeCue():
+                    case StrikeCue(tile, strength):
                         self._edit(cued, edits)
                         edits = []
-                        self._strike(one)
+                        strikes = [Strike("", row, strength) for row in self._rows(tile)]
+                        self._pending.append(_Pending([one], strikes[-1], held=strikes))
+                        self._strike_all_due()
                     case MarkCue(text):
                         ago_s = 0.0 if one.at_s is None else time.perf_counter() - one.at_s
-                        self._send(Mark(text, ago_s), one)
+                        mark = Mark(text, ago_s)
+                        self.session.send(mark)
+                        self._pending.append(_Pending([one], mark))
                     case cue:
                         cued = self._with_cue(cued, cue)
                         edits.append(one)
@@ -156,23 +161,12 @@ class CuePlayer:
         else:
             self._answer(cues, self.session.health.frame)
 
-    def _strike(self, one: Received) -> None:
-        assert isinstance(one.cue, StrikeCue)
-        self._strikes.append((self._edits, self._rows(one.cue.tile), one.cue.strength, one))
-        self._strike_all_due()
-
     def _strike_all_due(self) -> None:
-        """Carry out the strikes before which no edit waits: behind them one may wait as long as a fader moves."""
-        waiting = min((pending.edit for pending in self._pending if pending.edit), default=math.inf)
-        while self._strikes and self._strikes[0][0] < waiting:
-            _, rows, strength, one = self._strikes.pop(0)
-            for tile in rows[:-1]:
-                self.session.send(Strike("", tile, strength))
-            self._send(Strike("", rows[-1], strength), one)
-
-    def _send(self, command: Command, one: Received) -> None:
-        self.session.send(command)
-        self._pending.append(_Pending([one], command))
+        """Send the strikes before which no edit waits: behind them one may wait as long as a fader moves."""
+        for one in takewhile(lambda one: not one.edit, self._pending):
+            for strike in one.held:
+                self.session.send(strike)
+            one.held = ()
 
     def _composed(self, cued: CuedChanges) -> Patch:
         if self._made is None or self._made[0] is not cued:
@@ -202,20 +196,18 @@ class CuePlayer:
             case CommandApplied(frame, Swap(patch)):
                 edit = max((number for number, text in self._texts if text == hash(patch)), default=0)
                 self._answer(self._taken(lambda one: 0 < one.edit <= edit), frame)
-                self._strike_all_due()
             case CommandApplied(frame, command):
                 if isinstance(command, Mark):
                     marked = command.frame(frame, self.session.target.rate)
                     self.server.send_mark(command.text, marked, self._ago_s(marked))
-                done = next((one for one in self._pending if one.command == command), None)
+                done = next((one for one in self._pending if one.command == command and not one.held), None)
                 if done is not None and not any(0 < one.edit < done.edit for one in self._pending):
                     self._answer(self._taken(lambda one: one is done), frame)
-                    self._strike_all_due()
             case PatchRefused(text):
                 refused = next((one for one in self._pending if one.edit), None)
                 if refused is not None:
                     self._restore(refused.before)
-                self._refuse(lambda one: one.edit > 0, text)
+                self._refuse(lambda one: one.edit > 0 or bool(one.held), text)
             case Started():
                 # A panic holds in every engine: the new one answers it.
                 again = "the engine was started again; ask again"
@@ -228,10 +220,8 @@ class CuePlayer:
         return taken
 
     def _refuse(self, holds: Callable[[_Pending], bool], reason: str) -> None:
-        """Refuse waiting cues of which something holds, and strikes that wait for a patch."""
-        failed = self._taken(holds) + [one for *_, one in self._strikes]
-        self._strikes = []
-        for one in failed:
+        """Refuse waiting cues of which something holds."""
+        for one in self._taken(holds):
             self.server.answer_refused(one, reason)
 
     def _answer(self, cues: Iterable[Received], frame: int) -> None:
