@@ -1,6 +1,6 @@
 """A thin slider that moves to a click, and is filled from its zero."""
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
@@ -40,7 +40,6 @@ class Slider(QSlider):
         self._held_x = self._held_at = 0.0
         self._is_set = True
         self.valueChanged.connect(self._changed)
-        self._is_silent = False
 
     def position(self) -> float:
         return self._position
@@ -49,9 +48,8 @@ class Slider(QSlider):
         """Set the position, without emitting a change."""
         self._is_set = True
         self._position = min(max(position, 0.0), 1.0)
-        self._is_silent = True
-        self.setValue(round(self._position * STEPS))
-        self._is_silent = False
+        with QSignalBlocker(self):
+            self.setValue(round(self._position * STEPS))
         self.update()
 
     def set_zero(self, zero: float) -> None:
@@ -83,9 +81,8 @@ class Slider(QSlider):
         self.update()
 
     def _changed(self, value: int) -> None:
-        if not self._is_silent:
-            self._is_set, self._position = True, value / STEPS
-            self.moved.emit(self._position)
+        self._is_set, self._position = True, value / STEPS
+        self.moved.emit(self._position)
 
     def sizeHint(self) -> QSize:
         return QSize(120, 16)
