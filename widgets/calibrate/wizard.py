@@ -56,7 +56,7 @@ class Wizard(QWidget):
         self.measurement: Measurement | None = None
         self.snapshot: Snapshot | None = None
         self._before: Part | None = None
-        self._is_saved = self._is_simulated = False
+        self._is_saved = False
         self._build()
         self._show_buttons()  # all of them would make it twice as wide
         self._timer = QTimer(self, interval=_POLL_MS)
@@ -65,7 +65,6 @@ class Wizard(QWidget):
     def begin(self, measurement: Measurement, tile: Tile, calibration: str, before: Part | None) -> None:
         """Show this measurement of `tile`; `before` is the part of its profile that the result would replace."""
         self.measurement, self.snapshot, self._before, self._is_saved = measurement, None, before, False
-        self._is_simulated = not measurement.by_hand
         self._heading.setText(f"{calibration}  ·  tile {tile.id}")
         self.page.set_tile(tile, calibration if measurement.by_hand else "")
         self.page.show_page(Page("", "One moment", "The tile is being prepared."))
@@ -117,7 +116,7 @@ class Wizard(QWidget):
         had_focus = self._has_focus()
         self._show_buttons()  # before anything else changes: each change lays out the whole
         if new.page.last and new.result is not None:
-            self.result.show_result(new.result, self._before, simulated=self._is_simulated)
+            self.result.show_result(new.result, self._before, simulated=not measurement.by_hand)
             self._body.setCurrentWidget(self.result)
             if turned:
                 self.drawings.show_drawings(new.result.drawings, "This result has no drawings.")

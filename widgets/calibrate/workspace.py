@@ -68,7 +68,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._kind = kinds[0]
         self._target: Target | None = None
         self._measurement: Measurement | None = None
-        self._is_automatic = self._is_waiting = False
+        self._is_waiting = False
         self._is_closed = False
         self._refuses_lent: Callable[[], bool] = lambda: False
         self._is_recording: Callable[[], bool] = lambda: False
@@ -252,9 +252,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
             return
         if by_hand(self._target) and self._refuses_lent():
             return
-        self._is_automatic = automatic
         if not by_hand(self._target):
-            self._measure()
+            self._measure(automatic)
         elif self._is_recording():
             text = "A recording is running. It ends, and is saved, before the tile is calibrated."
             ask(self, "Calibrate a tile", text, "End it and begin", self._take_hardware)
@@ -274,7 +273,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
             self._is_waiting = False
             self._measure()
 
-    def _measure(self) -> None:
+    def _measure(self, automatic: bool = False) -> None:
         assert self._target is not None
         target, tile, kind = self._target, self.tile, self._kind
         reference = self._settings.references.get(kind.key, "")
@@ -287,7 +286,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._stack.setCurrentWidget(self.wizard)
         self.wizard.setFocus()
         measurement.start()
-        if self._is_automatic:
+        if automatic:
             measurement.run_automatically(True)
 
     def _close_wizard(self) -> None:
