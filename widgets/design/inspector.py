@@ -8,7 +8,7 @@ from pathlib import Path
 from msgspec.structs import replace
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.engine.reports import Costs, Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
@@ -18,7 +18,7 @@ from underfoot.patch.groups import Group, chain, innermost
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
 from underfoot.patch.wiring import node_id, port_name
-from underfoot.quantities import counted, pretty_text
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor, range_text
 from underfoot.widgets.controls.list_editors import TilesEditor
@@ -26,13 +26,13 @@ from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.distribution_view import DistributionView
 from underfoot.widgets.design.error_view import ErrorView
+from underfoot.widgets.design.facts import Facts, awake_text, cost_text
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.osc_actions import REMARK, Answers, OscActions
 from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.pictured_editor import pictured_editor_for
 from underfoot.widgets.design.rhythm_editor import RhythmEditor
-from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shared_parameters import shared_by, shown_value, values_of
 
 INTERVAL_NODES = ("poisson", "texture")
@@ -163,7 +163,7 @@ class Inspector(QScrollArea):
     def show_costs(self, costs: Costs | None) -> None:
         """Show the share of the block time and the number of awake tiles; None if the engine is stopped."""
         self._costs = costs
-        self._show_cost()
+        self._show_facts()
 
     def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
         """Show the ranges of the outputs ("node.port") in their last preview, for driving nodes."""
@@ -204,7 +204,6 @@ class Inspector(QScrollArea):
         column = QVBoxLayout(page)
         column.setContentsMargins(16, 16, 8, 16)
         column.setSpacing(8)
-        self._cost, self._tiles_awake = theme.label(""), theme.label("")
         if len(self._groups) == 1:
             self._build_group(column, self._groups[0])
         elif len(self._ids) == 1:
@@ -260,8 +259,7 @@ class Inspector(QScrollArea):
             self.errors = ErrorView()
             self.errors.toggled.connect(self.errors_toggled)
             column.addWidget(self.errors)
-        column.addWidget(_line())
-        self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
+        self._add_facts(column, "Cost", "Awake", "Id")
 
     def _add_parameter(self, column: QVBoxLayout, key: str, parameter: Parameter, ends: list[str]) -> ParameterEditor:
         """Add the control of the same parameter, "node.parameter", of one node or of several.
@@ -325,8 +323,7 @@ class Inspector(QScrollArea):
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
             column.addWidget(theme.paragraph(hint, "muted"))
-        column.addWidget(_line())
-        self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
+        self._add_facts(column, "Nodes", "Cost")
 
     def _set_rhythm(self, notes: list[str], rhythm: Rhythm) -> None:
         """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes, "node.parameter"."""
@@ -349,8 +346,7 @@ class Inspector(QScrollArea):
             editor = self._add_parameter(column, key, parameter, [f"{id}.{name}" for id in ids])
             editor.set_name(label)
             editor.label.setWordWrap(True)
-        column.addWidget(_line())
-        self._add_facts(column, {"Cost": self._cost})
+        self._add_facts(column, "Cost")
 
     def _build_patch(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label("Patch", "title"))
@@ -363,9 +359,7 @@ class Inspector(QScrollArea):
             editor.value_changed.connect(
                 lambda value, name=name: self.patch_edited.emit(name, value, self._word(f"patch.{name}"))
             )
-        column.addWidget(_line())
-        self._nodes, self._wires = theme.label(""), theme.label("")
-        self._add_facts(column, {"Nodes": self._nodes, "Wires": self._wires, "Cost": self._cost})
+        self._add_facts(column, "Nodes", "Wires", "Cost")
 
     def _add_editor(self, column: QVBoxLayout, name: str, editor: ParameterEditor) -> None:
         if isinstance(editor, TilesEditor):
@@ -380,19 +374,13 @@ class Inspector(QScrollArea):
         self.editors[name] = editor
         column.addWidget(editor)
 
-    def _add_facts(self, column: QVBoxLayout, facts: Mapping[str, QLabel]) -> None:
-        grid = QGridLayout()
-        grid.setVerticalSpacing(8)
-        grid.setContentsMargins(0, 0, theme.GRID, 0)  # as far from the edge as numbers in fields
-        for row, (name, value) in enumerate(facts.items()):
-            grid.addWidget(theme.label(name, "muted"), row, 0)
-            value.setAlignment(Qt.AlignmentFlag.AlignRight)
-            value.setWordWrap(True)
-            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            value.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            grid.addWidget(value, row, 1)
-        grid.setColumnStretch(1, 1)
-        column.addLayout(grid)
+    def _add_facts(self, column: QVBoxLayout, *names: str) -> None:
+        line = QFrame()
+        line.setFixedHeight(1)
+        line.setStyleSheet(f"background: {theme.LINE};")
+        self._facts = Facts(*names)
+        column.addWidget(line)
+        column.addWidget(self._facts)
 
     def _begin(self) -> None:
         self._edit_number += 1
@@ -417,10 +405,7 @@ class Inspector(QScrollArea):
             self.errors.set_state((self._patch.node(self._ids[0]).parameters, self._patch.error_scale))
         if self.picture is not None:
             self.picture.set_values({name: editor.value() for name, editor in self.editors.items()})
-        if not self._ids and not self._groups:
-            self._nodes.setText(str(len(self._patch.nodes)))
-            self._wires.setText(str(len(self._patch.wires)))
-        self._show_cost()
+        self._show_facts()
 
     def _show_parameter(
         self, editor: ParameterEditor, id: str, name: str, wires: Mapping[str, Mapping[str, str]]
@@ -466,19 +451,18 @@ class Inspector(QScrollArea):
         name = title if len(type.outputs) == 1 else f"{title}, {display_name(port)}"
         editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._signal_ranges.get(source))
 
-    def _show_cost(self) -> None:
-        ids = self._ids or [node.id for node in self._patch.nodes]
-        costs = self._costs
-        known = [id for id in ids if id in costs.share] if costs else []
-        if costs is None or not known:
-            is_unused = costs is not None and all(id in costs.left_out for id in ids)
-            self._cost.setText("none: reaches no output that plays" if is_unused and ids else "–")
-            self._tiles_awake.setText("–")
-            return
-        self._cost.setText(f"{percent(sum(costs.share[id] for id in known))} of a block")
-        awake = max(costs.awake.get(id, 0) for id in known)
-        of = f"{awake} of " if self._tiles else ""
-        self._tiles_awake.setText(of + counted(len(self._tiles) or awake, "tile") if awake else "asleep")
+    def _show_facts(self) -> None:
+        shows_some = bool(self._ids or self._groups)
+        ids, id = self._ids if shows_some else list(self._patch.types), next(iter(self._ids), "")
+        self._facts.show_facts(
+            {
+                "Nodes": str(len(ids)),
+                "Wires": str(len(self._patch.wires)),
+                "Cost": cost_text(self._costs, ids),
+                "Awake": awake_text(self._costs, id, len(self._tiles)),
+                "Id": id,
+            }
+        )
 
 
 def _with_counts(names: Sequence[str]) -> list[str]:
@@ -488,10 +472,3 @@ def _with_counts(names: Sequence[str]) -> list[str]:
     ['2 × Noise', 'Gain']
     """
     return [f"{names.count(name)} × {name}" if names.count(name) > 1 else name for name in dict.fromkeys(names)]
-
-
-def _line() -> QFrame:
-    line = QFrame()
-    line.setFixedHeight(1)
-    line.setStyleSheet(f"background: {theme.LINE};")
-    return line

@@ -12,6 +12,8 @@ from underfoot import nodes
 from underfoot.drawing import Drawing, Series
 from underfoot.engine.reports import Costs, Distributions, Fault, Outlines, Preview
 from underfoot.floor.layout import default_floor
+from underfoot.patch.groups import Group, Note
+from underfoot.widgets.design.facts import Facts
 from underfoot.widgets.design.workspace import DesignWorkspace
 
 
@@ -192,6 +194,18 @@ def test_why_a_node_costs_nothing_fits_the_inspector(workspace, qtbot):
     room = label.rect().adjusted(0, 0, 0, 1000)
     needed = label.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, label.text())
     qtbot.waitUntil(lambda: label.height() >= needed.height(), timeout=5000)
+
+
+def test_a_sub_patch_of_notes_alone_has_no_cost(workspace):
+    """It had that of the whole patch."""
+    group = Group("words", ("note",), collapsed=True)
+    workspace.set_patch(replace(workspace.patch(), notes=(Note("note", "Heel", (0.0, 0.0)),), groups=(group,)))
+    workspace.show_costs(Costs({"shaker": 0.3}, {"shaker": 2}))
+    said = []
+    for chosen in ([], ["words"]):
+        workspace.canvas.patch_scene.select(chosen)
+        said.append([label.text() for label in workspace.inspector.widget().findChild(Facts).findChildren(QLabel)])
+    assert said == [["Nodes", "4", "Wires", "1", "Cost", "30 % of a block"], ["Nodes", "0", "Cost", "–"]]
 
 
 def test_a_click_on_the_tile_strikes_and_a_drag_presses(workspace, qtbot):
