@@ -73,6 +73,35 @@ def test_events_are_handed_on_as_they_came():
     assert np.array(row.events["out"])[:, :2].tolist() == [[3.25, 0.5], [403.25, 0.25]]
 
 
+def test_events_wait_for_their_time_in_order_also_when_it_becomes_shorter():
+    row, draw = BareRow(REGISTRY["event-delay"]), np.random.default_rng(3)
+    made, due = [], []
+    for frame in range(0, 200 * N, N):
+        row.controls.values[0] = draw.uniform(0.0, 0.4) if frame < 150 * N else 0.0
+        times = frame + np.sort(draw.choice(N, 40, replace=False)) + draw.uniform(0.0, 0.9, 40)
+        row.run(frame, N, events={"strike": [(time, 1.0, 0.0) for time in times]})
+        due.extend(times + row.controls.values[0] * 48_000.0)
+        made.extend(row.events["out"][:, :2])
+    times, strengths = np.array(made).T
+    assert len(due) == strengths.sum() == 8_000  # those that are due in one frame are one event
+    alone = strengths == 1.0
+    due = np.sort(due)
+    np.testing.assert_allclose(times[alone], due[np.isin(np.floor(due), np.floor(times[alone]))], rtol=0.0, atol=1e-6)
+    assert row.tail() == 0.0
+
+
+def test_more_events_than_can_wait_are_lost_and_not_those_that_wait():
+    row = BareRow(REGISTRY["event-delay"], time=1.0)
+    for frame in range(0, 48_000, N):
+        row.run(frame, N, events={"strike": [(float(time), 1.0, 0.0) for time in range(frame, frame + N, 8)]})
+    assert row.tail() == np.inf
+    made = []
+    for frame in range(48_000, 96_000, N):
+        row.run(frame, N)
+        made.extend(row.events["out"][:, 0])
+    assert made == [48_000.0 + 8.0 * k for k in range(4_000)]
+
+
 def test_an_event_at_random_has_the_strength_of_its_frame():
     row, strength = BareRow(REGISTRY["poisson"], interval=0.002), np.linspace(0.1, 2.0, N)
     made = []

@@ -2,7 +2,8 @@
 
 import math
 
-from underfoot.layouts import Layout
+from underfoot.kernels import kernel
+from underfoot.layouts import Layout, Memory
 from underfoot.models.signals import noise, rhythm
 from underfoot.models.signals.events import AT_ONCE, STARTS, emit
 from underfoot.parameters import Choice, Count, Number, Rows
@@ -43,6 +44,65 @@ class Join:
             else:
                 emit(out, b.time[j], b.strength[j], b.duration[j])
                 j += 1
+
+
+_MOST_WAITING = 4000
+"""Events that wait at once: a bundle of 2000 fibres breaks within a step."""
+
+
+@node("event-delay", "Timing")
+class EventDelay:
+    """Events, each handed on after a time: rattles and drops that follow a step. Past 4000 that wait, more are lost.
+
+    A time that changes counts for the events that come from then on.
+    """
+
+    also_called = "pipe, wait, later, after, echo"
+    accuracy = "exact: to 1e-6 frames after an hour"
+    strike = Input(kind="event", doc="strength and duration stay as they are")
+    time = Number(0.1, 0.0, 10.0, unit="s", scale="amplitude", wire="span", doc="time until an event is handed on")
+    out = Output(kind="event")
+    state = Layout("event_delay", "first", "count", due=_MOST_WAITING, strength=_MOST_WAITING, duration=_MOST_WAITING)
+
+    def lasts(values):
+        return values["time"]
+
+    def run(strike, time, rate, end, state, out):
+        for k in range(len(strike)):
+            _hand_on(state, strike.time[k], out)
+            _keep(state, strike.time[k] + time * rate, strike.strength[k], strike.duration[k])
+        _hand_on(state, float(end), out)
+
+    def tail(state):
+        return math.inf if state.count > 0.0 else 0.0
+
+
+@kernel
+def _keep(waiting: Memory, due: float, strength: float, duration: float) -> None:
+    """Put an event among those that wait, which are in order of time from `first` on, around the end of the arrays."""
+    if waiting.count >= _MOST_WAITING:
+        return
+    at = int(waiting.first + waiting.count) % _MOST_WAITING
+    waiting.count += 1.0
+    for _ in range(int(waiting.count) - 1):
+        before = (at - 1) % _MOST_WAITING
+        if waiting.due[before] <= due:
+            break
+        waiting.due[at], waiting.strength[at] = waiting.due[before], waiting.strength[before]
+        waiting.duration[at] = waiting.duration[before]
+        at = before
+    waiting.due[at], waiting.strength[at], waiting.duration[at] = due, strength, duration
+
+
+@kernel
+def _hand_on(waiting: Memory, until: float, out: Memory) -> None:
+    """Emit the events that are due before session frame `until`."""
+    while waiting.count > 0.0:
+        at = int(waiting.first)
+        if waiting.due[at] >= until:
+            return
+        emit(out, waiting.due[at], waiting.strength[at], waiting.duration[at])
+        waiting.first, waiting.count = float((at + 1) % _MOST_WAITING), waiting.count - 1.0
 
 
 @node("poisson", "Timing", "Poisson events")
