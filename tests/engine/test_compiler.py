@@ -20,7 +20,7 @@ from underfoot.patch.patch import Patch
 FLOOR = default_floor(1, 1)
 PATCH = Patch().add("poisson", REGISTRY).dumps()
 LIMIT_S = 300.0  # a new clone compiles kernels before the first answer, and a busy machine takes minutes for them
-POISSON = (PATCH, "poisson", "t1", 0.05, 48_000.0)
+POISSON = (PATCH, "poisson", FLOOR.tiles[0], 0.05, 48_000.0)
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_of_programs_that_wait_the_newest_is_compiled(answers):
 
 
 def test_of_pictures_the_newest_counts(answers):
-    outlines = OutlinesRequest(3, PATCH, ("poisson",), "t1", 0.05, 48_000.0)
+    outlines = OutlinesRequest(3, PATCH, ("poisson",), FLOOR.tiles[0], 0.05, 48_000.0)
     found = answers(PreviewRequest(1, *POISSON), PreviewRequest(2, *POISSON), outlines, reports=1)
     assert [(type(report), report.ticket) for report in found] == [(Outlines, 3)]
 

@@ -80,7 +80,7 @@ def test_a_preview_has_the_headroom_of_the_table_through_the_tile_s_own_equalise
     patch = Patch.load(preset_files.patches()["stimulus-td"], REGISTRY)
     for of_tile in (None, profile):
         equalisers = equalisers_of({"t1": of_tile}) if of_tile else ()
-        signals = previewed(patch, (), "t1", 1.2, 48_000.0, measures=True, equalisers=equalisers)[1]
+        signals = previewed(patch, (), default_floor().tiles[0], 1.2, 48_000.0, measures=True, equalisers=equalisers)[1]
         found = headroom_db(float(np.abs(signals[DRIVE]).max()))
         assert found == pytest.approx(levels_of(patch, profile=of_tile).headroom_db, abs=0.01)
 

@@ -222,7 +222,7 @@ def test_what_is_played_softer_is_so_by_the_factor():
 def test_a_preview_lasts_until_the_patch_has_come_to_its_end():
     tacton = preset("tacton-ws1")
     sink = next(node.id for node in tacton.nodes if node.type == "tile-output")
-    force_n, signals, _ = previewed(tacton, (f"{sink}.played",), "t4", 0.0, RATE, measures=True)
+    force_n, signals, _ = previewed(tacton, (f"{sink}.played",), FLOOR.tiles[3], 0.0, RATE, measures=True)
     sounding = np.flatnonzero(np.abs(signals[f"{sink}.played"]) > 1e-3)
     assert 1.7 < sounding[-1] / RATE < len(force_n) / RATE < 2.2  # three bars of 0.6 s
     assert {len(signals[name]) for name in (f"{sink}.played", COMMANDED, MEASURED)} == {len(force_n)}
@@ -231,8 +231,8 @@ def test_a_preview_lasts_until_the_patch_has_come_to_its_end():
 
 def test_a_preview_without_an_end_lasts_a_step_and_one_that_was_chosen_as_long_as_was_said():
     assert longest_s(hum()) == 0.9
-    assert len(previewed(hum(), ("tone.out",), "t1", 0.0, RATE)[0]) == round(0.9 * RATE)
-    assert len(previewed(hum(), ("tone.out",), "t1", 2.0, RATE)[0]) == 2 * RATE
+    assert len(previewed(hum(), ("tone.out",), FLOOR.tiles[0], 0.0, RATE)[0]) == round(0.9 * RATE)
+    assert len(previewed(hum(), ("tone.out",), FLOOR.tiles[0], 2.0, RATE)[0]) == 2 * RATE
 
 
 def test_a_node_of_a_plug_in_says_by_itself_how_long_a_preview_takes(monkeypatch):
@@ -248,8 +248,8 @@ def test_outlines_are_the_extremes_of_what_previews_of_each_node_show():
     patch = preset("material-gravel-coarse")
     bank = next(node.id for node in patch.nodes if node.type == "drawn-bank")
     bundle = next(node.id for node in patch.nodes if node.type == "fibre-bundle")
-    signals, events = outlines(patch, (bank, bundle, "no such node"), "t1", 0.896, RATE)
-    _, frames, rows = previewed(patch, (f"{bank}.out", f"{bundle}.events"), "t1", 0.896, RATE)
+    signals, events = outlines(patch, (bank, bundle, "no such node"), FLOOR.tiles[0], 0.896, RATE)
+    _, frames, rows = previewed(patch, (f"{bank}.out", f"{bundle}.events"), FLOOR.tiles[0], 0.896, RATE)
     stretches, found = frames[f"{bank}.out"].reshape(256, 168), signals[f"{bank}.out"].reshape(256, 2)
     assert found.max() > 0.1
     np.testing.assert_array_equal(found.min(axis=1), stretches.min(axis=1))
@@ -260,7 +260,7 @@ def test_outlines_are_the_extremes_of_what_previews_of_each_node_show():
 
 def test_a_node_that_cannot_be_rendered_hides_no_other_ones_outline():
     patch = hum().add("wav-player", REGISTRY, file="not there.wav")
-    signals, _ = outlines(patch, ("tone", "wav-player"), "t1", 0.9, RATE)
+    signals, _ = outlines(patch, ("tone", "wav-player"), FLOOR.tiles[0], 0.9, RATE)
     assert list(signals) == ["tone.out"]
 
 
@@ -298,7 +298,7 @@ def test_a_start_plays_what_the_preview_shows_of_a_patch_that_force_drives(name)
     loop.play(at)
     loop.send(start(patch), at)
     played_too = loop.play_all(round(0.9 * RATE))
-    _, signals, _ = previewed(patch, (), "t1", 0.9, RATE, measures=True)
+    _, signals, _ = previewed(patch, (), FLOOR.tiles[0], 0.9, RATE, measures=True)
     ours, shown = played_too["commanded"][:, 0], signals[COMMANDED]
     assert np.abs(shown).max() > 0.1
     assert not played_too["commanded"][:, 1:].any()

@@ -11,6 +11,7 @@ from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import previewed
 from underfoot.engine.render import render_source
 from underfoot.errors import BadValue
+from underfoot.floor.layout import default_floor
 from underfoot.models import sole
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -38,7 +39,7 @@ def test_the_threshold_is_flat_to_40_hz_and_u_shaped_to_250_and_1_2_um_at_200():
 def test_walkers_in_hard_shoes_notice_the_thesis_s_stimulus_at_its_threshold():
     """TD, in a step, so loud that the median of its 10 ms peaks is 0.46 m/s^2 on the plate (6.4.2)."""
     patch = Patch.loads(files("underfoot.presets").joinpath("patches/stimulus-td.json").read_bytes(), REGISTRY)
-    _, signals, _ = previewed(patch, (), "t1", 0.9, RATE, measures=True)
+    _, signals, _ = previewed(patch, (), default_floor().tiles[0], 0.9, RATE, measures=True)
     measured = signals["measured"].astype(np.float64)
     measured *= 0.46 / sole.windowed_peak(measured, RATE)
     found = sole.felt(measured, RATE)
@@ -98,7 +99,6 @@ def test_a_vibration_is_of_one_tile_finite_or_refused(measure):
 
 def test_a_rendering_says_what_is_felt():
     from underfoot.devices.simulated_floor import SimulatedFloor
-    from underfoot.floor.layout import default_floor
 
     patch = Patch.loads(files("underfoot.presets").joinpath("patches/tacton-impact.json").read_bytes(), REGISTRY)
     options = LoopOptions(plates=("accelerometer",))

@@ -6,6 +6,10 @@ import soundfile
 from scipy import signal
 from solved_blow import solved_blow
 
+from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.engine.loop import Loop, LoopOptions
+from underfoot.engine.preview import previewed
+from underfoot.floor.layout import default_floor
 from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -262,3 +266,25 @@ def test_noise_fills_its_band_and_texture_has_its_rate_of_bursts():
     loud = np.abs(heard) > 0.05 * np.abs(heard).max()
     bursts = np.count_nonzero(np.diff(np.flatnonzero(loud)) > 960) + 1
     assert 25 <= bursts <= 65  # Poisson with mean 50 in 10 s, some too close to tell apart
+
+
+def test_a_wave_reaches_each_tile_after_its_distance_over_its_speed():
+    floor, speed_m_s = default_floor(2, 3), 10.0
+    patch = Patch().add("rhythm", REGISTRY, notes=((0, 1, 1.0),), repeats=1).add("tile-place", REGISTRY, from_x=0.2)
+    patch = patch.add("map", REGISTRY, high=3.0, out_high=3.0 / speed_m_s).add("event-delay", REGISTRY)
+    patch = patch.add("modal-bank", REGISTRY).add("tile-output", REGISTRY)
+    for source, target in (
+        ("rhythm.out", "event-delay.strike"),
+        ("tile-place.distance", "map.signal"),
+        ("map.out", "event-delay.time"),
+        ("event-delay.out", "modal-bank.strike"),
+        ("modal-bank.out", "tile-output.acceleration"),
+    ):
+        patch = patch.connect(source, target, REGISTRY)
+    loop = Loop(patch, REGISTRY, SimulatedFloor(floor), LoopOptions(block=9_600, scopes=("modal-bank.out",)))
+    loop.run(9_600)
+    distance_m = np.array([np.hypot(tile.centre_m[0] - 0.2, tile.centre_m[1]) for tile in floor.tiles])
+    expected = np.floor(distance_m / speed_m_s * RATE) + 1  # a bank rings from the frame after its event on
+    assert (loop.scope_frames != 0.0).argmax(axis=0).tolist() == expected.tolist()
+    _, signals, _ = previewed(patch, ("tile-place.distance",), floor.tiles[4], 0.1, RATE)
+    assert signals["tile-place.distance"][-1] == pytest.approx(distance_m[4])

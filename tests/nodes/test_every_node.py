@@ -17,6 +17,7 @@ from underfoot.patch.program import Program
 
 RATE = 48_000
 TILES = ("left", "right")
+CENTRES_M = {"left": (0.15, 0.2), "right": (0.46, 0.2)}
 LENGTH = 9_600
 EVERY = sorted(REGISTRY)
 SOUND = "sound.wav"
@@ -83,7 +84,7 @@ def run(patch, engine_signals, blocks, id, strike=True, set_at=None):
     watched = signals or [f"{_listener(patch, id)[1]}.out"]
     if not signals:
         patch = _listener(patch, id)[0]
-    program = Program(patch, REGISTRY, TILES, rate=RATE, block=max(blocks), scopes=watched)
+    program = Program(patch, REGISTRY, CENTRES_M, rate=RATE, block=max(blocks), scopes=watched)
     if strike:
         program.strike("", TILES[0], 2_000.4, 1.0)
     out = {name: np.zeros((len(TILES), LENGTH)) for name in watched}

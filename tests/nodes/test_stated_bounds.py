@@ -46,6 +46,11 @@ FORMULAS = {
     ),
     "force-envelope": ({"full_force": 700.0}, {"force": np.abs(A)}, np.abs(A) / 700.0),
     "tile-force": ({}, {"force_n": np.abs(A)}, np.abs(A)),
+    "tile-place": (
+        {"from_x": 3.0, "from_y": -4.0},
+        {"centre_x_m": A, "centre_y_m": B},
+        (np.hypot(A - 3.0, B + 4.0), A, B),
+    ),
     "contact": ({}, {"x_m": A, "y_m": B}, (A, B)),
     "tile-output": ({"level": 0.3}, {"acceleration": A}, 0.3 * A),
     "sound-output": ({"level": 0.3}, {"sound": A}, 0.3 * A),

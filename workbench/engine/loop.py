@@ -121,7 +121,7 @@ class Loop:
         return Program(
             patch if self.options.seed is None else replace(patch, seed=self.options.seed),
             self.registry,
-            self.source.floor.ids,
+            {tile.id: tile.centre_m for tile in self.source.floor.tiles},
             rate=self.rate_hz,
             block=min(self.block, _PART),  # with more room the tiles' signals are too far apart for the cache
             scopes=scopes,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from underfoot.drawing.thinning import extremes
 from underfoot.engine.preview import previewed
 from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Tile
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -18,7 +19,7 @@ Outline = NDArray[np.floating]
 
 
 def outlines(
-    patch: Patch, nodes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: Path | None = None
+    patch: Patch, nodes: tuple[str, ...], tile: Tile, seconds: float, rate_hz: float, folder: Path | None = None
 ) -> tuple[dict[str, Outline], dict[str, Outline]]:
     """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as for `previewed`.
 

@@ -12,7 +12,7 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.engine.simulated_step import FORCE_HZ, STEP_S, adult_step
 from underfoot.floor.forces import ForceSeries
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import Floor, Point, Tile, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
@@ -30,7 +30,7 @@ _BLOCK = 480  # the strike falls between two blocks
 def previewed(
     patch: Patch,
     scopes: tuple[str, ...],
-    tile: str,
+    tile: Tile,
     seconds: float,
     rate_hz: float,
     folder: Path | None = None,
@@ -40,11 +40,12 @@ def previewed(
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
     """Return the step's force in N (frames,), and `seconds` of signals and events of each scope ("node.port").
 
+    The step is on a tile as the thesis's, with the id and at the place of `tile`.
     With `seconds` 0 they end once every node sleeps, after `WHOLE_STEP_S` at the earliest and `longest_s` at the
     latest. With `measures`, the signals have what the tile was commanded, its response and its drive.
     """
     ends_by_itself = seconds == 0.0
-    force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
+    force_n, source = one_step(tile.id, seconds or longest_s(patch), rate_hz, tile.centre_m)
     options = LoopOptions(
         rate_hz=rate_hz,
         block=_BLOCK,
@@ -55,7 +56,7 @@ def previewed(
     )
     loop = Loop(patch, REGISTRY, source, options)
     loop.send(Play(True), 0)
-    loop.send(Strike("", tile), round(STEP_S * rate_hz))
+    loop.send(Strike("", tile.id), round(STEP_S * rate_hz))
     frames = len(force_n)
     signals = {name: np.zeros(frames, np.float32) for name in loop.program.scope_names}
     measured, commanded, drive = (np.zeros(frames if measures else 0, np.float32) for _ in range(3))
@@ -97,10 +98,12 @@ def longest_s(patch: Patch) -> float:
     return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
 
 
-def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
+def one_step(
+    tile: str, seconds: float, rate_hz: float, centre_m: Point = (0.0, 0.0)
+) -> tuple[NDArray[np.float32], Replay]:
     """Return the force of a step over the centre of a tile at each frame in N, and the source that replays it."""
     time_s = np.arange(round((seconds + 0.1) * FORCE_HZ)) / FORCE_HZ
-    floor = Floor((replace(default_floor(1, 1).tiles[0], id=tile),))
+    floor = Floor((replace(default_floor(1, 1).tiles[0], id=tile, centre_m=centre_m),))
     force_n, corners_n = adult_step(floor.tiles[0], time_s, STEP_S)
     source = Replay(ForceSeries(time_s, corners_n[:, None, :], FORCE_HZ), floor, rate_hz)
     frames = np.arange(round(seconds * rate_hz))

@@ -7,6 +7,7 @@ from msgspec import Struct
 from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.session_memory import MemoryNames
 from underfoot.engine.target import Target
+from underfoot.floor.layout import Tile
 from underfoot.floor.simulated_plates import PlateOutput
 
 
@@ -56,7 +57,7 @@ class PreviewRequest(Struct, frozen=True):
     ticket: int
     patch: bytes
     node: str
-    tile: str
+    tile: Tile
     seconds: float
     rate: float
     folder: Path | None = None
@@ -70,7 +71,7 @@ class OutlinesRequest(Struct, frozen=True):
     ticket: int
     patch: bytes
     nodes: tuple[str, ...]
-    tile: str
+    tile: Tile
     seconds: float
     rate: float
     folder: Path | None = None

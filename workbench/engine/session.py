@@ -46,6 +46,7 @@ from underfoot.engine.session_memory import ForceReader, ResponseReader, Session
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz, is_simulated, plates_of
 from underfoot.errors import BadValue, DeviceError
+from underfoot.floor.layout import Tile
 from underfoot.floor.profile import profiles_of, round_trip_frames
 from underfoot.floor.profile_parts import InUse
 from underfoot.floor.tile_parameters import simulation
@@ -263,11 +264,11 @@ class Session:
     ) -> int:
         """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
         self._require_open()
-        tile = tile or self.target.floor.tiles[0].id
-        through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
+        on = self._tile(tile)
+        through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == on.id)
         ticket, rate = self._compiler.new_ticket(), self.target.rate
         return self._request_picture(
-            PreviewRequest(ticket, patch.dumps(), node, tile, seconds, rate, self.folder, distributions, through)
+            PreviewRequest(ticket, patch.dumps(), node, on, seconds, rate, self.folder, distributions, through)
         )
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
@@ -275,11 +276,15 @@ class Session:
         request cancels it.
         """
         self._require_open()
-        tile = tile or self.target.floor.tiles[0].id
         ticket, rate = self._compiler.new_ticket(), self.target.rate
         return self._request_picture(
-            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, rate, self.folder)
+            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), self._tile(tile), seconds, rate, self.folder)
         )
+
+    def _tile(self, id: str) -> Tile:
+        """Return the tile with this id, or the first one."""
+        tiles = self.target.floor.tiles
+        return next((tile for tile in tiles if tile.id == id), tiles[0])
 
     def _request_picture(self, request: PreviewRequest | OutlinesRequest) -> int:
         self._compiler.request_picture(request)

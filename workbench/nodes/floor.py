@@ -42,6 +42,32 @@ class Contact:
             y[i] = y_m[i]
 
 
+@node("tile-place", "Floor")
+class TilePlace:
+    """Place of the tile's centre on the floor, and its distance from a point.
+
+    What happens on all tiles at once, as notes of a rhythm, reaches one after the other behind an Event delay whose
+    time a Map makes of the distance.
+    """
+
+    also_called = "position, XY, pan, spread, wave, ripple, object info, texture coordinate"
+    accuracy = "exact: to 1e-12"
+    centre_x_m = Input("m", of_tile=True)
+    centre_y_m = Input("m", of_tile=True)
+    from_x = Number(0.0, -100.0, 100.0, unit="m", wire="audio", doc="x of the point on the floor")
+    from_y = Number(0.0, -100.0, 100.0, unit="m", wire="audio", doc="y of the point on the floor")
+    distance = Output("m", doc="from the point to the tile's centre")
+    x = Output("m", doc="of the centre, along the floor's x axis")
+    y = Output("m", doc="of the centre, along the floor's y axis")
+    tail = math.inf
+
+    def run(centre_x_m, centre_y_m, from_x, from_y, distance, x, y):
+        for i in range(distance.size):
+            x[i], y[i] = centre_x_m[i], centre_y_m[i]
+            along, across = x[i] - from_x[i], y[i] - from_y[i]
+            distance[i] = math.sqrt(along * along + across * across)
+
+
 SURE_N = 100.0
 """Load from which the place of a contact is sure. Noise of the sensors moves that of a lighter one: as a foot left one
 measured plate, it went at 15 m/s; weighed by its load, at 3.

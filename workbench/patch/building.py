@@ -1,6 +1,6 @@
 """Builds a program's tables from a patch: buffers, event lists, controls and memories, node after node."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,10 @@ ENGINE_SIGNALS = ("force_n", "x_m", "y_m", "cut")
 """Signals from the engine: a tile's tared force, the contact position in the tile's frame, and 1 while the force of a
 contact comes in whose beginning was not seen.
 """
+
+
+TILE_CONSTANTS = ("centre_x_m", "centre_y_m")
+"""Constants of a tile: the place of its centre on the floor."""
 
 
 class Part(Struct, frozen=True):
@@ -47,7 +51,7 @@ class _Buffers(Struct):
 
 
 class Builder:
-    """Builds the tables of `parts`, in running order, for `tiles`.
+    """Builds the tables of `parts`, in running order, for `tiles`: their ids, or the centre of each by its id.
 
     `controls` and `signals` have the places in them of numbers, by node and name; `struck` the first list of events of
     each node that can be struck, and `lists.of` those of outputs, "node.port".
@@ -57,13 +61,14 @@ class Builder:
         self,
         patch: Patch,
         parts: Sequence[Part],
-        tiles: Sequence[str],
+        tiles: Sequence[str] | Mapping[str, tuple[float, float]],
         scopes: Sequence[str],
         *,
         rate: float,
         block: int,
     ) -> None:
-        self.parts, self.tiles, self.scopes = parts, tiles, scopes
+        self.parts, self.tiles, self.scopes = parts, tuple(tiles), scopes
+        self.centres_m = [tiles[tile] if isinstance(tiles, Mapping) else (0.0, 0.0) for tile in self.tiles]
         self.rate, self.block, self.seed = rate, block, patch.seed
         self.sources = sources(patch.wires)
         self.nodes = np.zeros(len(parts), NODE)
@@ -98,8 +103,8 @@ class Builder:
     # --- node by node ---
 
     def _add_engine_signals(self) -> None:
-        for name in ENGINE_SIGNALS:
-            if any(name in part.type.engine_signals for part in self.parts):
+        for name in (*ENGINE_SIGNALS, *TILE_CONSTANTS):
+            if any(name in (*part.type.engine_signals, *part.type.tile_constants) for part in self.parts):
                 self.buffers.add(name, len(self.tiles))
 
     def _add_outputs(self, k: int, part: Part) -> None:
@@ -128,8 +133,8 @@ class Builder:
         return wired
 
     def _connect_signals(self, k: int, part: Part) -> dict[str, int]:
-        """Return the buffer of each signal that the node reads: engine signals, inputs, and per-frame numbers."""
-        found = {name: self.buffers.of[name] for name in part.type.engine_signals}
+        """Return the buffer of each signal that the node reads: the engine's, constants, inputs, per-frame numbers."""
+        found = {name: self.buffers.of[name] for name in (*part.type.engine_signals, *part.type.tile_constants)}
         for port in part.type.inputs:
             if port.kind == "signal":
                 found[port.name] = self._buffer_into(part, port.name) or 0
@@ -280,18 +285,21 @@ class Builder:
         starts = np.concatenate([[0], np.cumsum([self._stride * max(r, 1) for r in self.buffers.rows])]).astype(
             np.int64
         )
-        return starts, aligned_zeros(int(starts[-1]))
+        memory = aligned_zeros(int(starts[-1]))
+        for axis, name in enumerate(TILE_CONSTANTS):
+            if name in self.buffers.of:
+                self._rows(name, starts, memory)[:] = [[centre_m[axis]] for centre_m in self.centres_m]
+        return starts, memory
+
+    def _rows(self, name: str, starts: NDArray[np.int64], memory: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a buffer that has a row for each tile: [tile, frame]."""
+        at, rows = int(starts[self.buffers.of[name]]), len(self.tiles)
+        return memory[at : at + rows * self._stride].reshape(rows, self._stride)[:, : self.block]
 
     def engine_signals_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
         """Return the arrays that the engine fills: float64 [tile, frame] by name."""
-        rows = len(self.tiles)
-        found = {}
-        for name in ENGINE_SIGNALS:
-            if name in self.buffers.of:
-                at = int(made.buffer_at[self.buffers.of[name]])
-                whole = made.buffers[at : at + rows * self._stride].reshape(rows, self._stride)
-                found[name] = whole[:, : self.block]
-        return found
+        names = [name for name in ENGINE_SIGNALS if name in self.buffers.of]
+        return {name: self._rows(name, made.buffer_at, made.buffers) for name in names}
 
     def _keys(self) -> NDArray[np.uint64]:
         """Return the keys of the random draws of each node and tile."""

@@ -62,12 +62,15 @@ def can_connect(source: Port, target: Port) -> bool:
 
 
 class Input(Struct, frozen=True):
-    """Declares an input: a signal in `unit`, or events. With `from_engine` the engine supplies it instead of a wire."""
+    """Declares an input: a signal in `unit`, or events. With `from_engine` the engine supplies it instead of a wire;
+    with `of_tile` it is a constant of the tile.
+    """
 
     unit: str = ""
     kind: str = "signal"
     doc: str = ""
     from_engine: bool = False
+    of_tile: bool = False
 
 
 class Output(Struct, frozen=True):
@@ -112,6 +115,8 @@ class NodeType(Struct, frozen=True, dict=True):
     outputs: tuple[Port, ...]
     engine_signals: tuple[str, ...]
     """Names of the signals that the engine supplies."""
+    tile_constants: tuple[str, ...]
+    """Names of the constants of the tile."""
     parameters: Mapping[str, Parameter]
     signal_parameters: tuple[Number, ...]
     """Numbers that are read every frame."""
@@ -241,14 +246,14 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         also_called = body.get("also_called", "")
         words = 'words in one text, as "VCA, amplifier"'
         require(isinstance(also_called, str), f"also_called of node {type}", also_called, words)
-        inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
-        from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
+        inputs = {name: port for name, port in ports.items() if isinstance(port, Input)}
+        from_engine = {name: inputs.pop(name) for name, port in list(inputs.items()) if port.from_engine}
+        of_tile = {name: inputs.pop(name) for name, port in list(inputs.items()) if port.of_tile}
         outputs = {name: port for name, port in ports.items() if isinstance(port, Output)}
         signals = tuple(p for p in parameters.values() if isinstance(p, Number) and p.wire == "audio")
-        numbers = (p for p in parameters.values() if p.kind in ("number", "count", "choice"))
-        controls = tuple(p for p in numbers if p not in signals)
+        controls = tuple(p for p in parameters.values() if p.kind in ("number", "count", "choice") and p not in signals)
         names = Names(
-            signals_in=(*_of("signal", from_engine), *_of("signal", inputs), *(p.name for p in signals)),
+            signals_in=(*_of("signal", from_engine | of_tile | inputs), *(p.name for p in signals)),
             signals_out=_of("signal", outputs),
             events_in=(*_of("event", inputs), *_of("event", from_engine)),
             events_out=_of("event", outputs),
@@ -262,6 +267,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             inputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in inputs.items()),
             outputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in outputs.items()),
             engine_signals=_of("signal", from_engine),
+            tile_constants=tuple(of_tile),
             parameters=parameters,
             signal_parameters=signals,
             controls=controls,

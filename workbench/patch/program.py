@@ -1,6 +1,6 @@
 """Program: a patch compiled to run, ordered, with preallocated buffers, asleep wherever possible."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,8 @@ _COUNT = list(EVENTS.parts).index("count")
 
 
 class Program:
-    """Compiled `patch` for each of `tiles`, ready to run in blocks of up to `block` frames.
+    """Compiled `patch` for each of `tiles`, ready to run in blocks of up to `block` frames. `tiles` has their ids, or
+    the centre of each on the floor, in metres, by its id; without centres they are all at 0, 0.
 
     Marks are applied first (`underfoot.patch.effective`). Only nodes that reach a sink, or an output named in `scopes`
     ("node.port"), are built; the others are in `left_out`. `output` is float64 [tiles, block] in m/s^2. `sound` is
@@ -41,7 +42,7 @@ class Program:
         self,
         patch: Patch,
         registry: Registry,
-        tiles: Sequence[str],
+        tiles: Sequence[str] | Mapping[str, tuple[float, float]],
         *,
         rate: float = RATE_HZ,
         block: int = 1024,
@@ -66,7 +67,7 @@ class Program:
         self._struck_rows: list[int] = []
         self._faulty: dict[int, int] = {}  # the session frame that was told last
         self._settled = 0  # session frame at which the last ramp is over
-        builder = Builder(patch, self._parts, self.tiles, self.scope_names, rate=rate, block=block)
+        builder = Builder(patch, self._parts, tiles, self.scope_names, rate=rate, block=block)
         self.tables = builder.build()
         self._controls, self._signals = builder.controls, builder.signals
         self._struck, self._lists = builder.struck, builder.lists.of
