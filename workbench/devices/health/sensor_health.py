@@ -50,6 +50,7 @@ sways.
 
 _DEAD, _SATURATED, _LOOSE, _REVERSED, _NOISY, _MISPLACED = 1, 2, 4, 8, 16, 32
 _REST_SHARE = 0.002
+_GONE = 0.3  # of the largest load of a contact: less is what sensors still creep after a foot, and tells no place
 _SHARE = 0.05  # of what the others carry: a corner whose plate lifts falls, too, by what the plate weighs there
 
 _SENSOR = np.dtype(
@@ -88,6 +89,7 @@ _TILE = np.dtype(
     [
         ("is_known", np.bool_),
         ("time_s", np.float64),
+        ("peak_n", np.float64),
         ("mean_n", np.float64),
         ("least_n", np.float64),
         ("most_n", np.float64),
@@ -97,8 +99,9 @@ _TILE = np.dtype(
     ],
     align=True,
 )
-"""State of a tile: its last time, the mean of its load, and of these `NOISY_S` the least and the largest such mean, and
-how much has passed; what it bears between steps, to `STEADY_N`, and for how long (-inf: told, until it is empty).
+"""State of a tile: its last time, the largest load since it was empty, the mean of its load, and of these `NOISY_S` the
+least and the largest such mean, and how much has passed; what it bears between steps, to `STEADY_N`, and for how long
+(-inf: told, until it is empty).
 """
 
 
@@ -265,7 +268,9 @@ def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
         if not tile.is_known or not 0.0 < step_s < 2.5 * state.period_s:
             step_s = 0.0
         total_n = _weigh(tile, sensors, force_n, load_n)
-        _find_dead_or_reversed(sensors, load_n, total_n, state.balance[k], step_s, found)
+        tile.peak_n = max(tile.peak_n, total_n) if total_n >= CONTACT_N else 0.0
+        is_loaded = total_n >= _GONE * tile.peak_n
+        _find_dead_or_reversed(sensors, load_n, total_n, state.balance[k], step_s if is_loaded else 0.0, found)
         for j in range(4):
             if _is_saturated(sensors[j], reading[j], load_n[j], total_n - load_n[j], step_s):
                 found[j] |= _SATURATED
