@@ -390,6 +390,23 @@ def test_a_gain_that_changed_before_the_last_sweep_is_warned_of(gain, warned):
     )
 
 
+@pytest.mark.parametrize(
+    ("cooler", "warned"), [(1.0, ""), (0.95, "the gain has fallen by 5 %"), (1.05, "risen by 5 %")]
+)
+def test_a_shaker_that_warms_up_between_sweeps_and_tones_is_warned_of(cooler, warned):
+    """One that lost 20 % passed; that a loud one compresses is in both."""
+    tile, level = SimulatedTile(TILE, seed=1), 0.45
+    sweep = train(exponential(20.0, 2000.0, 2.0, RATE, level), 1, RATE)
+    found = measure(sweep, tile.respond(sweep, RATE, "none") / 50.0, RATE)
+    tone = tile.respond(level * np.sin(2.0 * np.pi * 300.0 * np.arange(RATE) / RATE), RATE, "none")
+    heard = cooler * harmonics(tone[RATE // 2 :], 300.0, RATE, 2)[0]
+    tones = DistortionOverLevel(np.array([level]), np.array([heard]), np.zeros(1))
+    warnings = result_of(ResponseMeasurements({"none": found}, 50.0, RATE, tones=tones)).warnings
+    lines = [line for line in warnings if "the gain has" in line]
+    assert len(lines) == bool(warned)
+    assert all(warned in line for line in lines)
+
+
 @pytest.mark.parametrize("place", [(0.5, 0.2887), (0.0, 0.0)])
 @pytest.mark.parametrize("load", ["none", "standing"])
 def test_a_shaker_whose_wires_are_swapped_is_warned_of(place, load):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from underfoot.calibration.reference import uncertain_by
 from underfoot.calibration.result import Result
 from underfoot.calibration.results.labels import title_of
-from underfoot.calibration.science.acceleration_uncertainty import acceleration_uncertainty
+from underfoot.calibration.science.acceleration_uncertainty import acceleration_uncertainty, tones_over_sweeps
 from underfoot.calibration.science.response import (
     ALLOWED_DB,
     INNER_HZ,
@@ -54,6 +54,8 @@ LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "co
 _WITH = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
 """Distortion, as a share, above which a warning is given."""
+_MOST_CHANGE = 0.03
+"""Change of the gain from the first sweeps to the loudest tone, as a share, above which a warning is given."""
 _LEAST_SNR_DB = 20.0
 """Below it, noise can change a response by 1 dB."""
 _OUTSTANDING = 10.0
@@ -207,6 +209,12 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
             "a positive signal moves the accelerometer against its axis: are the wires of the shaker swapped, or does "
             "the accelerometer point down? Where all tiles of a floor say so, all is well; else this one moves against "
             "the others"
+        )
+    if found.tones is not None and abs(warmed := tones_over_sweeps(found, found.tones)[-1] - 1.0) > _MOST_CHANGE:
+        way = "fallen" if warmed < 0.0 else "risen"
+        lines.append(
+            f"the gain has {way} by {100.0 * abs(warmed):.0f} % since the first sweeps, and m/s^2 with it: does the "
+            "shaker warm up, or is it loose? Let it play for some minutes, and measure again"
         )
     changed = _level_change_db(found)
     if abs(changed) > ALLOWED_DB:

@@ -6,7 +6,7 @@ import numpy as np
 
 from underfoot.calibration.reference import COVERAGE
 from underfoot.calibration.science.response import INNER_HZ, ResponseMeasurements
-from underfoot.calibration.science.tones import TONE_HZ
+from underfoot.calibration.science.tones import TONE_HZ, DistortionOverLevel
 from underfoot.calibration.science.transfer_function import within
 from underfoot.kernels import Floats
 
@@ -29,15 +29,20 @@ def acceleration_uncertainty(found: ResponseMeasurements) -> dict[str, float]:
     # The part of noise in phase changes a magnitude.
     noise = np.nan_to_num(basis.noise[inside]) / (math.sqrt(2.0) * basis.magnitude[inside])
     off = found.sensitivity * again.magnitude[within(again.frequencies_hz, INNER_HZ)] / found.level - 1.0
-    empty = found.loads["none"]
-    swept = found.sensitivity * np.interp(TONE_HZ, empty.frequencies_hz, empty.magnitude)
     parts = {
         "reference": (found.reference_percent or 0.0) / COVERAGE,
         "repeatability": _rms_percent(np.maximum(spread, noise)),
         "flatness": _rms_percent(off),
-        "linearity": _rms_percent(tones.acceleration / (tones.drive * swept) - 1.0),
+        "linearity": _rms_percent(tones_over_sweeps(found, tones) - 1.0),
     }
     return {"expanded": COVERAGE * math.hypot(*parts.values()), **parts}
+
+
+def tones_over_sweeps(found: ResponseMeasurements, tones: DistortionOverLevel) -> Floats:
+    """Return the gain of tones (n,) over that of the sweeps before, with nothing on the tile; the last is as loud."""
+    empty = found.loads["none"]
+    swept = found.sensitivity * np.interp(TONE_HZ, empty.frequencies_hz, empty.magnitude)
+    return tones.acceleration / (tones.drive * swept)
 
 
 def _rms_percent(shares: Floats) -> float:
