@@ -175,8 +175,8 @@ def of_36_tiles(tmp_path_factory):
     return write_recording(tmp_path_factory.mktemp("exported") / "whole.underfoot", 4.0, default_floor(6, 6))
 
 
-@pytest.mark.parametrize(("suffix", "most"), [(".h5", 0.7), (".wav", 0.7), (".mat", 1.7)])
-def test_vibration_need_not_fit_into_memory_more_than_once(path, of_36_tiles, tmp_path, suffix, most):
+@pytest.mark.parametrize("suffix", [".h5", ".wav", ".mat"])
+def test_vibration_need_not_fit_into_memory(path, of_36_tiles, tmp_path, suffix):
     export(path, tmp_path / f"first{suffix}")  # imports its libraries
     with Recording(of_36_tiles) as recording:
         tracemalloc.start()
@@ -185,7 +185,7 @@ def test_vibration_need_not_fit_into_memory_more_than_once(path, of_36_tiles, tm
             peak = tracemalloc.get_traced_memory()[1]
         finally:
             tracemalloc.stop()
-    assert peak < most * 4 * 48_000 * 36 * 4
+    assert peak < 0.7 * 4 * 48_000 * 36 * 4
 
 
 def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_path):

@@ -1,7 +1,9 @@
 """MAT: a recording for MATLAB and Octave, in the format of MATLAB 5."""
 
+import math
 import os
 import struct
+import tempfile
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,7 +23,7 @@ _INT8, _INT32, _UINT32, _MATRIX, _COMPRESSED = 1, 5, 6, 14, 15
 """Kinds of elements of a MAT file."""
 _NUMBERS = {"<f4": (7, 7), "<f8": (6, 9)}
 """Class of a matrix and kind of its data."""
-_AT_ONCE = 1 << 24
+_AT_ONCE = 1 << 20
 """Bytes that are compressed at once."""
 
 
@@ -35,7 +37,7 @@ def _write(export: ExportSource, path: Path) -> None:
         raise BadFile(
             f"{path} would need {needed / 1e9:.1f} GB for one variable; allowed: 2.1 GB; export a stretch, or as .h5"
         )
-    pieces = list(export.pieces("Reading forces"))
+    times = [time_s for time_s, _ in export.pieces("Reading times")]
     steps: list[Stance] = []
     rows = []
     for found, stances in export.found("Looking for steps and contacts"):
@@ -52,7 +54,7 @@ def _write(export: ExportSource, path: Path) -> None:
         "calibrations": np.array(export.calibrations, object),
         "floor_json": export.recording.about["floor"],
         "patch_json": export.recording.about["patch"],
-        "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)]),
+        "time_s": np.concatenate([*times, np.zeros(0)]),
         "contacts": {name: np.concatenate([getattr(row, name) for row in rows]) for name in names},
         "steps": {name: v.astype(object) if v.dtype.kind == "U" else v for name, v in columns.items()},
         "marks": {"time_s": np.array([at for at, _ in marks]), "text": np.array([text for _, text in marks], object)},
@@ -61,40 +63,37 @@ def _write(export: ExportSource, path: Path) -> None:
         savemat(str(part), content, appendmat=False, do_compression=True, oned_as="column")  # for struct2table
         with part.open("r+b") as file:
             file.seek(0, os.SEEK_END)
-            corners_n = _column_major(
-                (force_n for _, force_n in pieces), (sum(len(t) for t, _ in pieces), tiles, 4), "<f8"
-            )
-            del pieces
-            _append(export, file, "corners_n", corners_n)
-            del corners_n
-            frames = _column_major(
-                export.frames(source, f"Reading {source}"), (export.end - export.first, tiles), "<f4"
-            )
-            _append(export, file, f"{source}{'' if source == 'vibration' else '_m_s2'}", frames)
+            pieces = (force_n for _, force_n in export.pieces("Reading forces"))
+            _append(export, file, "corners_n", pieces, (len(content["time_s"]), tiles, 4), "<f8")
+            frames = export.frames(source, f"Reading {source}")
+            name = source if source == "vibration" else f"{source}_m_s2"
+            _append(export, file, name, frames, (export.end - export.first, tiles), "<f4")
 
 
-def _column_major(parts: Iterable[NDArray[Any]], shape: tuple[int, ...], kind: str) -> NDArray[Any]:
-    """Return parts one after another, in MATLAB's order: what is of one tile lies together."""
-    whole, at = np.empty(shape, kind, order="F"), 0
-    for part in parts:
-        whole[at : at + len(part)] = part
-        at += len(part)
-    return whole
-
-
-def _append(export: ExportSource, file: BinaryIO, name: str, values: NDArray[Any]) -> None:
-    """Append a large variable, compressed piece by piece: `savemat` makes several copies of each."""
-    of_class, of_data = _NUMBERS[values.dtype.str]
+def _append(
+    export: ExportSource, file: BinaryIO, name: str, parts: Iterable[NDArray[Any]], shape: tuple[int, ...], kind: str
+) -> None:
+    """Append a large variable, given part by part, and compressed piece by piece. In MATLAB's order what is of one tile
+    lies together: it is put so in a file beside, and not in memory."""
+    of_class, of_data = _NUMBERS[kind]
+    size = np.dtype(kind).itemsize
+    length, at = size * math.prod(shape), 0
     head = _element(_UINT32, struct.pack("<II", of_class, 0))
-    head += _element(_INT32, struct.pack(f"<{values.ndim}i", *values.shape)) + _element(_INT8, name.encode())
-    padding = -values.nbytes % 8
-    begin, packer, data = file.tell(), zlib.compressobj(), values.ravel(order="F").view(np.uint8)
+    head += _element(_INT32, struct.pack(f"<{len(shape)}i", *shape)) + _element(_INT8, name.encode())
+    padding, begin, packer = -length % 8, file.tell(), zlib.compressobj()
     file.write(struct.pack("<II", _COMPRESSED, 0))
-    file.write(packer.compress(struct.pack("<II", _MATRIX, len(head) + 8 + values.nbytes + padding) + head))
-    file.write(packer.compress(struct.pack("<II", of_data, values.nbytes)))
-    for at in range(0, len(data), _AT_ONCE):
-        export.report_progress(f"Writing {name}", at / len(data))
-        file.write(packer.compress(data[at : at + _AT_ONCE].data))
+    file.write(packer.compress(struct.pack("<II", _MATRIX, len(head) + 8 + length + padding) + head))
+    file.write(packer.compress(struct.pack("<II", of_data, length)))
+    with tempfile.TemporaryFile(dir=os.path.dirname(file.name)) as beside:
+        for part in parts:
+            for number, column in enumerate(part.T.reshape(-1, len(part)).astype(kind, "C")):
+                beside.seek(size * (number * shape[0] + at))
+                beside.write(column.data)
+            at += len(part)
+        beside.seek(0)
+        while piece := beside.read(_AT_ONCE):
+            export.report_progress(f"Writing {name}", beside.tell() / length)
+            file.write(packer.compress(piece))
     file.write(packer.compress(bytes(padding)) + packer.flush())
     end = file.tell()
     file.seek(begin)
