@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from made_recordings import ABOUT
 
 from underfoot.__main__ import cli
+from underfoot.engine.session_replay import ReplayJob
 from underfoot.errors import BadFile, BadValue
 from underfoot.records.exports import ExportSource, write_export
 from underfoot.records.recording import Recording
@@ -130,6 +131,9 @@ def test_silence_of_months_is_not_written_and_what_is_before_it_can_be(whole, tm
         assert not path.exists()
         write_export(ExportSource(recording, stretch_s=(0.0, 0.1)), path)
     assert path.exists()
+    if "vibration set count" in lie:
+        with pytest.raises(BadFile, match=r"whole.uf cannot be replayed: it lasts 265.1 days; allowed: up to a day"):
+            ReplayJob(whole).run()
 
 
 @pytest.mark.parametrize("key", ["rate", "force_rate"])

@@ -12,7 +12,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.devices.offline import offline_source
 from underfoot.engine.commands import equalisers_of
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import NO_FILES, Files, Rendered, render_source
+from underfoot.engine.render import LONGEST_S, NO_FILES, Files, Rendered, render_source
 from underfoot.errors import BadValue, require
 from underfoot.files import path_of
 from underfoot.floor.layout import Floor
@@ -100,5 +100,5 @@ def render(
         plates=plates,
         folder=None if folder is None else path_of(folder, "folder"),
     )
-    length = None if seconds is None else number("seconds", seconds, TINY, 24 * 3600.0, "above 0, up to a day")
+    length = None if seconds is None else number("seconds", seconds, TINY, LONGEST_S, "above 0, up to a day")
     return RenderJob(patch, forces, floor, seconds=length, options=options).run()

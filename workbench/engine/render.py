@@ -25,6 +25,8 @@ from underfoot.records.wav import require_wav, wav_file, wav_samples, write_wav
 
 _POINTS = 600
 """Points across a plot."""
+LONGEST_S = 24 * 3600.0
+"""Longest rendering in seconds."""
 Files = Mapping[str, Path]
 """Sound files that a rendering is written to, by the names of `Loop.outputs`, as it is played."""
 NO_FILES: Files = MappingProxyType({})
@@ -158,7 +160,7 @@ def render_source(
     (24000, 4)
     """
     options = options or LoopOptions()
-    require(0.0 < seconds <= 24 * 3600.0, "seconds", seconds, "above 0, up to a day")
+    require(0.0 < seconds <= LONGEST_S, "seconds", seconds, "above 0, up to a day")
     require(1 <= options.block <= 65536, "block", options.block, "1 to 65536 frames")
     require(8000.0 <= options.rate_hz <= 192_000.0, "rate", options.rate_hz, "8000 to 192000 Hz")
     frames = round(seconds * options.rate_hz)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.engine.commands import Swap, TileEqualiser, from_text
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.render import NO_FILES, Files, Rendered
+from underfoot.engine.render import LONGEST_S, NO_FILES, Files, Rendered
 from underfoot.errors import BadFile, in_one_line
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_plates import PlateOutput
@@ -54,7 +54,8 @@ class ReplayJob:
     def run(self, files: Files = NO_FILES) -> Rendered:
         """Replay it from its first frame to its last, to `files` as it is played.
 
-        Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
+        Raises `BadFile` for a recording that begins after its session, has gaps, lasts for over a day, or has a patch
+        that cannot be played.
         """
         path = self.path
         with Recording(path) as recording:
@@ -63,6 +64,9 @@ class ReplayJob:
                 raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
             if first != 0 or recording.gaps():
                 raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
+            if (length_s := end / recording.rate_hz) > LONGEST_S:  # which a damaged file may say
+                days = length_s / LONGEST_S
+                raise BadFile(f"{path} cannot be replayed: it lasts {days:.1f} days; allowed: up to a day")
             loop = _loop_of(recording, self.block, self.plates)
             for frame, kind, body in recording.commands():
                 with _readable(path, f"command {kind[:60]!r}"):
