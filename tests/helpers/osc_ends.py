@@ -9,12 +9,12 @@ LOOPBACK = "127.0.0.1"
 
 
 class OscEnd:
-    """A UDP socket on loopback."""
+    """A UDP socket on loopback, at any free port where none is given."""
 
-    def __init__(self):
+    def __init__(self, port=0):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
-        self.socket.bind((LOOPBACK, 0))
+        self.socket.bind((LOOPBACK, port))
         self.socket.setblocking(False)
         self.port = self.socket.getsockname()[1]
         self.messages = []

@@ -21,6 +21,8 @@ from underfoot import monitoring
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 
+PLAYS = b"/underfoot/health\0\0\0,T"
+"""How a message begins that is sent while the engine runs."""
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "network.md"
 
 
@@ -59,6 +61,9 @@ def test_clients_of_the_page_hear_a_foot_and_get_onsets_until_it_is_told_to_end_
         for times in (1, 2):
             end.send_message(served.cues, "/underfoot/panic")
             until(lambda times=times: len(end.received("/underfoot/played")) == times, "it is silent")
+    with contextlib.closing(OscEnd(served.messages)) as end:
+        engine_runs, *_, why_silent = until(lambda: end.received("/underfoot/health"), "its health is told")[0]
+    assert (engine_runs, why_silent) == (True, "panic")
     served.process.send_signal(signal.SIGINT)
     _, error = served.process.communicate(timeout=300.0)
     assert served.process.returncode == 0, error
@@ -165,7 +170,7 @@ def test_a_line_of_marks_that_is_unplugged_is_said_while_it_serves(underfoot, fo
     far, near = os.openpty()
 
     def unplug():
-        while b"/underfoot/health" not in hears.recv(65536):
+        while PLAYS not in hears.recv(65536):
             pass
         os.close(near)
         os.close(far)
@@ -202,7 +207,7 @@ def test_what_a_closed_terminal_ends_ends_in_order(folder, with_hangup):
             sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--listen", "off", "--send", to,
         ]  # fmt: skip
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
-            while b"/underfoot/health" not in hears.recv(65536):
+            while PLAYS not in hears.recv(65536):
                 pass
             os.killpg(process.pid, signal.SIGHUP)
             _, said = process.communicate()

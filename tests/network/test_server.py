@@ -133,7 +133,7 @@ def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
 def test_health_is_sent_also_where_more_samples_are_lost_than_osc_can_count(serve, end, until):
     """As after half an hour of frame numbers with their bytes swapped: serve ended with an error of Python's."""
     health = Health(True, 0.1, 0.2, 3, 1 << 40, 0.004, 0.001, 0.02, 0.0, 1 << 40, 0.0, 0)
-    serve(send=end.text).send_health(health)
+    serve(send=end.text).send_health(health, "panic")
     until(lambda: end.received("/underfoot/health"), "it comes")
     assert end.received("/underfoot/health")[0][:5] == [True, 1 << 40, pytest.approx(0.1), 3, (1 << 31) - 1]
 

@@ -189,5 +189,6 @@ class NetworkLink(QObject):
 
     def _send_health(self, health: Health) -> None:
         self._health_count += 1
-        if self._server is not None and self._health_count % _HEALTH_DIVISOR == 0:
-            self._server.send_health(health)
+        session = self._controller.session
+        if self._server is not None and session is not None and self._health_count % _HEALTH_DIVISOR == 0:
+            self._server.send_health(health, session.why_silent)

@@ -150,8 +150,8 @@ def _run(
             server.send_force(last_s, ago_s, (forces - finder.baseline_n).sum(axis=2))
             for step in found.steps:
                 server.send_step(step, health.frame / rate - step.start_s)
-        if health.running and is_due():
-            server.send_health(health)
+        if is_due():
+            server.send_health(health, session.why_silent)
         time.sleep(_WAIT_S)
     for line in finder.warnings():
         tell(line)

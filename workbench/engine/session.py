@@ -168,6 +168,11 @@ class Session:
                 self.silence = report.silence
         return reports
 
+    @property
+    def why_silent(self) -> str:
+        """Why nothing is heard of what plays: "panic", "stopped", or as `silence`; "" if it is."""
+        return self.silence if self.playing else "panic" if self.memory.status.panic else "stopped"
+
     def _require_open(self) -> None:
         if self._closed:
             raise DeviceError(CLOSED)

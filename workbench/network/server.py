@@ -180,12 +180,12 @@ class NetworkServer:
             at_s = self._lsl.clock.at(step.start_s, ago_s)
             self._do(partial(self._lsl.step, step, contact, at_s))
 
-    def send_health(self, health: Health) -> None:
+    def send_health(self, health: Health, why_silent: str) -> None:
         """Send the state of the engine; call it once or twice a second. A count stops at the largest number."""
         xruns, lost = (min(count, _LARGEST_INT) for count in (health.xruns, health.lost))
         self._queue_message(
             "health", health.running, Long(health.frame), float(health.load), xruns, lost,
-            float(health.latency_s), float(health.stream_latency_s),
+            float(health.latency_s), float(health.stream_latency_s), why_silent,
         )  # fmt: skip
 
     def send_mark(self, text: str, frame: int, ago_s: float) -> None:
