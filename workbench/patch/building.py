@@ -87,6 +87,11 @@ class Builder:
         self.data: list[NDArray[np.float64]] = []
         self.awake_at_first = np.zeros(len(parts), bool)
 
+    @property
+    def ramp_of(self) -> dict[tuple[int, str], int]:
+        """The ramp of each number, by node and name."""
+        return self.controls | {key: len(self.drivers) + j for key, j in self.signals.items()}
+
     def build(self) -> Tables:
         """Build everything, step by step."""
         self._add_engine_signals()
@@ -229,11 +234,9 @@ class Builder:
             staged=_empty_lists(int(nodes["event_inputs"].max(initial=1)), room, self.block),
             control=np.array(self.control, np.float64),
             drivers=np.array(self.drivers, np.int64),
-            ramp=np.array(self.ramps, np.float64).reshape(-1, 4),
-            ramp_start=np.full(len(self.drivers), -RAMP, np.int64),
+            ramp=np.array(self.ramps + [(v,) * 4 for v in self.signal_values], np.float64).reshape(-1, 4),
+            ramp_start=np.full(len(self.drivers) + len(self.signal_buffers), -RAMP, np.int64),
             signal_controls=np.array(self.signal_buffers, np.int64),
-            signal_ramp=np.array([(v, v) for v in self.signal_values], np.float64).reshape(-1, 2),
-            signal_start=np.full(len(self.signal_buffers), -RAMP, np.int64),
             signal_moving=np.full(len(self.signal_buffers), 2, np.uint8),
             state=aligned_zeros(int(nodes["state_size"].sum()) * rows),
             coefficients=aligned_zeros(int(nodes["coefficients_size"].sum()) * rows),

@@ -27,7 +27,8 @@ def fill_signal_controls(p: Tables, frame: int, n: int) -> None:
         if state == 0:
             continue
         at = p.buffer_at[p.signal_controls[j]]
-        begin, end, start = p.signal_ramp[j, 0], p.signal_ramp[j, 1], p.signal_start[j]
+        q = p.drivers.size + j
+        begin, end, start = p.ramp[q, 0], p.ramp[q, 1], p.ramp_start[q]
         if state == 2 or frame >= start + RAMP:
             for i in range(p.output.shape[1]):
                 p.buffers[at + i] = end

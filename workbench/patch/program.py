@@ -69,7 +69,7 @@ class Program:
         self._settled = 0  # session frame at which the last ramp is over
         builder = Builder(patch, self._parts, tiles, self.scope_names, rate=rate, block=block)
         self.tables = builder.build()
-        self._controls, self._signals = builder.controls, builder.signals
+        self._ramps = builder.ramp_of
         self._struck, self._lists = builder.struck, builder.lists.of
         self.engine_signals = builder.engine_signals_in(self.tables)
         self._where = addresses(self.tables)
@@ -127,17 +127,17 @@ class Program:
         part.values[name] = value
         self._settled = frame + RAMP
         p = self.tables
-        if (k, name) in self._controls:
-            q = self._controls[k, name]
-            if k in self._nonzero_inputs:
-                p.asleep[k], p.idle[:] = 0, 0
-            p.ramp[q, 0] = on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame - p.ramp_start[q])
-            p.ramp[q, 1], p.ramp_start[q] = value, frame
-            p.moving[k] = 1
-        elif (k, name) in self._signals:
-            q = self._signals[k, name]
-            p.signal_ramp[q, 0] = on_ramp(p.signal_ramp[q, 0], p.signal_ramp[q, 1], frame - p.signal_start[q])
-            p.signal_ramp[q, 1], p.signal_start[q], p.signal_moving[q] = value, frame, 1
+        q = self._ramps.get((k, name))
+        if q is None:
+            return
+        p.ramp[q, 0] = on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame - p.ramp_start[q])
+        p.ramp[q, 1], p.ramp_start[q] = value, frame
+        if q >= len(p.drivers):
+            p.signal_moving[q - len(p.drivers)] = 1
+            return
+        p.moving[k] = 1
+        if k in self._nonzero_inputs:
+            p.asleep[k], p.idle[:] = 0, 0
 
     def strike(self, id: str, tile: str, time: float, strength: float, duration: float = 0.0) -> None:
         """Send an event at `time` (session frames, not run yet) to a node that can be struck; "" means all of them."""
@@ -244,18 +244,14 @@ class Program:
         return same and all(new.values[n] == former.values[n] for n in structural)
 
     def _take_control(self, old: "Program", k: int, j: int, name: str, frame: int) -> None:
-        for ids, old_ids, table, start in (
-            (self._controls, old._controls, "ramp", "ramp_start"),
-            (self._signals, old._signals, "signal_ramp", "signal_start"),
-        ):
-            if (k, name) in ids and (j, name) in old_ids and isinstance(self._parts[k].type.parameters[name], Number):
-                there = old_ids[j, name]
-                begin, goal = getattr(old.tables, table)[there][:2]
-                now = on_ramp(begin, goal, frame - getattr(old.tables, start)[there])
-                target = self._parts[k].values[name]
-                if now != target:
-                    getattr(self.tables, table)[ids[k, name], :2] = now
-                    self.set(id=self.node_ids[k], name=name, value=target, frame=frame)
+        q, there, before = self._ramps.get((k, name)), old._ramps.get((j, name)), old.tables
+        if q is None or there is None or not isinstance(self._parts[k].type.parameters[name], Number):
+            return
+        now = on_ramp(before.ramp[there, 0], before.ramp[there, 1], frame - before.ramp_start[there])
+        target = self._parts[k].values[name]
+        if now != target:
+            self.tables.ramp[q, :2] = now
+            self.set(id=self.node_ids[k], name=name, value=target, frame=frame)
 
 
 def _nodes_to_outputs(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:

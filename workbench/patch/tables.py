@@ -56,11 +56,9 @@ class Tables(NamedTuple):
     staged: F2  # [input, EVENTS with room for a block]: the events of one stretch
     control: F1  # controls, node after node, row after row
     drivers: I1  # [control]: the buffer that drives it, or -1
-    ramp: F2  # [control, (from, to, low, high)]
-    ramp_start: I1  # [control]
+    ramp: F2  # [control, then signal control, (from, to, low, high)]; only what a wire drives is limited
+    ramp_start: I1  # [control, then signal control]
     signal_controls: I1  # buffers that hold a parameter
-    signal_ramp: F2  # [signal control, (from, to)]
-    signal_start: I1  # [signal control]
     signal_moving: B1  # [signal control]: 1 ramping, 2 still to be filled
     state: F1  # node after node, row after row
     coefficients: F1  # the same
