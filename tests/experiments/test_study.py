@@ -47,6 +47,8 @@ def test_a_rest_comes_after_so_many_trials_without_a_pause_also_within_a_block()
     assert walked(Study(study.protocol, "P1", study.entries[:5])) == pages[5:]
     unpaused = walked(Study(made_protocol("rating", {"blocks": 2}, stimuli, rest_s=20.0, rest_every=7), "P1"))
     assert [k for k, page in enumerate(unpaused) if page.kind == "pause"] == [7]
+    ended = [replace(study.protocol.stages[0], id=id, most_trials=4) for id in ("first", "second")]
+    assert [page.kind for page in walked(Study(replace(study.protocol, stages=ended), "P1"))] == ["trials"] * 8
 
 
 def test_who_does_not_agree_does_not_take_part():

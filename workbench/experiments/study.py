@@ -222,35 +222,28 @@ class Study:
 
     def _take(self, entry: Entry) -> None:
         """Advance after an entry that fits the page."""
-        stage, page = self._stages[self._at], self._page
+        trial, stage = self._page.trial, self._stages[self._at]
         self.entries.append(entry)
         self._feedback, self._pause = "", 0.0
         if entry.spoiled:
             self._attempt += 1
             self._page = self._made()
             return
-        if page.kind == "level":
+        if entry.kind == "level":
             self._gain_db = float(entry.answers[GAIN_DB])
-        if page.trial is None or self._method is None:
-            if not (page.kind == "pause" and stage.kind == "trials"):
-                self._at += 1
-                self._open_stage()
-                return
-        else:
+        if trial is not None and self._method is not None:
             self._method.answer(entry.answers)
-            self._attempt, self._answered = 1, self._answered + 1
+            self._attempt, self._answered, self._unrested = 1, self._answered + 1, self._unrested + 1
             if stage.feedback:
-                self._feedback = self._method.feedback(page.trial, entry.answers)
-            self._unrested += 1
-            self._pause = _pause_s(stage, page.trial, self._method.trial, self._unrested)
-            if self._pause:
-                self._unrested = 0
-        if self._method is not None and (self._method.trial is None or self._answered == stage.most_trials > 0):
-            self._pause = 0.0
+                self._feedback = self._method.feedback(trial, entry.answers)
+        if self._method is None or self._method.trial is None or self._answered == stage.most_trials > 0:
             self._at += 1
             self._open_stage()
-        else:
-            self._page = self._made()
+            return
+        if trial is not None:
+            self._pause = _pause_s(stage, trial, self._method.trial, self._unrested)
+            self._unrested = 0 if self._pause else self._unrested
+        self._page = self._made()
 
     def _open_stage(self) -> None:
         """Begin the next stage: create its method and its first page."""
@@ -414,10 +407,10 @@ def all_stages(protocol: Protocol, participant: str) -> Sequence[Stage]:
     return stages
 
 
-def _pause_s(stage: Stage, trial: Trial, following: Trial | None, unrested: int) -> float:
+def _pause_s(stage: Stage, trial: Trial, following: Trial, unrested: int) -> float:
     """Return the pause after a trial in seconds, behind its block or after so many trials without one; 0 for none."""
     rest_s = stage.rest_s if 0 < stage.rest_every <= unrested else 0.0
-    if following is None or following.block == trial.block:
+    if following.block == trial.block:
         return rest_s
     is_long = stage.long_pause_every and trial.block % stage.long_pause_every == 0
     return (stage.long_pause_s if is_long else stage.block_pause_s) or rest_s
