@@ -1,7 +1,6 @@
 """Editing commands of the canvas, except for dragging; each is one undo step."""
 
-import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -14,28 +13,17 @@ from underfoot.patch.grouping import put_into, ungrouped
 from underfoot.patch.groups import Note, chain
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import Wire, downstream, node_id
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
-from underfoot.widgets.design.group_items import FRAME_PAD
+from underfoot.widgets.design.making_room import shift_clear, tidied, with_room
 from underfoot.widgets.design.node_geometry import FIRST_PORT, TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped, unit_hint
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import (
-    GAP_BESIDE,
-    Box,
-    backwards,
-    behind,
-    framed_places,
-    nearest,
-    outermost,
-    pushed,
-    shift_to_free_place,
-)
+from underfoot.widgets.design.placing import Box, backwards
 from underfoot.widgets.design.rewiring import connected, fed_alike, inserted, removed_and_bridged, replaced
-from underfoot.widgets.design.scene import box_of
 from underfoot.widgets.design.undo import Document
 
 NOTE_ROOM = 200.0, 96.0
@@ -94,22 +82,22 @@ class EditableView(PatchView):
         `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`: its first port on that
         side is at `place`. `into` is a wire into which the node is inserted.
         """
-        place = self._middle() if place is None else place
+        scene, place = self.patch_scene, self._middle() if place is None else place
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
         around = self._group_of(into) if into else self._group_at(place)
         side = from_port[1] if from_port else ""
         box = self._box_at(type, place, side)
-        dx, dy = self._shift_clear([box], around, avoided=backwards(box, side)) if into is None else (0.0, 0.0)
+        dx, dy = (0.0, 0.0) if into else shift_clear(scene, [box], around, avoided=backwards(box, side))
         after = patch.add(type, self.registry, (box[0] + dx, box[1] + dy), **self.registry[type].initial)
         id = after.nodes[-1].id
         after = put_into(after, [id], around) if around else after
         if into is not None:
-            after = inserted(self._with_room(after, id, into), self.registry, id, into)
+            after = inserted(with_room(scene, after, id, into, around), self.registry, id, into)
         if from_port is not None:
             after = connected(after, self.registry, id, *from_port)
         word = "Insert" if into and into not in after.wires else "Add"
         self.document.edit(after, f"{word} {self.registry[type].label}")
-        self.patch_scene.select([id])
+        scene.select([id])
         self.ensure_visible([id])
 
     def _box_at(self, type: str, place: QPointF, side: str) -> Box:
@@ -117,22 +105,6 @@ class EditableView(PatchView):
         shape = node_geometry(description_of(self.registry[type]))
         left, top = {"": (16.0, TITLE / 2), "out": (0.0, FIRST_PORT), "in": (shape.width, FIRST_PORT)}[side]
         return *snapped(place.x() - left, place.y() - top), shape.width, shape.height
-
-    def _shift_clear(
-        self, boxes: Sequence[Box], group: str, without: Sequence[str] = (), avoided: Sequence[Box] = ()
-    ) -> Place:
-        """Return the shift to where neither items but these nor frames are, but those of this group and around it; if
-        there is room, also to where those need not grow over what is not in them, and out of what is `avoided`.
-        """
-        scene, around = self.patch_scene, chain(self.document.patch.groups, group)
-        avoided = [*avoided]
-        for frame in (frame for id, frame in scene.group_frames.items() if id in around):
-            inside = {scene.group_view.shown_as[member] for member in frame.shown_group.members}
-            strangers = scene.boxes(without={*without, *inside})
-            beside = [box for box in strangers if not frame.frame_rect().intersects(QRectF(*box))]
-            avoided += [behind(box_of(frame.frame_rect()), box, TITLE) for box in beside]
-        taken = scene.boxes(without=without) + scene.frame_boxes(without=around)
-        return shift_to_free_place(boxes, taken, avoided)
 
     def _middle(self) -> QPointF:
         """Return the place of a node in the centre of the view."""
@@ -154,55 +126,8 @@ class EditableView(PatchView):
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
-        patch = self._with_room(patch, id, wire)
+        patch = with_room(self.patch_scene, patch, id, wire, around)
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
-
-    def _with_room(self, patch: Patch, id: str, wire: Wire) -> Patch:
-        """Return the patch with a node where nothing else is: in the wire, whose end and all that follows move right if
-        they must, or else beside.
-        """
-        scene, (source, target), around = self.patch_scene, self.patch_scene.group_view.ends(wire), self._group_of(wire)
-        there, frames = scene.boxes_by_id(without=[id]), self._frames(without=id)
-        ((x, y, width, height),) = scene.boxes_in(patch, [id], with_frames=False)
-        dx, dy = self._shift_clear([(x, y, width, height)], around, [id])
-        taken = {**there, **{one: box for one, (box, _) in frames.items()}}
-        if (dx or dy) and source in there and target in there:
-            border = outermost(frames, target, source)
-            (left, _, wide, _), (right, *_) = taken[outermost(frames, source, target)], taken[border]
-            begin = max(min(x, right - GAP_BESIDE - width), left + wide + GAP_BESIDE)
-            by = math.ceil(max(begin + width + GAP_BESIDE - right, 0.0) / theme.GRID) * theme.GRID
-            if left + wide <= right:
-                moving = self._following(there, frames, (target, border), by) if by else set[str]()
-                patch = patch.move({one: (there[one][0] + by, there[one][1]) for one in moving})
-                moving |= {one for one, (_, inside) in frames.items() if inside <= moving}
-                boxes = {one: (box[0] + by * (one in moving), *box[1:]) for one, box in taken.items()}
-                boxes = {one: box for one, box in boxes.items() if one not in chain(patch.groups, around)}
-                dx, dy = shift_to_free_place([(begin, y, width, height)], [*boxes.values()])
-                x = begin
-        return patch.move({id: (x + dx, y + dy)})
-
-    def _frames(self, without: str) -> dict[str, tuple[Box, set[str]]]:
-        """Return the place of each frame and what is drawn in it but one item, the outer ones first."""
-        scene, shown = self.patch_scene, self.patch_scene.group_view.shown_as
-        return {
-            group.id: (
-                box_of(scene.group_frames[group.id].frame_rect()),
-                {shown[member] for member in group.members} - {without},
-            )
-            for group in scene.group_view.opened
-        }
-
-    def _following(
-        self, boxes: Mapping[str, Box], frames: Mapping[str, tuple[Box, set[str]]], ends: tuple[str, str], by: float
-    ) -> set[str]:
-        """Return which of these boxes move `by` to the right with a node, and with the frame at which its wire ends:
-        those that it feeds, further right, what is then in the way, and the notes in frames that move.
-        """
-        scene, (id, border) = self.patch_scene, ends
-        fed = downstream((scene.group_view.ends(wire) for wire in self.document.patch.wires), [id])
-        first = [one for one in fed & boxes.keys() if boxes[one][0] >= boxes[id][0]]
-        moving = pushed(boxes, frames, [*first, border], by)
-        return moving.union(*scene.frames_of(moving).values()) & boxes.keys()
 
     def replace(self, type: str) -> None:
         """Replace the selected node by one of another type; compatible wires and parameters are kept."""
@@ -218,7 +143,7 @@ class EditableView(PatchView):
     def add_note(self, place: QPointF) -> None:
         """Ask for the text of a note, and add it; without a text there is none."""
         around, (x, y) = self._group_at(place), snapped(place.x(), place.y())
-        dx, dy = self._shift_clear([(x, y, *NOTE_ROOM)], around)
+        dx, dy = shift_clear(self.patch_scene, [(x, y, *NOTE_ROOM)], around)
         note = Note(self.document.patch.free_id("note"), "", (x + dx, y + dy))
 
         def add(text: str) -> bool:
@@ -327,7 +252,7 @@ class EditableView(PatchView):
         if at is not None:
             x, y = snapped(at.x() - min(box[0] for box in boxes), at.y() - min(box[1] for box in boxes))
         there = [(left + x, top + y, width, height) for left, top, width, height in boxes]
-        dx, dy = self._shift_clear(there, group)
+        dx, dy = shift_clear(self.patch_scene, there, group)
         new = {*ids, *(group.id for group in after.groups[len(patch.groups) :])}
         moved = [one for one in (*after.canvas_items(), *after.groups) if one.id in new]
         after = after.move({one.id: (one.at[0] + x + dx, one.at[1] + y + dy) for one in moved})
@@ -366,53 +291,12 @@ class EditableView(PatchView):
         self.ensure_visible(chosen)
 
     def tidy(self) -> None:
-        """Arrange the selected items, or all, in layers along the signal flow. Their top left corner stays, and what is
-        in a frame stays together, with its notes; other notes go with the node that they are nearest to.
-        """
+        """Arrange the selected items, or all, in layers along the signal flow."""
         scene, movable = self.patch_scene, self.patch_scene.movable()
         chosen = scene.selected() if len(scene.selected()) > 1 else movable
         nodes = [id for id in movable if id in set(chosen) and id not in scene.notes]
-        if len(nodes) < 2:
-            return
-        frames = scene.frames_of(nodes)
-        wanted = {*nodes}.union(*frames.values())
-        items = {id: item for id, item in movable.items() if id in wanted}
-        wires = map(scene.group_view.ends, self.document.patch.wires)
-        sizes = {id: item.size for id, item in items.items()}
-        places = framed_places(sizes, wires, frames, (FRAME_PAD, FRAME_PAD + TITLE))
-        left = min(item.pos().x() for item in items.values()) - min(x for x, _ in places.values())
-        top = min(item.pos().y() for item in items.values()) - min(y for _, y in places.values())
-        boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
-        notes = self._notes_beside(items)
-        dx, dy = shift_to_free_place(boxes, scene.boxes(without={*items, *(note for whole in notes for note in whole)}))
-        moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
-        self.document.edit(self._with_notes(moved, notes), f"Tidy up {counted(len(nodes), 'node')}")
-
-    def _notes_beside(self, items: Collection[str]) -> dict[tuple[str, ...], str]:
-        """Return the notes that are not among these items but nearest to one, with it; those in a frame as one."""
-        boxes, notes = self.patch_scene.boxes_by_id(), self.patch_scene.notes
-        others = {id: box for id, box in boxes.items() if id not in notes}
-        frames = [group.members for group in self.patch_scene.group_view.opened if notes.keys() >= {*group.members}]
-        found = dict[tuple[str, ...], str]()
-        for note in (note for note in notes if note not in items):
-            whole = next((members for members in frames if note in members), (note,))
-            found.setdefault(whole, nearest(boxes[note], others))
-        return {whole: id for whole, id in found.items() if id in items}
-
-    def _with_notes(self, moved: Mapping[str, Place], notes: Mapping[tuple[str, ...], str]) -> Patch:
-        """Return the patch with items moved, and these notes to their items as before, or where there is room near."""
-        scene, patch = self.patch_scene, self.document.patch.move(moved)
-        boxes = scene.boxes_by_id()
-        others = boxes.keys() - {note for whole in notes for note in whole}
-        taken = scene.boxes_in(patch, scene.members(others), with_frames=True)
-        for whole, id in notes.items():
-            x, y = (now - was for now, was in zip(moved[id], boxes[id][:2], strict=True))
-            beside = [(left + x, top + y, wide, high) for left, top, wide, high in (boxes[note] for note in whole)]
-            dx, dy = shift_to_free_place(beside, taken)
-            places = [(left + dx, top + dy, wide, high) for left, top, wide, high in beside]
-            taken += places
-            patch = patch.move({note: place[:2] for note, place in zip(whole, places, strict=True)})
-        return patch
+        if len(nodes) > 1:
+            self.document.edit(tidied(scene, nodes), f"Tidy up {counted(len(nodes), 'node')}")
 
     # --- names ---
 

@@ -12,6 +12,7 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.design.editable_view import EditableView
 from underfoot.widgets.design.group_items import FRAME_PAD, item_rect
 from underfoot.widgets.design.group_view import description_of_group
+from underfoot.widgets.design.making_room import shift_clear
 from underfoot.widgets.design.node_geometry import node_geometry
 from underfoot.widgets.design.patch_editing import Place, snapped
 from underfoot.widgets.design.placing import GAP_BESIDE, shift_to_free_place
@@ -164,7 +165,7 @@ class GroupingView(EditableView):
         if not any(rect.intersects(other) for rect in coming for other in there):
             return patch
         boxes = scene.boxes_in(patch, members, with_frames=True)
-        dx, dy = self._shift_clear(boxes, self._frame_of(blocks) or self.inside, blocks)
+        dx, dy = shift_clear(self.patch_scene, boxes, self._frame_of(blocks) or self.inside, blocks)
         groups = [group for group in patch.groups if {*group.members} <= {*members}]
         moved = [*(one for one in patch.canvas_items() if one.id in {*members}), *groups]
         return patch.move({one.id: (one.at[0] + dx, one.at[1] + dy) for one in moved})
