@@ -434,10 +434,10 @@ class Canvas(AskingView):
             note.setPos(*note.note.at)
         self.patch_scene.adjust_group_frames()
 
-    def _show(self) -> None:
+    def _show_level(self, group: str) -> None:
         if self._is_held():
             self._cancel_drag()  # by a key the patch is edited meanwhile, and what is held may be gone
-        super()._show()
+        super()._show_level(group)
         self.setAccessibleDescription(spoken_selection(self.patch_scene))  # a selected node may be named, or wired
 
     def hideEvent(self, event: QHideEvent) -> None:

@@ -51,7 +51,6 @@ class PatchView(QGraphicsView):
         self.setAcceptDrops(True)
         self.setAccessibleName("Canvas")
         self.setMinimumSize(240, 160)
-        self.inside = ""
         self._selected_before: list[str] = []
         self.brought: list[str] = []
         """What the last edit, undo or redo has brought onto the canvas, unless it was another patch."""
@@ -67,8 +66,8 @@ class PatchView(QGraphicsView):
         self._message = Message(self)
         self.map.place_requested.connect(self._centre_on)
         self.breadcrumbs.group_requested.connect(self.open_group)
-        document.changed.connect(self._show)
-        self._show()
+        document.changed.connect(lambda: self._show_level(self.inside))
+        self._show_level("")
 
     # --- selecting ---
 
@@ -212,9 +211,9 @@ class PatchView(QGraphicsView):
         """Show the content of a group, "" for the whole patch. If it encloses the one that was open, select that, and
         show what was in view before.
         """
-        left, self.inside = self.inside, group
+        left = self.inside
         is_fitted, centre = self._keeps_fitting, self.mapToScene(self.viewport().rect().center())
-        self._show()
+        self._show_level(group)
         levels = self._levels_to(left)
         below = levels[levels.index(group) + 1 :] if group in levels else levels if not group else []
         self.patch_scene.select(below[:1])
@@ -258,15 +257,19 @@ class PatchView(QGraphicsView):
         collapsed = {one.id for one in self.document.patch.groups if one.collapsed}
         return [id for id in chain(self.document.patch.groups, group) if id in collapsed or id == group]
 
-    def _show(self) -> None:
+    @property
+    def inside(self) -> str:
+        """The open group; "" for the whole patch."""
+        return self.patch_scene.inside
+
+    def _show_level(self, group: str) -> None:
+        """Show the content of a group of the patch as it is now; if that is gone, all."""
         self._keeps_fitting = False
         patch = self.document.patch
-        if self.inside not in {group.id for group in patch.groups}:
-            self.inside = ""
-        before, is_another = self.patch_scene.movable(), patch.title != self.patch_scene.patch.title
-        self.patch_scene.show(patch, self.inside)
-        self.brought = [] if is_another else [id for id in self.patch_scene.movable() if id not in before]
         names = {group.id: group.title or "Sub-patch" for group in patch.groups}
+        before, is_another = self.patch_scene.movable(), patch.title != self.patch_scene.patch.title
+        self.patch_scene.show(patch, group if group in names else "")
+        self.brought = [] if is_another else [id for id in self.patch_scene.movable() if id not in before]
         self.breadcrumbs.show_path([(id, names[id]) for id in self._levels_to(self.inside)])
         self.hint.setVisible(not patch.nodes and not patch.notes)
         self._moved()
