@@ -1,7 +1,7 @@
 """A floor from above, on which the mouse can act as a foot."""
 
-from PySide6.QtCore import QPointF, Signal
-from PySide6.QtGui import QHideEvent, QMouseEvent, QTransform
+from PySide6.QtCore import QEvent, QPointF, Signal
+from PySide6.QtGui import QMouseEvent, QTransform
 from PySide6.QtWidgets import QWidget
 
 from underfoot.floor.layout import Floor, Tile
@@ -11,8 +11,8 @@ DEFAULT_PRESS_N = 400.0
 
 
 class PressedFloor(QWidget):
-    """Base of views of a floor. A press stays on the tile under the mouse until the button is released, or the view is
-    hidden.
+    """Base of views of a floor. A press stays on the tile under the mouse until the button is released, or its release
+    would not come here: the view is hidden, or a dialog opens.
     """
 
     pressed = Signal(str, float, float, float)
@@ -32,9 +32,10 @@ class PressedFloor(QWidget):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._end_press()
 
-    def hideEvent(self, event: QHideEvent) -> None:
-        self._end_press()
-        super().hideEvent(event)
+    def event(self, event: QEvent) -> bool:
+        if event.type() in (QEvent.Type.Hide, QEvent.Type.WindowBlocked):
+            self._end_press()
+        return super().event(event)
 
     def _place_at(self, place: QPointF) -> tuple[Tile | None, tuple[float, float]]:
         """Return the tile at a point of the widget, if there is one, and the place in the floor's frame."""

@@ -67,8 +67,8 @@ class Bars(HandlePad):
         super().mousePressEvent(event)
         self.mouseMoveEvent(event)  # a click sets the bar's value
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        super().mouseReleaseEvent(event)
+    def _let_go(self) -> None:
+        super()._let_go()
         self._fit()
 
     def drag(self, index: int, place: QPointF) -> None:

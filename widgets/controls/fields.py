@@ -178,6 +178,8 @@ class Field(QLineEdit):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Step up and down by a drag that begins so in a number that is not being typed; others select text."""
+        if self.is_held and not event.buttons():
+            self.mouseReleaseEvent(event)  # a menu took it
         if self._dragged_from is None:
             super().mouseMoveEvent(event)
             return
@@ -230,6 +232,9 @@ class Field(QLineEdit):
         return self.text() == self._text_before
 
     def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.WindowBlocked and self.is_held:
+            self._dragged_from = None  # a dialog takes the release of the mouse
+            self.let_go.emit()
         if self.is_untouched and left_to_document(event):
             return True
         # During typing, Escape goes to the field, not to a shortcut of the window.

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
+from PySide6.QtGui import QColor, QPainter, QPen
 
 from underfoot.models.modal.hunt_crossley import WallImpact, wall_impact
 from underfoot.models.signals.envelopes import attack_decay
@@ -37,8 +37,8 @@ class NodePicture(HandlePad):
             self._values = dict(values)
             self._fit()
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        super().mouseReleaseEvent(event)
+    def _let_go(self) -> None:
+        super()._let_go()
         self._fit()
 
     def value(self, name: str) -> float:

@@ -201,6 +201,8 @@ class Axis(QWidget):
                 self.set_cursor(self._from_s, follow=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if not event.buttons():
+            self._drag = ""  # a dialog took the release
         if self.content is None or not self._drag:
             return
         now_s = self.time_at(event.position().x())

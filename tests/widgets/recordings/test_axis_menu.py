@@ -2,8 +2,8 @@
 
 from long_recording import write_recording
 from on_screen import show
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent, QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 from recordings_shown import place_on
@@ -33,6 +33,11 @@ def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, fo
     axis.setFocus()
     QTest.keyClick(axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
     assert said == ["No mark is near the cursor."]
+    QTest.mousePress(axis, Qt.MouseButton.LeftButton, pos=place)
+    before, elsewhere = axis.cursor_s, QPointF(place + QPoint(90, 0))  # where a dialog has taken the release
+    at, none = (elsewhere, QPointF(axis.mapToGlobal(elsewhere))), Qt.MouseButton.NoButton
+    QApplication.sendEvent(axis, QMouseEvent(QEvent.Type.MouseMove, *at, none, none, Qt.KeyboardModifier.NoModifier))
+    assert axis.cursor_s == before
 
 
 def test_of_marks_in_one_pixel_the_words_of_one_are_drawn_and_those_beyond_the_view_are_not(workspace, folder, qtbot):
