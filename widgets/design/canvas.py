@@ -203,6 +203,9 @@ class Canvas(AskingView):
         button = Qt.MouseButton.LeftButton if self._drag is None else self._drag.button
         if self._is_held() and not event.buttons() & button:
             self._cancel_drag()  # a dialog or another window took the release
+        if self._pan is not None and not event.buttons():
+            self._pan = None
+            self.viewport().unsetCursor()
         if self._pan is not None:
             by = event.position().toPoint() - self._pan
             self._pan = event.position().toPoint()

@@ -50,6 +50,17 @@ def test_a_drag_whose_release_went_elsewhere_ends_with_the_next_move(workspace, 
     assert workspace.document.stack.count() == 0
 
 
+def test_the_view_does_not_follow_a_mouse_whose_button_is_up(workspace):
+    """A dialog had taken the release of the middle button."""
+    canvas, at = workspace.canvas, QPoint(100, 100)
+    send(canvas.viewport(), QEvent.Type.MouseButtonPress, at, Qt.MouseButton.MiddleButton)
+    send(canvas.viewport(), QEvent.Type.MouseMove, at - QPoint(40, 0), Qt.MouseButton.MiddleButton)
+    place = canvas.mapToScene(at)
+    send(canvas.viewport(), QEvent.Type.MouseMove, at, Qt.MouseButton.NoButton)
+    assert canvas.mapToScene(at) == place
+    assert canvas.viewport().cursor().shape() == Qt.CursorShape.ArrowCursor
+
+
 def test_a_node_that_is_held_while_a_key_deletes_it_is_let_go(workspace):
     """Qt took the next one that was dragged for it, and had it jump to the origin."""
     place, view = middle(workspace, "hum"), workspace.canvas.viewport()
