@@ -418,7 +418,7 @@ def _straight_lines(path: QPainterPath) -> list[QLineF]:
     would be seen along it where several meet.
     """
     corners = [(path.elementAt(i).x, path.elementAt(i).y) for i in range(path.elementCount())]
-    (left, top), *_, (right, bottom) = corners
+    (left, top), (right, bottom) = corners[0], corners[-1]  # the same corner, where a wire ends where it begins
     if top == bottom and left <= right:
         return [QLineF(left, top, right, bottom)]
     count = 8 + min(int(abs(right - left) + abs(bottom - top)) // 24, 16)

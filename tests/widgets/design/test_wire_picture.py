@@ -58,6 +58,17 @@ def test_a_level_wire_looks_the_same_all_along(row, qapp):
     assert all(column == across[0] for column in across)
 
 
+def test_a_wire_of_no_length_does_not_end_the_program(row, qapp):
+    """Its path has one point; where painting it failed, Qt for Python crashed, as often as the patch was opened."""
+    out, into = (row.canvas.patch_scene.nodes[id] for id in ("hum", "through"))
+    by = out.port_place("out", "out") - into.port_place("in", "signal")
+    row.document.edit(row.patch().move({"through": (into.pos().x() + by.x(), into.pos().y() + by.y())}), "Move")
+    wire = row.canvas.patch_scene.wires["hum.out", "through.signal"]
+    assert wire.path_middle() == wire.target_place() == out.port_place("out", "out")
+    wire.set_chosen(True)  # so that it is painted by itself, too
+    assert seen(row, qapp) == all_anew(row, qapp)
+
+
 def test_a_short_wire_that_is_not_quite_level_does_not_zigzag():
     for across in (-8.0, 8.0):
         path = curve(QPointF(0.0, 0.0), QPointF(24.0, across))  # the gap that dropped nodes keep
