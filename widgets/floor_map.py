@@ -70,6 +70,7 @@ class FloorMap(PressedFloor):
 
     def __init__(self) -> None:
         super().__init__()
+        self._tile_under_mouse = ""
         self.setAccessibleName("Floor from above")
         self._describe()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

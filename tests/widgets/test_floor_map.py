@@ -44,6 +44,8 @@ def test_a_map_without_a_floor_says_so(qtbot):
     seen = {image.pixelColor(x, y).name() for x in range(200) for y in range(100)}
     assert QColor(theme.MUTED).name() in seen
     assert made.accessibleDescription() == "no floor"
+    show(qtbot, made)
+    qtbot.mouseMove(made, QPoint(60, 50))  # which raised an error, as the map looked for another tile
 
 
 def test_a_click_chooses_the_tile_under_it(floor_map, qtbot, turned):
