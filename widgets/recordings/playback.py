@@ -30,7 +30,7 @@ class Playback(QObject):
 
     def attach(self, context: WorkspaceContext) -> None:
         """Play on the window's session."""
-        self.player = RecordingPlayer(context.registry, context.controller, context.open_patch)
+        self.player = RecordingPlayer(context.registry, context.controller, context.open_patch, context.listening)
         self.player.loops = self.looping.isChecked()
         self.player.moved.connect(self._show_time)
         self.player.notified.connect(self.notified)

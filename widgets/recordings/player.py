@@ -15,6 +15,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.recordings.reader import OpenedRecording
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.listening import Listening
 from underfoot.widgets.session.open_patch import OpenPatch
 
 LEAD_S = 0.1
@@ -29,9 +30,12 @@ class RecordingPlayer(QObject):
     """Seconds of the recording that are played now; NaN when it has ended."""
     notified = Signal(str)
 
-    def __init__(self, registry: Registry, controller: SessionController, open_patch: OpenPatch) -> None:
+    def __init__(
+        self, registry: Registry, controller: SessionController, open_patch: OpenPatch, listening: Listening
+    ) -> None:
         super().__init__()
-        self._registry, self._controller, self._open_patch = registry, controller, open_patch
+        self._registry, self._controller = registry, controller
+        self._open_patch, self._listening = open_patch, listening
         self._target_before: Target | None = None
         self._was_silent = False
         """Whether nothing was played before: then nothing is played afterwards, either."""
@@ -47,7 +51,7 @@ class RecordingPlayer(QObject):
         return self._target_before is not None
 
     def play(self, opened: OpenedRecording, begin_s: float, end_s: float, *, recorded_patch: bool) -> None:
-        """Play from `begin_s` to `end_s`, through the recording's patch, if it has one, or the one in Design."""
+        """Play from `begin_s` to `end_s`, through the recording's patch, if it has one, or what is heard in Design."""
         if self._controller.target_is_locked:
             self.notified.emit("A study, a scene or a calibration has the floor: end that first.")
             return
@@ -68,7 +72,8 @@ class RecordingPlayer(QObject):
                 opened.path.name, files, lambda: self._play_recorded(opened, folder)
             )
         else:
-            self._start_replay(opened, self._open_patch.patch, self._open_patch.folder)
+            self._listening.play_selected()
+            self._start_replay(opened)
 
     def _play_recorded(self, opened: OpenedRecording, folder: Path | None) -> None:
         try:
@@ -79,13 +84,13 @@ class RecordingPlayer(QObject):
         if missing := self._open_patch.nodes.missing_text(patch):
             self.notified.emit(f"{opened.path} is not played: {missing}")
             return
-        self._start_replay(opened, patch, folder)
+        self._controller.edit(patch, folder)
+        self._start_replay(opened)
 
-    def _start_replay(self, opened: OpenedRecording, patch: Patch, folder: Path | None) -> None:
+    def _start_replay(self, opened: OpenedRecording) -> None:
         if self._target_before is None:
             self._target_before, self._was_silent = self._controller.target, not self._controller.is_playing
         self._target = self._replay_target(self._target_before, opened.path, opened.floor)
-        self._controller.edit(patch, folder)
         self._controller.set_target(self._target)
         self._controller.play()
 
@@ -100,7 +105,7 @@ class RecordingPlayer(QObject):
         self._target_before = self._target = None
         if self._was_silent:
             self._controller.stop()
-        self._controller.edit(self._open_patch.patch, self._open_patch.folder)
+        self._listening.play_selected()
         self.moved.emit(math.nan)
 
     def _replay_target(self, target: Target, path: Path, floor: Floor) -> Target:

@@ -97,6 +97,10 @@ class Listening(QObject):
             self._loop_s = seconds
             self._controller.set_loop_length(seconds)
 
+    def play_selected(self) -> None:
+        """Play what is selected here: also after another patch was played, as that of a recording."""
+        self._apply()
+
     # --- single nodes ---
 
     def audition(self, output: AuditionedOutput) -> None:

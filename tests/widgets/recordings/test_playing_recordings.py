@@ -14,6 +14,7 @@ from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Recording
+from underfoot.widgets.session.listening import AuditionedOutput
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +35,8 @@ def window(qtbot, tmp_path, patch_folder):
 
 def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(window, walk, tmp_path, qtbot):
     controller, without_patch = window.controller, write_recording(tmp_path / "force plates.underfoot", 1.0)
+    window.listening.audition(AuditionedOutput("noise", "out"))
+    heard = controller.patch
     window.open_file(walk)
     workspace = window.workspaces["Recordings"]
     qtbot.waitUntil(
@@ -58,7 +61,7 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     assert min(played) >= 1.0
     back = default_floor()
     qtbot.waitUntil(lambda: controller.session is not None and controller.session.target.floor == back, timeout=LONG_MS)
-    assert controller.session.patch.title == "Hiss"
+    assert controller.session.patch == heard != window.open_patch.patch  # the node alone, which Design still shows
     assert window.settings.kind == "simulator"
 
     window.open_file(without_patch)  # and played until another target is chosen: that one stays
@@ -68,7 +71,7 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     workspace.playback.looping.setChecked(True)
     workspace.playback.play_or_stop()
     qtbot.waitUntil(lambda: math.isfinite(workspace.axis.playing_s), timeout=LONG_MS)
-    assert (controller.session.target.kind, controller.session.patch.title) == ("replay", "Hiss")
+    assert (controller.session.target.kind, controller.session.patch) == ("replay", heard)
     window.target_selection.set_floor(2, 2)
     qtbot.waitUntil(lambda: not workspace.playback.player.is_playing, timeout=LONG_MS)
     qtbot.waitUntil(
