@@ -11,7 +11,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.parameters import Parameter
+from underfoot.parameters import Choice, Parameter
 from underfoot.patch.node import NodeType, Port, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
@@ -178,7 +178,8 @@ def rank(type: NodeType, text: str) -> int:
     about = f"{type.type} {type.family} {type.doc} {called}".lower()
     if not all(word in label or _begins_in(about, word) for word in words):
         parts: list[Parameter | Port] = [*type.parameters.values(), *type.inputs, *type.outputs]
-        details = " ".join(f"{part.name} {part.doc}" for part in parts).replace("_", " ").lower()
+        options = [option for part in parts if isinstance(part, Choice) for option in part.options]
+        details = " ".join([*(f"{part.name} {part.doc}" for part in parts), *options]).replace("_", " ").lower()
         return 4 if all(word in label or _begins_in(f"{about} {details}", word) for word in words) else -1
     if not words or label.startswith(words[0]):
         return 0

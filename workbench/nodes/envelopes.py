@@ -52,7 +52,7 @@ class Breakpoints:
     The level is 0 after the last point. A start during playback begins again; the level gets there in 5 ms.
     """
 
-    also_called = "line, vline, function, curve, ramp"
+    also_called = "line, vline, function, curve, ramp, sweep, chirp"
     accuracy = "exact: linear between points, to 1e-9"
     points = Rows(
         ((0.0, 0.0, 80.0), (0.02, 1.0, 120.0), (0.3, 0.0, 80.0)),

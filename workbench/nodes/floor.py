@@ -50,7 +50,7 @@ class TilePlace:
     time a Map makes of the distance.
     """
 
-    also_called = "position, XY, pan, spread, wave, ripple, object info, texture coordinate"
+    also_called = "distance, position, XY, spread, wave, ripple, object info, texture coordinate"
     accuracy = "exact: to 1e-12"
     centre_x_m = Input("m", of_tile=True)
     centre_y_m = Input("m", of_tile=True)

@@ -25,7 +25,7 @@ the second of silence that resampling adds.
 class Noise:
     """White noise in a band. Amplitude is its RMS; at exactly 0 the node sleeps."""
 
-    also_called = "hiss, rand"
+    also_called = "hiss, rand, pink, brown"
     accuracy = "exact in distribution, by Kolmogorov-Smirnov at 0.1 %; filters as SciPy's, to 1e-9"
     low = Number(noise.LOW_HZ, 1.0, 10_000.0, unit="Hz", scale="log", wire="span", doc="lower edge of the band")
     high = Number(noise.HIGH_HZ, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="upper edge of the band")

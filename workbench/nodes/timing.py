@@ -52,7 +52,7 @@ _MOST_WAITING = 4000
 
 @node("event-delay", "Timing")
 class EventDelay:
-    """Events, each handed on after a time: rattles and drops that follow a step. Past 4000 that wait, more are lost.
+    """Events, each handed on after a time, as a rattle or a drip. Past 4000 that wait, more are lost.
 
     A time that changes counts for the events that come from then on.
     """

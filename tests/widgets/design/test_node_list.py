@@ -9,7 +9,7 @@ from underfoot.widgets.design.node_list import NodeList
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        ("sine", ["tone", "modal-bank", "stick-slip"]),
+        ("sine", ["tone", "modal-bank", "lfo", "stick-slip"]),
         ("drum", ["impact", "modal-bank"]),
         ("metronome", ["rhythm"]),
         ("slider", ["value"]),
@@ -17,7 +17,7 @@ from underfoot.widgets.design.node_list import NodeList
         ("crack", ["fibre-bundle", "fibre-grid"]),
         ("weibull grid", ["fibre-grid"]),
         ("rolloff", ["drawn-bank"]),
-        ("delay~", ["delay", "footfall"]),  # as in Max and Pure Data
+        ("delay~", ["delay", "event-delay", "footfall", "tile-place"]),  # as in Max and Pure Data
         ("*~", ["gain", "multiply"]),
         ("vca", ["gain", "multiply"]),
         ("osc~", ["tone", "lfo"]),
@@ -32,6 +32,11 @@ from underfoot.widgets.design.node_list import NodeList
         ("step", ["step-sequence", "footfall", "impact", "rhythm"]),
         ("pan", ["tile-output"]),  # which has the choice of tiles
         ("clip", ["map"]),
+        ("triangle", ["lfo"]),  # one of its shapes
+        ("pink", ["noise"]),  # through a Low-pass
+        ("chirp", ["breakpoints"]),
+        ("distance", ["tile-place", "stick-slip"]),
+        ("lift off", ["footfall"]),
         ("no such word", []),
     ],
 )
