@@ -229,6 +229,13 @@ def test_a_preview_lasts_until_the_patch_has_come_to_its_end():
     np.testing.assert_allclose(signals[COMMANDED][RATE // 10 :], signals[f"{sink}.played"][RATE // 10 :], atol=1e-5)
 
 
+def test_a_preview_shows_what_comes_after_what():
+    """Drops that begin later than a note is long were beyond its end."""
+    patch = Patch().add("attack-decay", REGISTRY, duration=0.5, decay=1.0).add("event-delay", REGISTRY, time=2.0)
+    assert longest_s(patch) == pytest.approx(2.0 + 1.1)
+    assert longest_s(patch.connect("event-delay.out", "attack-decay.strike", REGISTRY)) == pytest.approx(3.5 + 1.1)
+
+
 def test_a_preview_without_an_end_lasts_a_step_and_one_that_was_chosen_as_long_as_was_said():
     assert longest_s(hum()) == 0.9
     assert len(previewed(hum(), ("tone.out",), FLOOR.tiles[0], 0.0, RATE)[0]) == round(0.9 * RATE)
@@ -238,7 +245,7 @@ def test_a_preview_without_an_end_lasts_a_step_and_one_that_was_chosen_as_long_a
 def test_a_node_of_a_plug_in_says_by_itself_how_long_a_preview_takes(monkeypatch):
     swell = replace(REGISTRY["tone"], type="swell", lasts=lambda values: 100.0 / values["frequency"])
     monkeypatch.setitem(REGISTRY, "swell", swell)
-    assert longest_s(Patch().add("swell", frequency=50.0)) == longest_s(Patch().add("attack-decay", duration=2.0))
+    assert longest_s(Patch().add("swell", frequency=50.0)) == longest_s(Patch().add("rhythm", bar=2.0, repeats=1))
     monkeypatch.setitem(REGISTRY, "swell", replace(swell, lasts=lambda values: math.nan))
     with pytest.raises(BadValue, match="lasts of swell is nan; allowed: seconds, 0 or more"):
         longest_s(Patch().add("swell"))

@@ -15,6 +15,7 @@ from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Point, Tile, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import node_id
 
 WHOLE_STEP_S = 0.9
 """Duration of a step and its decay: the shortest preview of a patch without a duration of its own."""
@@ -86,15 +87,19 @@ def previewed(
 
 def longest_s(patch: Patch) -> float:
     """Return an upper bound, in seconds, for how long a patch continues after a step, from what its nodes declare
-    (`lasts`).
+    (`lasts`), one after the other along its wires.
 
     >>> longest_s(Patch().add("tone", REGISTRY))
     0.9
     >>> longest_s(Patch().add("rhythm", REGISTRY, bar=0.6, repeats=3))
     2.9
     """
-    nodes = ((REGISTRY[node.type], node.parameters) for node in patch.nodes)
-    seconds = max((type.lasting_s(type.values(given)) for type, given in nodes), default=0.0)
+    ends_s: dict[str, float] = {}
+    for id in patch.order():
+        node, before = patch.node(id), [node_id(source) for source, target in patch.wires if node_id(target) == id]
+        type = REGISTRY[node.type]
+        ends_s[id] = max((ends_s[one] for one in before), default=0.0) + type.lasting_s(type.values(node.parameters))
+    seconds = max(ends_s.values(), default=0.0)
     return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
 
 

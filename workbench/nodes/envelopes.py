@@ -33,7 +33,7 @@ class AttackDecay:
     state, coefficients = envelopes.NOTE_STATE, envelopes.NOTE_COEFFICIENTS
 
     def lasts(values):
-        return values["duration"]
+        return values["duration"] + values["decay"]
 
     def design(attack, decay, duration, amplitude, rate, coefficients):
         envelopes.design_note(attack, decay, duration, amplitude, rate, coefficients)
