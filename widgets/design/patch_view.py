@@ -265,6 +265,7 @@ class PatchView(QGraphicsView):
     def _show_level(self, group: str) -> None:
         """Show the content of a group of the patch as it is now; if that is gone, all."""
         self._keeps_fitting = False
+        self.show_message("")  # it was about the patch before
         patch = self.document.patch
         names = {group.id: group.title or "Sub-patch" for group in patch.groups}
         before, is_another = self.patch_scene.movable(), patch.title != self.patch_scene.patch.title

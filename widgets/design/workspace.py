@@ -236,7 +236,6 @@ class DesignWorkspace(Workspace):
         patch.check(self.registry)
         self.document.load(patch)
         self.canvas.patch_scene.select([])
-        self.canvas.show_message("")  # it was about another patch
         self.canvas.fit_new_patch()
         if self.isVisible():
             self.canvas.setFocus()  # so that keys, such as / for a node, act on the opened patch
@@ -307,7 +306,6 @@ class DesignWorkspace(Workspace):
         """Say what was undone or redone until the next change, select and show what it brought back, and ensure that
         the patch is visible.
         """
-        self.canvas.show_message("")  # it was about what is undone
         if self.canvas.brought:
             self.canvas.patch_scene.select(self.canvas.brought)
             self.canvas.ensure_visible(self.canvas.brought)

@@ -127,6 +127,9 @@ def test_a_wire_that_would_close_a_circle_is_refused(workspace):
     drag(workspace, port(workspace, "through1", "out", "out"), port(workspace, "through", "in", "signal"))
     assert len(workspace.patch().wires) == 1
     assert "cycle" in workspace.canvas.message
+    workspace.canvas.patch_scene.select(["through"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Right)
+    assert workspace.canvas.message == "", "the next edit is none that was refused"
 
 
 def test_a_wire_drives_a_parameter_that_shows_itself_under_the_drag(workspace):
