@@ -1,12 +1,16 @@
 """What is felt between the stimuli of a study: nothing, neither of the patch that is open nor of the last stimulus."""
 
 import numpy as np
+import pytest
 from made_patches import patch_of
-from made_studies import protocol_text
+from made_studies import TD, made_protocol, protocol_text
 from people import taking_part
 
+from underfoot.engine.commands import Swap
+from underfoot.engine.reports import CommandApplied
 from underfoot.experiments.protocol import Protocol
 from underfoot.studies.phase import Phase
+from underfoot.studies.presenter import IDLE
 
 UNFELT_M_S2 = 0.01
 """Far below any threshold; a fade leaves a thousandth of what it ends."""
@@ -42,3 +46,22 @@ def test_the_open_patch_and_the_last_stimulus_are_not_felt_on_the_first_page(ses
                 person.wait(0.6)
                 runner.go_on()
                 assert felt(person) < UNFELT_M_S2
+
+
+@pytest.mark.parametrize(("start", "wanted"), [("key", 2), ("step", 1)])
+def test_nothing_is_put_in_as_what_is_felt_is(start, wanted, session, until, tmp_path):
+    """Its question came 0.1 s sooner, and to step on the tile was asked 0.35 s sooner: catch trials told themselves."""
+    parameters = {"followed": ["TD"], "catch_share": 0.5, "reversals": 2, "last": 2}
+    protocol = made_protocol("staircases", parameters, {"TD": TD}, start=start)
+    swaps = {}
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.WAITING)
+        while len(swaps) < 2:
+            person.reports.clear()
+            person.until_phase(Phase.READY)
+            person.present()
+            applied = [one.command for one in person.reports if isinstance(one, CommandApplied)]
+            put_in = [one for one in applied if isinstance(one, Swap) and one.patch != IDLE.dumps()]
+            swaps[person.runner.page.trial.intervals[0].stimulus] = len(put_in)
+            person.runner.answer({"felt": "no"})
+    assert set(swaps.values()) == {wanted}

@@ -10,9 +10,22 @@ from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.file_paths import files_of
 from underfoot.patch.node import installed_nodes
-from underfoot.patch.patch import Patch
+from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import downstream, node_id, port_name
-from underfoot.studies.presenter import IDLE
+
+SILENT = Patch(
+    title="nothing",
+    nodes=(
+        PlacedNode("tile", "tile-force"),
+        PlacedNode("foot", "contact-envelope"),
+        PlacedNode("gain", "gain", parameters={"gain": 0.0}),
+        PlacedNode("out", "tile-output"),
+    ),
+    wires=(("tile.force", "foot.force"), ("foot.out", "gain.signal"), ("gain.out", "out.acceleration")),
+)
+"""What plays where nothing is felt. It is prepared and put in as any other stimulus, which takes as long: else whoever
+waits for the next page, or for the question, would know.
+"""
 
 
 @dataclass(frozen=True)
@@ -25,7 +38,7 @@ class StimulusPatches:
     def presented(self, presentation: Presentation, gain_db: float) -> Patch:
         """Return the patch of a presentation, with the participant's `gain_db`; raise `BadValue` beyond the limit."""
         if presentation.stimulus == NOTHING:
-            return IDLE
+            return SILENT
         stimulus = self.protocol.stimuli[presentation.stimulus]
         total_db = presentation.gain_db + gain_db
         peak, limit = stimulus.peak_m_s2(total_db) or 0.0, self.protocol.limit_m_s2
@@ -34,7 +47,8 @@ class StimulusPatches:
 
     def at(self, stimulus: str, gain_db: float) -> Patch:
         """Return the patch of a stimulus at `gain_db` re the protocol's level."""
-        return self.protocol.stimuli[stimulus].at(gain_db, self.folder)
+        found = self.protocol.stimuli[stimulus]
+        return found.at(gain_db, self.folder) if found.patch else SILENT
 
     def adjusted(self, stimulus: str, question: Adjusted, value: float, gain_db: float) -> Patch:
         """Return the patch of a stimulus of which a participant has moved to `value` what the question says."""
@@ -46,12 +60,12 @@ class StimulusPatches:
     def kinds(self) -> list[Patch]:
         """Return one patch for each distinct program, and sound file, of the stimuli."""
         found: dict[tuple[object, ...], Patch] = {}
-        for stimulus in self.protocol.stimuli:
-            patch = self.at(stimulus, 0.0)
+        patches = [self.at(stimulus, 0.0) for stimulus in self.protocol.stimuli]
+        for patch in (SILENT, *patches) if patches else ():
             nodes = tuple((node.id, node.type) for node in patch.nodes)
             files = tuple(files_of(patch, installed_nodes()))
             found.setdefault((nodes, patch.wires, files), patch)
-        return [patch for patch in found.values() if patch.nodes]
+        return list(found.values())
 
 
 def unheard(patch: Patch) -> tuple[Patch, tuple[str, ...]]:
