@@ -41,3 +41,11 @@ def test_a_mistake_is_placed_by_what_the_form_shows(changes, said, tmp_path):
 
 def test_what_has_no_place_stays_as_it_is():
     assert in_form("a thousand of this name are there", {}) == "a thousand of this name are there"
+
+
+@pytest.mark.parametrize("kind", ["staircases", "adjustment"])
+def test_in_a_new_study_a_method_that_moves_the_level_needs_no_more_than_the_stimulus_that_is_moved(kind, tmp_path):
+    """Staircases said at once that 126 m/s^2 is too much, and the method of adjustment 40."""
+    draft = Draft.new(tmp_path)
+    draft.raw["stages"][0]["method"] = {"kind": kind, "parameters": {"followed": ["A"]}}
+    assert draft.first_mistake() == ""

@@ -29,7 +29,7 @@ _NEW: Mapping[str, Any] = {
     "title": "My study",
     "seed": 1,
     "stimuli": {
-        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 20.4, "level_m_s2": 4.0},
+        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 20.4, "level_m_s2": 0.6},
         "nothing": {},
     },
     "stages": [
@@ -41,7 +41,7 @@ _NEW: Mapping[str, Any] = {
         }
     ],
 }
-"""The content of a new protocol: two trials, which can be run unchanged."""
+"""The content of a new protocol: two trials, which can be run unchanged; any method reaches levels within the limit."""
 
 
 class Draft:
