@@ -18,7 +18,8 @@ class Replay:
         self.floor, self.rate_hz = floor, forces.rate_hz
         self.stamps, _, self.forces = sample_buffers(floor)
         self.arrivals = self.stamps  # the future is known
-        self._frames = (forces.time_s - forces.time_s[0]) * rate + start
+        # To 1e-6 frames: the seconds of a stretch differ in their last bits from those that count from 0.
+        self._frames = np.round((forces.time_s - forces.time_s[0]) * rate, 6) + start
         self._force_n = np.ascontiguousarray(forces.force_n)
         self._length = self._frames[-1] - start + rate / forces.rate_hz
         self._repeats = repeats
