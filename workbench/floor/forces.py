@@ -98,7 +98,10 @@ def require_room(path: str | Path, length_s: float, rate_hz: float, tiles: int) 
     """Raise `BadFile` if forces of so many tiles and seconds are more than `MOST_BYTES`."""
     most_s = longest_s(rate_hz, tiles)
     if length_s > most_s:
-        raise BadFile(f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, a stretch")
+        raise BadFile(
+            f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, such as a stretch "
+            "of a recording that `underfoot export` writes as .csv"
+        )
 
 
 def load_floor_beside(path: str | Path) -> Floor:
