@@ -168,6 +168,14 @@ def test_hdf5_without_force_samples_has_the_tables_of_force_all_the_same(tmp_pat
         assert file["force/corners_n"].attrs["unit"] == "N"
 
 
+def test_hdf5_has_a_mark_with_a_sign_at_which_its_texts_end(tmp_path):
+    made = recording_of(tmp_path / "marked.underfoot", np.arange(2) * 48.0, np.zeros((2, 2, 4)), 1000.0)
+    with Recording(made) as recording:
+        recording.add_mark(0, "left\0foot")
+    with h5py.File(export(made, tmp_path / "marked.h5")) as file:
+        assert file["marks/text"].asstr()[:].tolist() == ["left foot"]
+
+
 @pytest.mark.parametrize(("rate_hz", "digits"), [(240.0, 3), (240.0, 5), (120.0, 3), (59.94, 6), (1000.0, 3)])
 def test_the_rate_of_a_file_is_right_though_its_times_are_rounded(tmp_path, rate_hz, digits):
     time_s = np.round(np.arange(2000) / rate_hz, digits)

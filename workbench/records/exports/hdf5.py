@@ -164,7 +164,8 @@ def _put(group: "h5py.Group", name: str, values: NDArray[np.generic] | list[str]
     import h5py
 
     if isinstance(values, list) or values.dtype.kind == "U":
-        group.create_dataset(name, data=np.array(values, object), dtype=h5py.string_dtype())
+        texts = [str(text).replace("\0", " ") for text in values]  # at which a text of HDF5 would end
+        group.create_dataset(name, data=np.array(texts, object), dtype=h5py.string_dtype())
     else:
         group.create_dataset(name, data=values).attrs["unit"] = split_unit(name)[1]
 
