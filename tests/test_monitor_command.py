@@ -212,9 +212,9 @@ def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, f
     """Also where the disk is full before the engine plays: an installation did not play after its next start."""
     rehearsed.acts, rehearsed.keeps_recording = [([Notice("the disk is full")], 0.0)] * 3, False
     rehearsed.running = running
-    said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec", "--steps", "steps.csv")
+    said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec.uf", "--steps", "steps.csv")
     assert said.status == 1
-    assert said.error.splitlines()[-1] == "underfoot: rec was not recorded to the end"
+    assert said.error.splitlines()[-1] == "underfoot: rec.uf was not recorded to the end"
     assert (folder / "steps.csv").is_file()
 
 
@@ -237,10 +237,10 @@ def test_monitor_goes_on_without_a_table_that_the_disk_refuses_and_keeps_what_is
 
 
 def test_monitor_says_what_its_recording_lacks_when_it_ends(underfoot, folder, rehearsed):
-    rehearsed.acts, rehearsed.lost = [([], 50.0)] * 3, ["rec is not recorded any further: the disk is full"]
-    said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec")
+    rehearsed.acts, rehearsed.lost = [([], 50.0)] * 3, ["rec.uf is not recorded any further: the disk is full"]
+    said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec.uf")
     assert said.status == 1
-    assert said.error.splitlines()[-1] == "underfoot: rec is not recorded any further: the disk is full"
+    assert said.error.splitlines()[-1] == "underfoot: rec.uf is not recorded any further: the disk is full"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
@@ -279,23 +279,24 @@ def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, with
 
 def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot, folder):
     simulated_walk(0.6).save("walk.csv")
-    said = underfoot("monitor", "walk.csv", "--patch", SINE, "--record", "rec")
+    said = underfoot("monitor", "walk.csv", "--patch", SINE, "--record", "rec.uf")
     assert (said.status, said.error) == (0, "")
-    recorded, given = read_forces("rec"), read_forces("walk.csv")
+    recorded, given = read_forces("rec.uf"), read_forces("walk.csv")
     np.testing.assert_allclose(recorded.time_s, given.time_s, rtol=0, atol=1e-9)  # and the file's beginning not again
     np.testing.assert_array_equal(recorded.force_n, given.force_n)
-    assert underfoot("render", "rec", "-o", "again.wav").status == 0
-    with Recording("rec") as recording:
+    assert underfoot("render", "rec.uf", "-o", "again.wav").status == 0
+    with Recording("rec.uf") as recording:
         first, played = recording.vibration()
     assert first == 0
     assert np.abs(played).max() > 0.0
     np.testing.assert_array_equal(soundfile.read("again.wav", dtype="float32")[0], played)
-    assert underfoot("monitor", "rec").status == 0
+    assert underfoot("monitor", "rec.uf").status == 0
     tiles = default_floor().tiles
     Floor(tiles[:1]).save("one.json")
-    assert "rec has 4 tiles; allowed: 1, as the floor has" in underfoot("monitor", "rec", "--floor", "one.json").error
+    said = underfoot("monitor", "rec.uf", "--floor", "one.json").error
+    assert "rec.uf has 4 tiles; allowed: 1, as the floor has" in said
     Floor(tuple(replace(tile, centre_m=(9.0 + tile.centre_m[0], tile.centre_m[1])) for tile in tiles)).save("far.json")
-    assert underfoot("monitor", "rec", "--floor", "far.json", "--contacts", "contacts.csv").status == 0
+    assert underfoot("monitor", "rec.uf", "--floor", "far.json", "--contacts", "contacts.csv").status == 0
     assert (np.loadtxt("contacts.csv", delimiter=",", skiprows=1, usecols=2) > 8.0).all()
 
 
@@ -320,7 +321,7 @@ def test_a_recording_that_does_not_fit_into_memory_is_monitored(underfoot, folde
 
 def test_a_simulator_with_non_ideal_sensors_is_monitored(underfoot, folder):
     source = f"simulator:{preset_files.simulations()['child-walking']}"
-    said = underfoot("monitor", source, "--record", "rec", "--seconds", "2")
+    said = underfoot("monitor", source, "--record", "rec.uf", "--seconds", "2")
     assert said.status == 0
     assert "uncalibrated: t1, t2, t3, t4 (the nominal curve of the sensors is assumed)" in said.error
     assert len(said.out.splitlines()) > 1

@@ -32,7 +32,7 @@ class Served:
     def __init__(self, folder):
         self.cues, self.messages, self.folder = free_port(), free_port(), folder
         command = [
-            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--record", folder,
+            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--record", f"{folder}/",
             "--listen", f"{LOOPBACK}:{self.cues}", "--send", f"{LOOPBACK}:{self.messages}", "--seconds", "3600",
         ]  # fmt: skip
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ.copy())
@@ -119,6 +119,9 @@ def test_what_cannot_be_served_is_one_line(refused):
     assert "--level" in refused("serve", "simulator", "--level", "6")
     assert "there.json" in refused("serve", "simulator", "--patch", "there.json")
     assert "no such file or preset" in refused("serve", "simulator", "--patch", "there")
+    for folder in ("missing", "missing/"):  # one was made a file, which the next start of a service refused
+        said = refused("serve", "simulator", "--seconds", "1", "--record", folder)
+        assert "--record is missing; allowed: a folder that is there, or a file NAME.underfoot" in said
 
 
 def test_it_takes_presets_and_recordings_as_monitor_does(underfoot, folder):

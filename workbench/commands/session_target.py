@@ -17,12 +17,15 @@ if TYPE_CHECKING:
 
 
 def _recording(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
-    return value / f"{name_now()}{SUFFIXES[0]}" if value is not None and value.is_dir() else value
+    if value is None or value.is_dir():
+        return value and value / f"{name_now()}{SUFFIXES[0]}"
+    if value.suffix.lower() not in SUFFIXES:  # a folder that is missing would be a file, and refused at the next start
+        raise BadValue(f"--record is {value}; allowed: a folder that is there, or a file NAME{SUFFIXES[0]}")
+    return value
 
 
 RECORD: Path | None = option(
-    "Record the session to this file; in a folder that is there, to one named by the time.",
-    is_written=True,
+    "Record the session to this file, NAME.underfoot; in a folder that is there, to one named by the time.",
     callback=_recording,
 )
 """The option of every command whose session can be recorded."""
