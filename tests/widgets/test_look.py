@@ -71,7 +71,9 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     assert second.findChild(QSplitter, "monitor across").sizes() == sizes
 
 
-def test_other_colours_are_there_at_once_as_if_the_window_had_been_made_in_them(qtbot, qapp, tmp_path):
+def test_other_colours_are_there_at_once_as_if_the_window_had_been_made_in_them(qtbot, qapp, tmp_path, monkeypatch):
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))  # others' recordings are read late
+
     def parts(window):
         """The bar, all workspaces, and Design's parts: its preview waits for an engine, sooner or later."""
         for name in window.workspaces.names:
