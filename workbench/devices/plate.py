@@ -169,10 +169,13 @@ class Plate(PlateServo):
     ) -> None:
         super().__init__(port, move_s, clock)
         self.calibration = calibration
+        self.wanted_n_mm = 0.0
+        """The stiffness that was requested last, N/mm; 0 before."""
 
     def request_stiffness(self, stiffness_n_mm: float) -> None:
         """Request a stiffness. Takes the same time if the plate already has it. Raise `BadValue` outside the range."""
         self.request_position(self.calibration.position(stiffness_n_mm))
+        self.wanted_n_mm = stiffness_n_mm
 
 
 def plate_of(text: str) -> Plate:

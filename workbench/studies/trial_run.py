@@ -79,12 +79,18 @@ class TrialRun(PageRun):
     def _wait(self, seconds: float) -> None:
         """Wait for `seconds` before an interval, while the plate moves to its stiffness."""
         self.phase, self.due = Phase.WAITING, time.perf_counter() + seconds
-        plate = self._apparatus.equipment.plate
-        if self._intervals and plate is not None:
-            stiffness = self._stiffness_of(self._intervals[self.interval])
-            if stiffness > 0.0:
-                plate.request_stiffness(stiffness)
+        self._set_plate()
         self._prepare()
+
+    def _set_plate(self) -> None:
+        """Move the plate to this interval's stiffness; if it has none, to where the plate is, which takes as long: else
+        whoever waits would know of a catch trial.
+        """
+        plate, stimuli = self._apparatus.equipment.plate, self._apparatus.protocol.stimuli.values()
+        usual = next((one.stiffness_n_mm for one in stimuli if one.stiffness_n_mm > 0.0), 0.0)
+        if plate is not None and self._intervals and usual > 0.0:
+            wanted = self._stiffness_of(self._intervals[self.interval])
+            plate.request_stiffness(wanted or plate.wanted_n_mm or usual)
 
     def _stiffness_of(self, interval: Presentation) -> float:
         """Return the stiffness that the protocol asks for, in N/mm; 0 for none."""
