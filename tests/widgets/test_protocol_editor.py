@@ -284,11 +284,18 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     assert stimuli.form.measure.text() == "Measure the level"
     assert made.protocol_editor.draft.raw["stimuli"]["B"]["measured_m_s2"] == 0.0
     made.click(stimuli.form.measure)
+    made.type(stimuli.form.name, "C")  # while it is measured
     made.qtbot.waitUntil(lambda: stimuli.form.measure.text() == "Measure the level", timeout=120_000)
-    measured = made.protocol_editor.draft.raw["stimuli"]["B"]["measured_m_s2"]
+    measured = made.protocol_editor.draft.raw["stimuli"]["C"]["measured_m_s2"]
     assert 0.1 < measured < 20.0
+    made.click(stimuli.form.measure)
+    made.type(stimuli.form.rows.controls["gain.gain"], "0.25")
+    with made.qtbot.waitSignal(stimuli.notified) as said:
+        pass
+    assert said.args[0].startswith("The level is not taken")
+    assert made.protocol_editor.draft.raw["stimuli"]["C"]["measured_m_s2"] == measured
     made.keep()
-    stimulus = made.workspace.study_list.study.protocol.stimuli["B"]
+    stimulus = made.workspace.study_list.study.protocol.stimuli["C"]
     assert (stimulus.patch, stimulus.level_m_s2) == ("patches/mine.json", measured)
     assert (made.folder / "protocols" / "patches" / "mine.json").read_bytes() == (own / "mine.json").read_bytes()
 

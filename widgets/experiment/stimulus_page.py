@@ -56,8 +56,6 @@ class StimulusPage(ItemList):
         super().__init__("stimulus", "Stimuli", self._add_new, self._copy, self._remove, self._move)
         self.draft, self._own, self._ask_to_run = draft, own, ask
         self.background = BackgroundWorker(self)
-        self._measured = ""
-        """The stimulus whose level is being measured."""
         self.form: StimulusForm | None = None
         self.table = QPushButton("Table…")
         self.table.setToolTip("Stimuli from a table of conditions (CSV): one a line")
@@ -159,19 +157,22 @@ class StimulusPage(ItemList):
             return
         stimulus = self._stimuli[name]
         try:
-            plain = msgspec.convert({"patch": stimulus["patch"], "settings": stimulus.get("settings", {})}, Stimulus)
-            patch = plain.at(0.0, self.draft.folder)
+            played = _played(stimulus)
+            patch = played.at(0.0, self.draft.folder)
         except (UnderfootError, msgspec.ValidationError) as error:
             self.notified.emit(str(error))
             return
-        self._measured = name
-        self.background.compute(lambda task: [measured_peak_m_s2(patch, task.is_stopped)])
+        self.background.compute(lambda task: [(stimulus, played, measured_peak_m_s2(patch, task.is_stopped))])
         self._show_measuring()
 
-    def _show_measured(self, found: list[float]) -> None:
-        name = self._measured
-        if name in self._stimuli:
-            stimulus, peak = self._stimuli[name], float(f"{found[0]:.4g}")
+    def _show_measured(self, found: list[tuple[dict[str, Any], Stimulus, float]]) -> None:
+        """Take the level of a stimulus, which may have another name now, if it is still as it was measured."""
+        ((stimulus, played, peak_m_s2),) = found
+        name = next((name for name, one in self._stimuli.items() if one is stimulus), "")
+        if not name or _played(stimulus) != played:
+            self.notified.emit("The level is not taken: its stimulus was changed while it was measured. Measure again.")
+        else:
+            peak = float(f"{peak_m_s2:.4g}")
             stimulus["measured_m_s2"] = peak
             if not stimulus.get("scaled_by") or not stimulus.get("level_m_s2"):
                 stimulus["level_m_s2"] = peak
@@ -333,6 +334,11 @@ class StimulusForm(QWidget):
     def _rebuild(self) -> None:
         self.changed.emit()
         self.rebuilt.emit()
+
+
+def _played(stimulus: Mapping[str, Any]) -> Stimulus:
+    """Return a stimulus with its patch and settings alone, as it is measured."""
+    return msgspec.convert({"patch": stimulus["patch"], "settings": stimulus.get("settings", {})}, Stimulus)
 
 
 def _patches(own: Path) -> Mapping[str, Any]:
