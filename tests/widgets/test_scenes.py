@@ -12,6 +12,7 @@ from windows import design
 
 from underfoot.engine.commands import Walk
 from underfoot.engine.reports import given_up
+from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
 from underfoot.scenes import discover
 from underfoot.scenes.pictures import Canvas
@@ -132,6 +133,20 @@ def test_a_scene_that_is_started_by_its_button_s_key_is_ended_by_return(scenes, 
     qtbot.keyClick(scenes.panel.project, Qt.Key.Key_Escape)
     assert QApplication.focusWidget() is scenes.panel.start, "what Escape ended begins again from there"
     scenes.window().controller.play()
+
+
+def test_a_scene_that_begins_before_the_engine_does_not_compile_in_the_window_s_thread(scenes, qtbot, monkeypatch):
+    """The window stood for a minute and more. Here all is compiled: what is seen is who would compile first."""
+    made_by, make = [], ContactTracker.__init__
+
+    def note(*given):
+        made_by.append(threading.current_thread().name)
+        make(*given)
+
+    monkeypatch.setattr(ContactTracker, "__init__", note)
+    start(scenes, qtbot, "touch-widgets")
+    assert made_by[0] == "background"
+    assert made_by[-1] == threading.main_thread().name
 
 
 def test_a_parameter_is_changed_while_the_scene_plays(scenes, qtbot):

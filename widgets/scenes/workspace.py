@@ -23,6 +23,7 @@ from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
 from underfoot.widgets.scenes.views import PaintTimes, SceneProjection, SceneView
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.footstep_tracker import load_tracking
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import WorkspaceContext
 
@@ -155,6 +156,7 @@ class ScenesWorkspace(ProjectingWorkspace):
 
         def make(_: Task) -> list[Scene | str]:
             try:
+                load_tracking()  # of which the window's thread would wait for what the engine has not compiled yet
                 return [kind(floor, given)]
             except Exception as error:
                 return [why_ended(error)]

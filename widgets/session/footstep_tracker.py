@@ -126,16 +126,21 @@ class FootstepTracker:
         return self._tracking
 
 
+def load_tracking() -> None:
+    """Load the kernels of tracking and of reading rings: a second with Numba, and longer if they must be compiled."""
+    contacts.load_kernels()
+    loss_concealment.load_kernels()
+    load_reading()
+
+
 @cache
 def _load_kernels() -> threading.Event:
-    """Load the kernels of tracking and of reading rings, once, in a thread: a second with Numba. Set when done."""
+    """Do so once, in a thread. Set when done."""
     loaded = threading.Event()
 
     def load() -> None:
         time.sleep(_YIELD_S)
-        contacts.load_kernels()
-        loss_concealment.load_kernels()
-        load_reading()
+        load_tracking()
         loaded.set()
 
     threading.Thread(target=load, name="load-kernels", daemon=True).start()
