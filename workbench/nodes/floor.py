@@ -54,8 +54,8 @@ class TilePlace:
     accuracy = "exact: to 1e-12"
     centre_x_m = Input("m", of_tile=True)
     centre_y_m = Input("m", of_tile=True)
-    from_x = Number(0.0, -100.0, 100.0, unit="m", wire="audio", doc="x of the point on the floor")
-    from_y = Number(0.0, -100.0, 100.0, unit="m", wire="audio", doc="y of the point on the floor")
+    from_x = Number(0.0, -20.0, 20.0, unit="m", wire="audio", doc="x of the point on the floor")
+    from_y = Number(0.0, -20.0, 20.0, unit="m", wire="audio", doc="y of the point on the floor")
     distance = Output("m", doc="from the point to the tile's centre")
     x = Output("m", doc="of the centre, along the floor's x axis")
     y = Output("m", doc="of the centre, along the floor's y axis")
