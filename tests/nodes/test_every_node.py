@@ -10,8 +10,8 @@ import soundfile
 from underfoot.clock import SPAN
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
-from underfoot.patch.building import ENGINE_SIGNALS
 from underfoot.patch.driver import SLEEP_INTERVAL
+from underfoot.patch.node import ENGINE_SIGNALS
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 

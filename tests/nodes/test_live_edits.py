@@ -18,7 +18,7 @@ from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.program_fade import ProgramFader
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Tiles
-from underfoot.patch.building import ENGINE_SIGNALS
+from underfoot.patch.node import ENGINE_SIGNALS
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 

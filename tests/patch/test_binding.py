@@ -201,6 +201,14 @@ def fill(out):
             {"run": fill, "__doc__": "Bad.", "onset": Output(kind="event")},
             "run of Bad does not take its output 'onset', which it must write",
         ),
+        (
+            {"run": fill, "__doc__": "Bad.", "force": Input("N", from_engine=True)},
+            "input of node bad with from_engine=True is 'force'; allowed: force_n, x_m, y_m, cut",
+        ),
+        (
+            {"run": fill, "__doc__": "Bad.", "x_m": Input("m", of_tile=True)},
+            "input of node bad with of_tile=True is 'x_m'; allowed: centre_x_m, centre_y_m",
+        ),
     ],
 )
 def test_a_node_that_says_nothing_of_what_it_does_or_leaves_it_undone_is_refused(body, says):

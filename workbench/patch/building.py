@@ -13,19 +13,10 @@ from underfoot.models.signals.events import EVENTS
 from underfoot.models.signals.random import stream_key
 from underfoot.parameters import Choice, Number, Parameter, Tiles
 from underfoot.patch import driver, tables
-from underfoot.patch.node import NodeType
+from underfoot.patch.node import ENGINE_SIGNALS, TILE_CONSTANTS, NodeType
 from underfoot.patch.patch import Patch
 from underfoot.patch.tables import NODE, Tables
 from underfoot.patch.wiring import node_id, sources
-
-ENGINE_SIGNALS = ("force_n", "x_m", "y_m", "cut")
-"""Signals from the engine: a tile's tared force, the contact position in the tile's frame, and 1 while the force of a
-contact comes in whose beginning was not seen.
-"""
-
-
-TILE_CONSTANTS = ("centre_x_m", "centre_y_m")
-"""Constants of a tile: the place of its centre on the floor."""
 
 
 class Part(Struct, frozen=True):

@@ -46,6 +46,13 @@ from underfoot.errors import require
 from underfoot.parameters import Number, Parameter, require_identifier
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
+ENGINE_SIGNALS = ("force_n", "x_m", "y_m", "cut")
+"""Signals from the engine: a tile's tared force, the contact position in the tile's frame, and 1 while the force of a
+contact comes in whose beginning was not seen.
+"""
+TILE_CONSTANTS = ("centre_x_m", "centre_y_m")
+"""Constants of a tile: the place of its centre on the floor."""
+
 
 class Port(Struct, frozen=True):
     """End point of wires. `kind` is "signal" or "event"; an empty unit accepts every unit."""
@@ -247,8 +254,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         words = 'words in one text, as "VCA, amplifier"'
         require(isinstance(also_called, str), f"also_called of node {type}", also_called, words)
         inputs = {name: port for name, port in ports.items() if isinstance(port, Input)}
-        from_engine = {name: inputs.pop(name) for name, port in list(inputs.items()) if port.from_engine}
-        of_tile = {name: inputs.pop(name) for name, port in list(inputs.items()) if port.of_tile}
+        from_engine = _taken_out(inputs, type, "from_engine", ENGINE_SIGNALS)
+        of_tile = _taken_out(inputs, type, "of_tile", TILE_CONSTANTS)
         outputs = {name: port for name, port in ports.items() if isinstance(port, Output)}
         signals = tuple(p for p in parameters.values() if isinstance(p, Number) and p.wire == "audio")
         controls = tuple(p for p in parameters.values() if p.kind in ("number", "count", "choice") and p not in signals)
@@ -277,6 +284,15 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         )
 
     return declare
+
+
+def _taken_out(inputs: dict[str, Input], node: str, mark: str, known: tuple[str, ...]) -> dict[str, Input]:
+    """Take the inputs with this mark out of `inputs`; `BadValue` for a signal that is not `known` by its name."""
+    found = {name: inputs.pop(name) for name, port in list(inputs.items()) if getattr(port, mark)}
+    for name, port in found.items():
+        is_known = name in known or (port.kind == "event" and port.from_engine)
+        require(is_known, f"input of node {node} with {mark}=True", name, ", ".join(known))
+    return found
 
 
 def _of(kind: str, ports: Mapping[str, Input | Output]) -> tuple[str, ...]:

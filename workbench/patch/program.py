@@ -13,11 +13,11 @@ from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
 from underfoot.parameters import FilePath, Number, Tiles
 from underfoot.patch import driver
-from underfoot.patch.building import ENGINE_SIGNALS, Builder, Part
+from underfoot.patch.building import Builder, Part
 from underfoot.patch.controls import on_ramp
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.guards import guarded
-from underfoot.patch.node import Registry
+from underfoot.patch.node import ENGINE_SIGNALS, Registry
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.tables import ALL
 from underfoot.patch.wiring import downstream, node_id, upstream
