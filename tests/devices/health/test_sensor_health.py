@@ -96,6 +96,18 @@ def test_what_sensors_creep_after_a_foot_calls_none_dead():
     assert found(default_floor(1, 1), forces) == []
 
 
+def test_boards_of_eight_bits_name_nobody():
+    """Sensors of every tile that was walked on were stuck, and some noisy, whose readings went one step to and fro."""
+    forces = np.zeros((6000, 1, 4))
+    forces[3000:, 0] = np.linspace([60.0, 80.0, 80.0, 80.0], [60.0, 300.0, 300.0, 300.0], 3000)
+    forces += np.random.default_rng(1).normal(0.0, 0.1, forces.shape)
+    lines = [
+        found(default_floor(1, 1), forces, readings=lambda f, step=step: (nominal_readings(f) + 24) // step * step)
+        for step in (256, 128)
+    ]
+    assert lines == [[], ["tile t1: sensor 1 is saturated (stays at 2176 while the load on its tile changes)"]]
+
+
 def test_who_stands_still_in_a_corner_names_nobody():
     forces = np.zeros((20_000, 1, 4))
     forces[1000:19_000, 0, 0] = 700.0

@@ -43,6 +43,10 @@ WELL_S = 60.0
 NOISY_N, SWINGS, NOISY_S, MEAN_S = CONTACT_N / 4.0, 10, 1.0, 0.1
 """A noisy sensor swings by `NOISY_N` or more about its mean of `MEAN_S`, `SWINGS` times within `NOISY_S`."""
 
+_COARSE = 256
+"""Step of the readings of a converter of 8 bits, whose sensors rest at one number while a foot rolls on; where one is
+stuck it stays for `STANDS_S`.
+"""
 STANDS_S, STEADY_N = 60.0, CONTACT_N / 2.0
 """Time for which a tile bears the same to `STEADY_N` between steps, a contact but less than `LOADED_N`: no foot, which
 sways.
@@ -76,6 +80,7 @@ _SENSOR = np.dtype(
         ("side", np.float64),
         ("swings", np.float64),
         ("swing_n", np.float64),
+        ("count_n", np.float64),
     ],
     align=True,
 )
@@ -83,13 +88,14 @@ _SENSOR = np.dtype(
 samples of a constant reading, the others' load when it began, whether it is among the `flats` so far, all at the
 highest; the times for which it looked dead, and reversed; its last fall to rest (-inf: it has recovered), from
 which load, how often, and when first; for how long it has been well; its mean, the side of it on which it swung last,
-and in these `NOISY_S` how often and how far.
+and in these `NOISY_S` how often and how far; newtons a count where it moved last.
 """
 _TILE = np.dtype(
     [
         ("is_known", np.bool_),
         ("time_s", np.float64),
         ("peak_n", np.float64),
+        ("bits", np.int64),
         ("mean_n", np.float64),
         ("least_n", np.float64),
         ("most_n", np.float64),
@@ -99,9 +105,9 @@ _TILE = np.dtype(
     ],
     align=True,
 )
-"""State of a tile: its last time, the largest load since it was empty, the mean of its load, and of these `NOISY_S` the
-least and the largest such mean, and how much has passed; what it bears between steps, to `STEADY_N`, and for how long
-(-inf: told, until it is empty).
+"""State of a tile: its last time, the largest load since it was empty, the bits that any reading had, the mean of its
+load, and of these `NOISY_S` the least and the largest such mean, and how much has passed; what it bears between steps,
+to `STEADY_N`, and for how long (-inf: told, until it is empty).
 """
 
 
@@ -272,7 +278,8 @@ def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
         is_loaded = total_n >= _GONE * tile.peak_n
         _find_dead_or_reversed(sensors, load_n, total_n, state.balance[k], step_s if is_loaded else 0.0, found)
         for j in range(4):
-            if _is_saturated(sensors[j], reading[j], load_n[j], total_n - load_n[j], step_s):
+            stays_s = STANDS_S if tile.bits & -tile.bits >= _COARSE else DEAD_S
+            if _is_saturated(sensors[j], reading[j], load_n[j], total_n - load_n[j], step_s, stays_s):
                 found[j] |= _SATURATED
             if step_s > 0.0 and not found[j] & _NOISY and _is_loose(sensors, force_n, now_s, j):
                 found[j] |= _LOOSE
@@ -282,6 +289,9 @@ def _watch(samples: _Samples, first: int, state: _State) -> tuple[int, bool]:
                     found[j] &= _NOISY
         _find_noise(tile, sensors, force_n, total_n, step_s, found)
         for j in range(4):
+            if tile.is_known and reading[j] != sensors[j].reading:
+                sensors[j].count_n = abs((force_n[j] - sensors[j].force_n) / (reading[j] - sensors[j].reading))
+            tile.bits |= reading[j]
             sensors[j].force_n, sensors[j].reading = force_n[j], reading[j]
             sensors[j].lowest = min(sensors[j].lowest, reading[j])
             if reading[j] > sensors[j].highest:
@@ -374,7 +384,8 @@ def _find_noise(
             sensors[j].mean_n = force_n[j]
         sensors[j].mean_n += share * (force_n[j] - sensors[j].mean_n)
         off_n = force_n[j] - sensors[j].mean_n
-        if abs(off_n) < NOISY_N:
+        step_n = (tile.bits & -tile.bits) * sensors[j].count_n
+        if abs(off_n) < max(NOISY_N, 1.5 * step_n):
             continue
         sensors[j].swing_n = max(sensors[j].swing_n, abs(off_n))
         if off_n * sensors[j].side <= 0.0:
@@ -401,8 +412,10 @@ def _find_noise(
 
 
 @kernel
-def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float, step_s: float) -> bool:
-    """Whether a sensor's reading has been constant for long while the others' load changed."""
+def _is_saturated(
+    sensor: np.record, reading: int, own_n: float, others_n: float, step_s: float, stays_s: float
+) -> bool:
+    """Whether a sensor's reading has been constant for long, `stays_s`, or often while the others' load changed."""
     if reading != sensor.reading or step_s == 0.0 or own_n < CONTACT_N:
         sensor.flat_samples = 0
         sensor.flat_s = 0.0
@@ -417,7 +430,7 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
     if not sensor.is_counted:  # where a foot rolls on, a converter of 10 bits rests for a moment, now here, now there
         sensor.flats = sensor.flats + 1 if reading == sensor.highest else 0
         sensor.is_counted = True
-    if sensor.flats < FLATS and flat_s < DEAD_S:
+    if sensor.flats < FLATS and flat_s < stays_s:
         return False
     sensor.well_s = 0.0
     return True
