@@ -28,7 +28,7 @@ def test_a_sum_that_is_off_in_the_middle_is_not_good_though_each_sensor_is():
     assert worse.apply(Profile(tile="t1")).fsr.reference == named
     assert not bad.good
     assert bad.figures["foot_error_percent"] == pytest.approx(10.0, rel=0.05)
-    assert "It was 10.0 % off in the middle; 5 % is allowed." in bad.verdict
+    assert "It was 10.0 % off in the middle; 5 % is allowed. Was each sensor loaded from right above" in bad.verdict
     assert [name for name, _, _ in bad.raw] == ["pairs", "foot"]
 
 

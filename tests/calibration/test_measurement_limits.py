@@ -1,5 +1,6 @@
 """Where a measurement is refused as implausible, and what may just pass."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -97,6 +98,20 @@ def test_a_press_is_steady_or_waited_for_or_given_up():
     assert not is_steady(0.08, 0.010, 15.0)
     with pytest.raises(BadMeasurement, match=r"its force varies by 8 %, its place by 10 mm"):
         is_steady(0.08, 0.010, 25.0)
+
+
+def test_hum_of_the_mains_is_named_in_place_of_the_hand():
+    """Forces passed it, and Places told who pressed to hold still."""
+
+    def humming(swing):  # 50 Hz, read at 100 Hz
+        wave = swing * np.array([1.0, -1.0] * 5)
+        return lambda readings: np.add(readings.values[:, 1], wave, out=readings.values[:, 1])
+
+    *_, said = run(FsrProcedure(TILE), Hand(spoil=humming(160.0)), {"loadings": 1, "hold_s": 3.0}).warnings
+    assert re.match("sensor 2 swings by [78] N with nothing on the tile: look for hum of the mains", said)
+    hand = Hand(lambda corners: corners, spoil=humming(9.0))
+    with pytest.raises(BadMeasurement, match="a sensor swings by 9 N on the empty tile: look for hum of the mains"):
+        run(CentroidProcedure(TILE), hand, {"form": "quick", "loads_n": (100.0,)})
 
 
 def test_a_press_elsewhere_is_refused_from_some_centimetres_on():

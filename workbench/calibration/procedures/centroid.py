@@ -278,6 +278,7 @@ class CentroidProcedure(Procedure):
 
     def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.centroid_fit import centroid
+        from underfoot.calibration.science.load_checks import swings_n
         from underfoot.calibration.science.press_checks import PRESSED, is_steady, nearest_words, require_place
 
         waited_s = float(np.ptp(readings.time_s))
@@ -312,7 +313,8 @@ class CentroidProcedure(Procedure):
             hint = f"Press harder.{doubt}" if force < load else "Press less hard."
             return PageProgress(hint, 0.6, tuple(shown))
         self._check(load, latest, forces, nearest)
-        if not is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), np.ptp(readings.time_s)):
+        deviations = float(np.std(total)) / load, float(np.std(place, axis=0).max())
+        if not is_steady(*deviations, np.ptp(readings.time_s), swings_n(self._empty_tile()[:, _NEWTONS])):
             return PageProgress("Hold still.", 0.8, tuple(shown))
         require_place(np.median(forces, axis=0), self._sensors_m, at, nearest)
         return None
@@ -396,8 +398,12 @@ class CentroidProcedure(Procedure):
 
     def _tare_counts(self) -> Floats:
         """Return the readings (4,) of the latest tare."""
-        tares = [readings for step, readings, _ in self.step_data() if step.page.key == "tare"]
-        return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
+        return np.asarray(np.median(self._empty_tile()[:, :4], axis=0))
+
+    def _empty_tile(self) -> Floats:
+        """Return the values (n, 12) of the latest tare, as stored by `feed`."""
+        tares = [readings.last(1.0) or readings for step, readings, _ in self.step_data() if step.page.key == "tare"]
+        return tares[-1].values if tares else np.zeros((10, 12))
 
 
 def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:

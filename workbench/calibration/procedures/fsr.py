@@ -183,7 +183,7 @@ class FsrProcedure(Procedure):
         """Fit curves to all pairs, without the share of each load that other sensors carried, by curves of before."""
         from underfoot.calibration.results.fsr import result_of
         from underfoot.calibration.science.linearisation import linearise
-        from underfoot.calibration.science.load_checks import drift_warnings, share_warnings
+        from underfoot.calibration.science.load_checks import drift_warnings, noise_warnings, share_warnings
 
         if not self._step_data:
             raise BadMeasurement("every sensor was skipped; go back, and load one at least")
@@ -197,13 +197,13 @@ class FsrProcedure(Procedure):
         found = replace(found, foot=self._foot(found))
         name = self._cell if self._reference == LOAD_CELL else self._reference
         result = result_of(found, name + uncertain_by(self._reference_percent, "% of full scale"))
-        tares = {step.sensor: _at_rest(readings) for step, readings, _ in self._step_data_of_sensors() if step.is_tare}
+        tares = {step.sensor: _empty(data).values for step, data, _ in self._step_data_of_sensors() if step.is_tare}
         pressed = [
             ("foot", "time_s,r1,r2,r3,r4,force_n", np.column_stack([one.time_s, one.values, self._load_cell(one)]))
             for one in self._pressed_by_foot()
         ]
-        drifts = drift_warnings(found.curves, tares, found.full_scale_n)
-        warnings = (*result.warnings, *share_warnings(shares), *drifts)
+        drifts, noise = drift_warnings(found.curves, tares, found.full_scale_n), noise_warnings(found.curves, tares)
+        warnings = (*result.warnings, *share_warnings(shares), *drifts, *noise)
         return replace(result, warnings=warnings, raw=(*result.raw, *pressed))
 
     def without_conclusion(self, reason: str) -> Result | None:
@@ -394,12 +394,12 @@ class FsrProcedure(Procedure):
     def _rest_readings(self) -> Floats:
         """Return the readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self._step_data_of_sensors() if step.is_tare]
-        return _at_rest(tares[-1]) if tares else np.full(4, np.nan)
+        return np.asarray(np.median(_empty(tares[-1]).values, axis=0)) if tares else np.full(4, np.nan)
 
     def _drift(self, j: int) -> float:
         """Return by how much the reading of an empty sensor may move until its first weight, by what it did before."""
         tare = next(readings for step, readings, _ in self._step_data_of(j) if step.is_tare)
-        halves = np.array_split((tare.last(_TARE_S) or tare).values[:, j], 2)
+        halves = np.array_split(_empty(tare).values[:, j], 2)
         return max(_DRIFTS * abs(float(np.median(halves[1]) - np.median(halves[0]))), _LEAST_DRIFT)
 
     def _pairs(self, shares: Sequence[float] | Floats = (0.0, 0.0, 0.0, 0.0)) -> Pairs:
@@ -417,7 +417,7 @@ class FsrProcedure(Procedure):
                 time_s, value = readings.time_s[-1:], np.array([_steady_reading(readings, j)])
                 force = np.array([float(answers.get("weight_n", 0.0)) * (1.0 - shares[j])])
             elif step.is_tare:
-                seen = readings.last(_TARE_S) or readings
+                seen = _empty(readings)
                 time_s, value, force = seen.time_s, seen.values[:, j], np.zeros(seen.time_s.size)
             else:
                 time_s, value = readings.time_s, readings.values[:, j]
@@ -433,7 +433,7 @@ class FsrProcedure(Procedure):
 
         It then is the end of the load before.
         """
-        force = (tare.last(_TARE_S) or tare).force_n
+        force = _empty(tare).force_n
         if force is None:
             return known_n
         before, zero_n = (float(np.median(part)) for part in np.array_split(force[force.size // 2 :], 2))
@@ -489,9 +489,9 @@ def _setup_questions(reference: str) -> tuple[Parameter, ...]:
     )
 
 
-def _at_rest(tare: Readings) -> Floats:
-    """Return the readings (4,) of the empty tile: those of the page's end, before which something may be on it."""
-    return np.asarray(np.median((tare.last(_TARE_S) or tare).values, axis=0))
+def _empty(tare: Readings) -> Readings:
+    """Return the readings of the empty tile: those of the page's end, before which something may be on it."""
+    return tare.last(_TARE_S) or tare
 
 
 def _steady_reading(readings: Readings, j: int) -> float:

@@ -140,7 +140,11 @@ def verdict_of(found: Linearisation) -> str:
             f"({0.01 * expanded * found.full_scale_n:.0f} N; k = 2)."
         )
         if foot.error_percent > ALLOWED_PERCENT:
-            text += f" It was {foot.error_percent:.1f} % off in the middle; {ALLOWED_PERCENT:.0f} % is allowed."
+            text += (
+                f" It was {foot.error_percent:.1f} % off in the middle; {ALLOWED_PERCENT:.0f} % is allowed. Was each "
+                "sensor loaded from right above, through a small foot? Then a channel leaks into others, or the plate "
+                "touches something."
+            )
     if "footstep_less_percent" in figures:
         text += (
             f" A footstep of {0.5 * found.full_scale_n:.0f} N may read some {figures['footstep_less_percent']:.0f} % "

@@ -7,6 +7,7 @@ import numpy as np
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.science.pair_plausibility import force_outliers
 from underfoot.devices.framing.wire_format import unshifted
+from underfoot.devices.health.sensor_health import NOISY_N
 from underfoot.errors import BadMeasurement
 from underfoot.floor.curves import Curve
 from underfoot.kernels import Floats
@@ -42,6 +43,8 @@ _TWIN = 0.7
 """Share of a loaded sensor's change of reading that no other one reaches, unless a load is between them."""
 _MOST_DRIFT = 0.01
 """Largest change of an empty tile's force, as a share of full scale: twice as much as creep leaves."""
+HUM = "look for hum of the mains: keep wires short, away from the amplifier's, and grounded at one point"
+"""What to do about sensors that swing without a load."""
 _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
 
@@ -209,13 +212,13 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
 def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale_n: float) -> tuple[str, ...]:
     """Return a line on each sensor whose reading drifts while nothing is on the tile.
 
-    `tares` are the readings (4,) of the empty tile before the loads of each sensor that was not skipped. Of the tare
+    `tares` are readings (n, 4) of the empty tile before the loads of each sensor that was not skipped. Of the tare
     after its own loads nothing is concluded: what a sensor has crept goes back within half a minute.
     """
     found = []
     for j, curve in enumerate(curves):
         after = min((k for k in tares if k > j), default=None)
-        seen = {k: float(curve.force(readings[j])) for k, readings in tares.items() if k != after}
+        seen = {k: float(curve.force(np.median(values[:, j]))) for k, values in tares.items() if k != after}
         if curve.uncalibrated or j not in seen:
             continue
         apart = max(abs(newtons - seen[j]) for newtons in seen.values())
@@ -225,6 +228,27 @@ def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale
                 "is it warm, wet, or loose, or was something on the tile? Wait until it is steady, and measure again"
             )
     return tuple(found)
+
+
+def swings_n(force_n: Floats) -> float:
+    """Return how far a force (n,) of a second swings to and fro; of several (n, m), the one that does most.
+
+    That is half of its range within a tenth of the time, so that a single step is no swing.
+
+    >>> round(swings_n(3.0 * np.sin(0.1 * np.pi * np.arange(1000.0))), 6)
+    3.0
+    """
+    return 0.5 * float(np.median([np.ptp(part, axis=0) for part in np.array_split(force_n, 10)], axis=0).max())
+
+
+def noise_warnings(curves: Sequence[Curve], tares: dict[int, Floats]) -> tuple[str, ...]:
+    """Return a line on each sensor that swings as far as those that Monitor calls noisy; `tares` as above."""
+    swings = {j: swings_n(curves[j].force(values[:, j])) for j, values in tares.items() if not curves[j].uncalibrated}
+    return tuple(
+        f"sensor {j + 1} swings by {swing_n:.0f} N with nothing on the tile: {HUM}"
+        for j, swing_n in swings.items()
+        if swing_n >= NOISY_N
+    )
 
 
 def share_warnings(shares: Floats) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ import numpy as np
 from underfoot.calibration.files.measurements import LARGEST_READING
 from underfoot.calibration.rig import Readings
 from underfoot.calibration.science.centroid_fit import centroid
-from underfoot.calibration.science.load_checks import LEAST_COUNTS, LOOK
+from underfoot.calibration.science.load_checks import HUM, LEAST_COUNTS, LOOK
 from underfoot.devices.framing.wire_format import unshifted
 from underfoot.errors import BadMeasurement
 from underfoot.kernels import Floats
@@ -16,8 +16,8 @@ PRESSED = 0.3
 """Share of the load above which the tile counts as pressed."""
 _FORCE_STEADY, _PLACE_STEADY_M = 0.05, 0.006
 """Largest standard deviations of a steady press: of the force, as a share of the load, and of the position."""
-_UNSTEADY_S = 20.0
-"""Time after which an unsteady press is given up."""
+_UNSTEADY_S, _HUM_N = 20.0, 1.0
+"""Time after which an unsteady press is given up, and swing of a sensor on the empty tile that explains it."""
 _WRONG_PLACE_M = 0.08
 """Largest distance of a press from the requested position."""
 _EQUALLY_M = 0.02
@@ -45,8 +45,10 @@ def press_begun(readings: Readings, total_n: Floats, load_n: float) -> tuple[flo
     return when, np.median(readings.values[late], axis=0), readings.since(int(light[-1]))
 
 
-def is_steady(force_share: float, place_m: float, pressed_s: float) -> bool:
+def is_steady(force_share: float, place_m: float, pressed_s: float, swings_n: float = 0.0) -> bool:
     """Return whether these standard deviations are small; `BadMeasurement` if they are not after `pressed_s`.
+
+    `swings_n` is how far a sensor swings on the empty tile.
 
     >>> is_steady(0.01, 0.001, 0.5), is_steady(0.2, 0.001, 0.5)
     (True, False)
@@ -56,7 +58,8 @@ def is_steady(force_share: float, place_m: float, pressed_s: float) -> bool:
     if pressed_s > _UNSTEADY_S:
         raise BadMeasurement(
             f"the press is unsteady: its force varies by {100 * force_share:.0f} %, its place by "
-            f"{1e3 * place_m:.0f} mm (standard deviations); hold still"
+            f"{1e3 * place_m:.0f} mm (standard deviations); "
+            + (f"a sensor swings by {swings_n:.0f} N on the empty tile: {HUM}" if swings_n >= _HUM_N else "hold still")
         )
     return False
 
