@@ -56,6 +56,16 @@ def test_a_line_is_that_of_scipy_and_is_fitted_without_what_takes_long_to_load(m
     assert found == pytest.approx((expected.slope, expected.intercept, expected.rvalue**2), rel=1e-12)
 
 
+@pytest.mark.parametrize(("lag", "softer"), [(0, 0.0), (5, 0.01), (20, 0.07)])
+def test_a_displacement_that_lags_is_warned_of(lag, softer):
+    """Of 20 of 700 ms all footsteps were as much too soft, and the plate good."""
+    given = {at: (force, np.roll(displacement, lag)) for at, (force, displacement) in footsteps(3).items()}
+    result = result_of([line_of(at, *samples) for (at, _), samples in given.items()], [*given.values()], "made")
+    found = np.array(result.part.stiffness_n_mm) / list(TRUTH.values())
+    assert found == pytest.approx(np.full(5, 1.0 - softer), abs=0.03)
+    assert [line[:20] for line in result.warnings] == ["displacement explain"] * (softer > 0.03)
+
+
 def test_stiffness_that_falls_is_refused():
     x = np.linspace(0.0, 5.0, 100)
     lines = [line_of(0.0, 90.0 * x, x), line_of(0.5, 80.0 * x, x)]

@@ -339,7 +339,7 @@ def _require_rise(lines: Sequence["FootstepLine"]) -> None:
     if count >= LEAST_FOOTSTEPS and stiff < (1.0 + ALLOWED_ERROR) * soft:
         raise BadMeasurement(
             f"stiffness hardly rises, from {soft:.1f} to {stiff:.1f} N/mm between positions {before:g} and {last:g}; "
-            "does the servo move the plate? Once it does, go back to the first footstep there"
+            "does the servo move the plate, or does a sensor clip? Then go back to the first footstep there"
         )
 
 

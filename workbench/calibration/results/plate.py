@@ -20,6 +20,10 @@ METHOD = (
 )
 
 
+_LEAST_R_SQUARED = 0.95
+"""Explained variance below which a delay between force and displacement makes a plate 3 % too soft, or more."""
+
+
 def result_of(
     lines: Sequence[FootstepLine],
     samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
@@ -62,11 +66,24 @@ def result_of(
         quantities=figures if error is None else (("mean_error_percent", error, "%"), *figures),
         verdict=verdict,
         good=fit.good,
+        warnings=_warnings(lines),
         drawings=drawings_of(fit, samples),
         raw=_raw(lines, samples),
         part=part,
         tile=tile,
         method=METHOD,
+    )
+
+
+def _warnings(lines: Sequence[FootstepLine]) -> tuple[str, ...]:
+    """Return a line where force and displacement do not go together, which all footsteps have alike."""
+    usual = float(np.median([line.r_squared for line in lines]))
+    if usual >= _LEAST_R_SQUARED:
+        return ()
+    return (
+        f"displacement explains {100.0 * usual:.0f} % of the force only: where one lags behind the other, as of two "
+        "boards or by a filter, the plate is stiffer than this says, where one clips it may be softer; a foam that is "
+        "slow looks the same",
     )
 
 
