@@ -299,13 +299,15 @@ def straight(first, start_s, x_m, y_m, count):
 
 
 def test_who_runs_is_one_person_with_steps_longer_than_any_walk_has():
-    """Two run at 4 and 5 m/s, one behind the other: each foot is down for 0.2 s, and then neither is."""
+    """Two run at 4 and 5 m/s, one behind the other: each foot is down for 0.2 s, and then neither is. Of one step an
+    uncalibrated FSR tells the end late."""
     runners = {0: (0.0, 0.34, 2.0, 1.36), 1: (0.13, 0.3, 0.2, 1.5)}
     contacts = []
     for one, (begin_s, step_s, x_m, step_m) in runners.items():
         for step in range(7):
             made = contact_at(2 * step + one, begin_s + step_s * step, x_m + step_m * step, 0.6 + 0.05 * (-1) ** step)
             time_s = made.start_s + (made.time_s - made.start_s) / 3.0
+            time_s[-1] += 0.25 * (2 * step + one == 6)
             contacts.append(msgspec.structs.replace(made, time_s=time_s, end_s=float(time_s[-1])))
     person, steps = persons_of(contacts)
     assert person == {contact: 1 + contact % 2 for contact in range(14)}
@@ -314,7 +316,7 @@ def test_who_runs_is_one_person_with_steps_longer_than_any_walk_has():
         if step.contact > 1:
             _, step_s, _, step_m = runners[step.contact % 2]
             assert step.step_length_mm == pytest.approx(1e3 * step_m, abs=1.0)
-            assert step.double_support_ms == pytest.approx(200.0 - 1e3 * step_s)
+            assert step.double_support_ms == pytest.approx(200.0 - 1e3 * step_s + 250.0 * (step.contact == 8))
 
 
 def test_who_steps_off_the_floor_for_a_moment_is_the_same_person_at_once():

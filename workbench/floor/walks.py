@@ -25,8 +25,8 @@ EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
 walks."""
 
 LONGEST_RUNNING_S, LONGEST_RUNNING_STEP_M = 0.5, 2.6
-"""Longest time and longest step of who runs, with neither foot down in between: joggers make 120 steps a minute or
-more, and no sprinter's step is longer."""
+"""Longest time and longest step of who runs, with no weight on either foot in between: joggers make 120 steps a minute
+or more, and no sprinter's step is longer."""
 
 THIRD_FOOT_S = 0.15
 """Longest time for which the foot before the last may stay down after the next has come down."""
@@ -298,7 +298,7 @@ class _Walk(Struct, eq=False):
         later_s = start_s - last.start_s
         missed = self._steps_in(start_s) - 1
         way_m = float(np.hypot(*(place_m - last.place_m)))
-        runs = later_s < LONGEST_RUNNING_S and start_s > last.end_s
+        runs = later_s < LONGEST_RUNNING_S and start_s > last.bore_until_s
         longest_m = LONGEST_RUNNING_STEP_M if runs else LONGEST_STEP_M * (1 + missed)
         if later_s < EARLIEST_NEXT_S or start_s - last.end_s > LOST_AFTER_S or way_m > longest_m:
             return math.inf
