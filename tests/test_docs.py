@@ -1,6 +1,7 @@
 """What the documents say of the code is so: their code runs, and what they point to is there."""
 
 import importlib.util
+import os
 import re
 import shlex
 import sys
@@ -10,9 +11,14 @@ from pathlib import Path
 import click
 import pytest
 from bare_row import PlainRow
+from made_frames import rows
 
 from underfoot.__main__ import cli
+from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.transport import Sender, Transport, made
+from underfoot.devices.transport_reader import TransportReader
 from underfoot.nodes import REGISTRY
+from underfoot.plugins import require_declared
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
@@ -62,6 +68,30 @@ def test_the_scene_that_is_written_on_its_page_does_what_the_page_says(module_of
     whole_file, tried = blocks("scenes.md")
     module = module_of(whole_file)
     exec(tried, {"Puddle": module.Puddle})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no named pipes")
+def test_the_transport_that_is_written_on_its_page_carries_frames(module_of, tmp_path, until):
+    whole_file, _ = blocks("plugins.md")
+    module = module_of(whole_file)
+    require_declared(module.Pipe, Transport)
+    require_declared(module.PipeSender, Sender)
+    path, heard = str(tmp_path / "pipe"), []
+    os.mkfifo(path)
+    sender = made("pipe", module.PipeSender.of, path)
+    reader = TransportReader(
+        made("pipe", module.Pipe.of, path), lambda samples, when: heard.extend(samples["sequence"])
+    )
+    reader.start()
+    try:
+        until(lambda: reader.is_open, "it is open")
+        assert sender.send(encode(rows(5)), [])
+        until(lambda: heard == [*range(5)], "all are read", seen=lambda: heard)
+        sender.unplug()
+        assert not sender.send(encode(rows(5)), [])
+    finally:
+        reader.close()
+        sender.close()
 
 
 @pytest.mark.parametrize("page", ["experiments.md", "hardware.md", "testing.md"])

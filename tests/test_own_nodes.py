@@ -93,7 +93,7 @@ def test_a_live_session_plays_it_and_its_next_version(own_node, until):
 
 def test_a_script_agrees_as_the_page_says(folder, own_node):
     page = (Path(__file__).parents[1] / "docs" / "plugins.md").read_text()
-    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    _, code = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     with pytest.raises(BadFile, match="which runs with your rights") as refusal:
         uf.open_patch("hum.json")
     assert "`with allow_all_node_files():` from underfoot.patch.custom_nodes" in str(refusal.value)
