@@ -99,6 +99,7 @@ def scene(name, body=""):
 def packages():
     """The name, group, place and code of each package."""
     yield "broken", "nodes", "broken", "1 / 0"
+    yield "ends", "nodes", "ends", "import sys\nsys.exit(2)"  # as a program that is one as soon as it is imported
     twice = (
         "from underfoot.patch.node import node, Output\n"
         "@node('gain', 'Mine')\nclass Gain:\n  'Mine.'\n  out = Output()\n  def run(out):\n    out[:] = 0.0\n"
@@ -203,6 +204,7 @@ def test_what_cannot_be_loaded_is_left_out_and_takes_no_place(told):
         "MyudpSender is left out: emulate has an option --udp already",
         "bare is left out: Bare does not declare title",
         "broken is left out: ZeroDivisionError: division by zero",
+        "ends is left out: SystemExit: 2",
         "hollow is left out: no complete node is in hollow",
         "myreplay is left out: there is a target replay already",
         "mysimulator is left out: there is a target simulator already",

@@ -75,7 +75,7 @@ def _loaded(group: str) -> Iterator[tuple[str, str, list[object]]]:
     for point in sorted(entry_points(group=group), key=lambda point: (point.name, point.value)):
         try:
             found = point.load()
-        except Exception as error:  # untrusted code can raise anything
+        except (Exception, SystemExit) as error:  # untrusted code can raise anything
             refuse(point.name, f"{type(error).__name__}: {error}")
             continue
         yield point.name, point.value, list(vars(found).values()) if isinstance(found, ModuleType) else [found]
