@@ -255,7 +255,8 @@ def test_an_engine_that_stands_still_is_started_again_and_the_reason_is_told(pla
         playing.until(lambda: playing.of(ProcessDied), "it is lost")
     playing.started()
     (lost,) = playing.of(ProcessDied)
-    assert lost.reason == "nothing was played for 2 s; look whether the sound card and its server answer"
+    look = "the sound card and its server answer, and whether a node of your own ends"
+    assert lost.reason == f"nothing was played for 2 s; look whether {look}"
     playing.until(lambda: "standby" in playing.session.pids, "another engine stands by")
 
 

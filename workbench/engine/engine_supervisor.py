@@ -134,7 +134,8 @@ class EngineSupervisor:
         self._memory.status.stopped()
         reason = self._engine.end(END_S)
         if self._stalled:
-            reason = f"nothing was played for {STALL_S:g} s; look whether the sound card and its server answer"
+            look = "the sound card and its server answer, and whether a node of your own ends"
+            reason = f"nothing was played for {STALL_S:g} s; look whether {look}"
         self._engine, self._stalled = None, False
         return reason
 
