@@ -144,10 +144,8 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     files contain the same trial, and both count. A damaged session is named, and the others count; raises its error if
     there are none.
     """
-    rows, that_count = list[Row](), set[tuple[object, ...]]()
-    sessions, left_out, reworded, unfinished = list[Path](), list[str](), list[str](), list[str]()
-    whose = dict[str, Path]()
-    notes, excluded, unread = list[tuple[str, str, int, str]](), dict[tuple[str, str], None](), list[UnderfootError]()
+    rows, that_count, whose = list[Row](), set[tuple[object, ...]](), dict[str, Path]()
+    read, excluded, unread = list[_Session](), dict[tuple[str, str], None](), list[UnderfootError]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if path.suffix != SUFFIX and not is_recording(path):
@@ -162,30 +160,34 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
                 raise
             unread.append(error)
             continue
+        read.append(one)
         if not one.is_of_study:
             if protocol is None:
-                other = f"{path} is of another protocol than {sessions[0]}"
+                other = f"{path} is of another protocol than {read[0].path}"
                 raise BadValue(f"{other}; analyse them one by one, or write a CSV of each, and analyse these")
-            left_out.append(one.label)
             continue
         shared, text = one.protocol, text or one.text
-        if one.rows and not one.left_out and (before := whose.setdefault(one.participant, path)) != path:
-            what = f"{path} is {one.participant}'s session, and so is {before}"  # they may have no trial in common
-            raise BadValue(f"{what}; analyse one of them, leave one out, or correct an id")
-        rows += _required_new(path, as_left_out(one.rows, one.left_out) if one.left_out else one.rows, that_count)
-        if one.text != text:
-            reworded.append(one.label)
         if one.left_out:
             excluded[one.participant, one.left_out] = None
-        elif one.is_unfinished:
-            unfinished.append(one.label)
-        notes += one.notes
-        sessions.append(path)
-    if unread and not (rows or sessions or left_out):
+        elif one.rows and (before := whose.setdefault(one.participant, path)) != path:
+            what = f"{path} is {one.participant}'s session, and so is {before}"  # they may have no trial in common
+            raise BadValue(f"{what}; analyse one of them, leave one out, or correct an id")
+        rows += _required_new(path, one.rows, that_count)
+    if unread and not (rows or read):
         raise unread[0]
-    title = shared.title if shared is not None else paths[0].stem
-    several = tuple(sessions), tuple(left_out), tuple(reworded), tuple(unfinished), tuple(notes), tuple(excluded)
-    return Results(title, tuple(_without_doubles(rows, that_count)), shared, *several, tuple(map(str, unread)))
+    of_study = [one for one in read if one.is_of_study]
+    return Results(
+        shared.title if shared is not None else paths[0].stem,
+        tuple(_without_doubles(rows, that_count)),
+        shared,
+        sessions=tuple(one.path for one in of_study),
+        left_out=tuple(one.label for one in read if not one.is_of_study),
+        reworded=tuple(one.label for one in of_study if one.text != text),
+        unfinished=tuple(one.label for one in of_study if one.is_unfinished and not one.left_out),
+        notes=tuple(note for one in of_study for note in one.notes),
+        excluded=tuple(excluded),
+        unread=tuple(map(str, unread)),
+    )
 
 
 def analysed_files(paths: Sequence[Path], settings: Settings, protocol: Protocol | None) -> list[Findings]:
@@ -248,6 +250,7 @@ def has_all_answers(protocol: Protocol, participant: str, entries: Sequence[Entr
 class _Session:
     """What the analysis needs of a session, read as a whole: a damaged one is not to count in part."""
 
+    path: Path
     protocol: Protocol
     text: str
     """The protocol as the file has it."""
@@ -264,14 +267,16 @@ def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
     """Return what a file has of the study of `shared`, whose `text` is given; without one, of its own."""
     with closing(SessionFile.open(path)) as file:
         known, begun_as, entries = file.about["protocol"], file.participant, file.entries()
-        participant = file.counts_as
+        participant, left_out = file.counts_as, file.left_out
         of = file.stored_protocol() if shared is None else shared
         is_of_study = shared is None or known == text or _differs_in_words(file, shared)
-        rows = rows_of(of, begun_as, entries) if is_of_study else []
+        rows: Sequence[Row] = rows_of(of, begun_as, entries) if is_of_study else []
         rows = [{**row, "participant": participant} for row in rows]
-        is_unfinished = bool(rows) and not has_all_answers(of, begun_as, entries)
+        lacks_answers = bool(rows) and not has_all_answers(of, begun_as, entries)
+        if left_out:
+            rows = as_left_out(rows, left_out)
         notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
-        return _Session(of, known, is_of_study, participant, file.label, file.left_out, rows, is_unfinished, notes)
+        return _Session(path, of, known, is_of_study, participant, file.label, left_out, rows, lacks_answers, notes)
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:
