@@ -12,11 +12,13 @@ from underfoot.engine.reports import CommandApplied
 from underfoot.engine.rings import Reader
 from underfoot.engine.session_replay import RecordedForce
 from underfoot.engine.status import Field
+from underfoot.errors import BadValue
 from underfoot.floor.contacts import SILENT_S
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.scenes import discover
+from underfoot.scenes.cues import Strike as SceneStrike
 from underfoot.scenes.rehearsal import rehearse
 from underfoot.scenes.stage import Stage
 
@@ -51,7 +53,9 @@ def test_a_scene_is_felt_and_its_commands_give_the_same_bytes_again(until):
         assert session.session.patch == BEFORE
         assert stage.tick() == []
         played = session.played(0, felt[0] + 12_000)
-        broken_scene_leaves(session)
+        broken_scene_leaves(session, lambda moment: 1 / 0, ZeroDivisionError)
+        misspelt = SceneStrike("nobody", 0.1, 0.1)  # was silent, and nobody knew why
+        broken_scene_leaves(session, lambda moment: [misspelt], BadValue)
     done = [report for report in reports if isinstance(report, CommandApplied)]
     assert any(isinstance(one.command, Strike) for one in done)
     source = RecordedForce(rows, FLOOR, 1000.0)
@@ -80,16 +84,16 @@ def silent_floor_has_nobody(session):
     stage.close()
 
 
-def broken_scene_leaves(session):
+def broken_scene_leaves(session, step, error):
     """What a scene raises goes through, and the patch from before comes back."""
     scene = discover()["touch-widgets"](FLOOR)
-    scene.step = lambda moment: 1 / 0
+    scene.step = step
     stage = Stage(session.session, scene)
 
     def fails():
         try:
             stage.tick()
-        except ZeroDivisionError:
+        except error:
             return True
         return False
 

@@ -83,6 +83,8 @@ class Stage:
         session = self.session
         match cue:
             case Strike():
+                if self._own.nodes:  # a scene without a patch is only seen
+                    self._own.node(cue.node)
                 strike = cue.command(self.scene.floor, delay_of(cue, session.played_s - HOLD_S))
                 session.send(strike)
                 self._sent.append((strike, cue.at_s if math.isfinite(cue.at_s) else moment.began_s))
