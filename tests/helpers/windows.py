@@ -1,5 +1,6 @@
 """Windows of tests, the patch that they open, and what they play."""
 
+import threading
 from contextlib import contextmanager
 
 import numpy as np
@@ -137,6 +138,18 @@ class VibrationRecorder:
     def tiles(self):
         """Return the tiles that vibrated."""
         return [self._window.controller.target.floor.ids[i] for i in self._samples.any(axis=0).nonzero()[0]]
+
+
+def threads_that_make(kind, monkeypatch):
+    """Return the names of the threads in which objects of a class are made from now on, in a list that grows."""
+    names, make = [], kind.__init__
+
+    def note(*given):
+        names.append(threading.current_thread().name)
+        make(*given)
+
+    monkeypatch.setattr(kind, "__init__", note)
+    return names
 
 
 def design(window):

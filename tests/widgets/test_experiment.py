@@ -9,10 +9,11 @@ from made_studies import protocol_text
 from on_screen import place_on
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
-from windows import dialog_of
+from windows import dialog_of, threads_that_make
 
 from underfoot.errors import BadFile
 from underfoot.experiments.store import SessionFile
+from underfoot.floor.contacts import ContactTracker
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.studies.phase import Phase
 from underfoot.widgets.experiment.experimenter_view import WHY_FIRST
@@ -93,13 +94,15 @@ def test_what_nobody_answered_is_asked_for_and_units_may_be_typed(bench):
     assert bench.runner.study.entries[0].answers == {"mass": 70.5, "foot": "left"}
 
 
-def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
+def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench, monkeypatch):
     path = bench.folder / "made.json"
     many = {"kind": "rating", "parameters": {"blocks": 30}}
     path.write_text(protocol_text(stages=[{**rated(start="step"), "method": many}], stimuli={"WC": CONSTANT}))
     bench.workspace.study_list.open_protocol(path)
+    tracks = threads_that_make(ContactTracker, monkeypatch)
     bench.click(bench.workspace.start.pilot_button)
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
+    assert tracks[0] == "background"  # or the window's thread would compile, where the engine has not started yet
     for _ in range(2):
         bench.until(Phase.READY)
         assert bench.person.hint.text() == "Step on the tile. Space steps on the simulated floor."

@@ -8,7 +8,7 @@ from on_screen import show
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
 from PySide6.QtWidgets import QApplication
-from windows import design
+from windows import design, threads_that_make
 
 from underfoot.engine.commands import Walk
 from underfoot.engine.reports import given_up
@@ -137,13 +137,7 @@ def test_a_scene_that_is_started_by_its_button_s_key_is_ended_by_return(scenes, 
 
 def test_a_scene_that_begins_before_the_engine_does_not_compile_in_the_window_s_thread(scenes, qtbot, monkeypatch):
     """The window stood for a minute and more. Here all is compiled: what is seen is who would compile first."""
-    made_by, make = [], ContactTracker.__init__
-
-    def note(*given):
-        made_by.append(threading.current_thread().name)
-        make(*given)
-
-    monkeypatch.setattr(ContactTracker, "__init__", note)
+    made_by = threads_that_make(ContactTracker, monkeypatch)
     start(scenes, qtbot, "touch-widgets")
     assert made_by[0] == "background"
     assert made_by[-1] == threading.main_thread().name

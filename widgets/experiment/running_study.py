@@ -21,13 +21,14 @@ from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
-from underfoot.widgets.background import BackgroundWorker
+from underfoot.widgets.background import BackgroundWorker, Task
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
 from underfoot.widgets.experiment.studies import StudyFile
 from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.footstep_tracker import load_tracking
 
 MIN_ANSWERS = 4
 """Smallest number of trials for a drawing of the results during a study."""
@@ -73,7 +74,7 @@ class RunningStudy(QObject):
     ) -> None:
         """Begin a participant's session in the file `path`, or continue it as begun; `begun` or `failed` follows.
 
-        The equipment is opened in a thread, until `leave`: a sound server that hangs is waited for.
+        The equipment is opened and kernels are loaded in a thread, until `leave`: a sound server may hang.
 
         The window's session is lent meanwhile, and says so if something else has it.
         """
@@ -101,7 +102,12 @@ class RunningStudy(QObject):
             self.failed.emit(str(error))
             return
         sounds, floor, force_hz = protocol.sounds, session.target.floor, session.force_rate_hz
-        self.opener.compute(lambda _: [choice.opened(sounds, floor, force_hz)], Equipment.close)
+
+        def open_all(_: Task) -> list[Equipment]:
+            load_tracking()  # of which the window's thread would wait for what the engine has not compiled yet
+            return [choice.opened(sounds, floor, force_hz)]
+
+        self.opener.compute(open_all, Equipment.close)
 
     def _run(self, opened: Sequence[Equipment]) -> None:
         """Run the study that waits for its equipment."""
