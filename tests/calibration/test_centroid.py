@@ -349,3 +349,13 @@ def test_places_lie_on_the_tile_apart_from_each_other_and_are_drawn_by_the_seed(
             apart = np.hypot(*(found[:, None] - found[None]).T) + 9.0 * np.eye(count)
             assert apart.min() > 0.003
     assert not np.array_equal(places(TILE, 50, 1), places(TILE, 50, 2))
+
+
+@pytest.mark.parametrize(("dead_n", "warned"), [(0.0, False), (10.0, True)])
+def test_sensors_that_do_not_feel_light_loads_are_named_under_those(dead_n, warned):
+    """Of all loads together the sum was 7 % off, which passed, and between nine symmetric places nobody looked."""
+    at, load, forces = made_sensors.Robot(SENSORS, rows=3, loads=(150.0, 300.0, 600.0)).presses()
+    felt = np.maximum(forces - dead_n, 0.0)
+    pressed = Presses("t1", at, load, felt, np.hstack([felt, felt]))
+    said = [line for line in result_of(assess(pressed, TILE), pressed).warnings if "do all sensors feel" in line]
+    assert [line.partition("(")[2][:16] for line in said] == ["median of 150 N)"] * warned
