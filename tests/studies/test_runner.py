@@ -226,6 +226,8 @@ def test_an_answer_that_the_disk_refuses_waits_until_there_is_room(session, unti
             with pytest.raises(BadFile, match="cannot be written"):
                 runner.go_on()
             assert runner.phase is Phase.STOPPED
+        with pytest.raises(BadValue, match="nothing of this trial"):  # it would be of the next one, with what was felt
+            runner.spoil("once more")
         runner.go_on()
         person.finish_study()
         kept = runner.file.entries()

@@ -30,6 +30,7 @@ from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.foot_answers import FootAnswers, require_fields
 from underfoot.studies.markers import ANSWER, STOP, place_of
+from underfoot.studies.measuring import TrialRecord
 from underfoot.studies.page_run import (
     Answered,
     Interrupted,
@@ -369,9 +370,10 @@ class Runner:
             self.file.keep_felt(self.study.unanswered(facts))
 
     def _store(self, entry: Entry) -> None:
-        """Write an entry; if the disk refuses it, keep it in memory and stop the study."""
+        """Write an entry with what was measured; if the disk refuses it, keep both in memory and stop the study."""
+        record, self._run.record = self._run.record, TrialRecord()  # the page that follows has not been felt
         try:
-            self.file.add(entry, self._run.record.excerpts)
+            self.file.add(entry, record.excerpts)
         except BadFile:
             with suppress(BadFile):
                 self.stop("the answer cannot be written, and is kept until you go on")
