@@ -57,7 +57,7 @@ def test_a_number_of_a_patch_that_was_refused_is_not_said_to_play(until):
 def test_a_participants_gain_is_added_and_nothing_beyond_the_limit_is_presented():
     """It is the last check before a foot: 0.43 m/s^2 at 35 dB are 24.2."""
     stimuli = StimulusPatches(made_protocol("rating"), None)
-    assert stimuli.presented(Presentation("TD", -6.0), -4.0) == stimuli.at("TD", -10.0)
+    assert stimuli.presented(Presentation("TD", -6.0), -4.0) == stimuli.protocol.stimuli["TD"].at(-10.0)
     assert stimuli.presented(Presentation("TD", 33.0), 0.0).nodes
     with pytest.raises(BadValue, match=r"^TD is 24\.181; allowed: up to 20 m/s\^2$"):
         stimuli.presented(Presentation("TD", 33.0), 2.0)

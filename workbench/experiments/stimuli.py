@@ -16,10 +16,23 @@ from underfoot.parameters import FilePath, Number, Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import installed_nodes
-from underfoot.patch.patch import Patch
+from underfoot.patch.patch import Patch, PlacedNode
 
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Fact = int | float | str
+SILENT = Patch(
+    title="nothing",
+    nodes=(
+        PlacedNode("tile", "tile-force"),
+        PlacedNode("foot", "contact-envelope"),
+        PlacedNode("gain", "gain", parameters={"gain": 0.0}),
+        PlacedNode("out", "tile-output"),
+    ),
+    wires=(("tile.force", "foot.force"), ("foot.out", "gain.signal"), ("gain.out", "out.acceleration")),
+)
+"""What plays where nothing is felt. It is prepared and put in as any other stimulus, which takes as long: else whoever
+waits for the next page, or for the question, would know.
+"""
 _USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
 """Numbers to which the acceleration of the presets is proportional."""
 
@@ -64,9 +77,9 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return self.level_m_s2 * 10.0 ** (gain_db / 20.0)
 
     def at(self, gain_db: float, folder: Path | None = None) -> Patch:
-        """Return the patch with its settings, at `gain_db` re its level; an empty patch for no vibration."""
+        """Return the patch with its settings, at `gain_db` re its level; `SILENT` for no vibration."""
         if not self.patch:
-            return Patch(title="nothing")
+            return SILENT
         patch = _loaded(self.patch, folder)
         for name, value in self.settings.items():
             node, _, parameter = name.partition(".")

@@ -6,26 +6,13 @@ from pathlib import Path
 from underfoot.errors import require
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import Adjusted
+from underfoot.experiments.stimuli import SILENT
 from underfoot.experiments.trials import NOTHING, Presentation
 from underfoot.patch.effective import effective_patch
 from underfoot.patch.file_paths import files_of
 from underfoot.patch.node import installed_nodes
-from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream, node_id, port_name
-
-SILENT = Patch(
-    title="nothing",
-    nodes=(
-        PlacedNode("tile", "tile-force"),
-        PlacedNode("foot", "contact-envelope"),
-        PlacedNode("gain", "gain", parameters={"gain": 0.0}),
-        PlacedNode("out", "tile-output"),
-    ),
-    wires=(("tile.force", "foot.force"), ("foot.out", "gain.signal"), ("gain.out", "out.acceleration")),
-)
-"""What plays where nothing is felt. It is prepared and put in as any other stimulus, which takes as long: else whoever
-waits for the next page, or for the question, would know.
-"""
 
 
 @dataclass(frozen=True)
@@ -43,12 +30,7 @@ class StimulusPatches:
         total_db = presentation.gain_db + gain_db
         peak, limit = stimulus.peak_m_s2(total_db) or 0.0, self.protocol.limit_m_s2
         require(peak <= limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
-        return self.at(presentation.stimulus, total_db)
-
-    def at(self, stimulus: str, gain_db: float) -> Patch:
-        """Return the patch of a stimulus at `gain_db` re the protocol's level."""
-        found = self.protocol.stimuli[stimulus]
-        return found.at(gain_db, self.folder) if found.patch else SILENT
+        return stimulus.at(total_db, self.folder)
 
     def adjusted(self, stimulus: str, question: Adjusted, value: float, gain_db: float) -> Patch:
         """Return the patch of a stimulus of which a participant has moved to `value` what the question says."""
@@ -60,7 +42,7 @@ class StimulusPatches:
     def kinds(self) -> list[Patch]:
         """Return one patch for each distinct program, and sound file, of the stimuli."""
         found: dict[tuple[object, ...], Patch] = {}
-        patches = [self.at(stimulus, 0.0) for stimulus in self.protocol.stimuli]
+        patches = [stimulus.at(0.0, self.folder) for stimulus in self.protocol.stimuli.values()]
         for patch in (SILENT, *patches) if patches else ():
             nodes = tuple((node.id, node.type) for node in patch.nodes)
             files = tuple(files_of(patch, installed_nodes()))
