@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from made_patches import patch_of
-from made_studies import TD, made_protocol, protocol_text
+from made_studies import TD, first_answers, made_protocol, protocol_text
 from people import taking_part
 
 from underfoot.engine.commands import Swap
@@ -48,11 +48,15 @@ def test_the_open_patch_and_the_last_stimulus_are_not_felt_on_the_first_page(ses
                 assert felt(person) < UNFELT_M_S2
 
 
-@pytest.mark.parametrize(("start", "wanted"), [("key", 2), ("step", 1)])
-def test_nothing_is_put_in_as_what_is_felt_is(start, wanted, session, until, tmp_path):
+CATCH = {"followed": ["TD"], "catch_share": 0.5, "reversals": 2, "last": 2}
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "start", "wanted"), [("rating", {}, "key", 2), ("staircases", CATCH, "step", 1)]
+)
+def test_nothing_is_put_in_as_what_is_felt_is(kind, given, start, wanted, session, until, tmp_path):
     """Its question came 0.1 s sooner, and to step on the tile was asked 0.35 s sooner: catch trials told themselves."""
-    parameters = {"followed": ["TD"], "catch_share": 0.5, "reversals": 2, "last": 2}
-    protocol = made_protocol("staircases", parameters, {"TD": TD}, start=start)
+    protocol = made_protocol(kind, given, {"TD": TD, "X": {}}, start=start)
     swaps = {}
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         person.until_phase(Phase.WAITING)
@@ -63,5 +67,5 @@ def test_nothing_is_put_in_as_what_is_felt_is(start, wanted, session, until, tmp
             applied = [one.command for one in person.reports if isinstance(one, CommandApplied)]
             put_in = [one for one in applied if isinstance(one, Swap) and one.patch != IDLE.dumps()]
             swaps[person.runner.page.trial.intervals[0].stimulus] = len(put_in)
-            person.runner.answer({"felt": "no"})
+            person.runner.answer(first_answers(person.runner.page))
     assert set(swaps.values()) == {wanted}
