@@ -200,7 +200,7 @@ def test_a_preview_of_an_older_edit_sets_no_level(window, bench, qtbot):
     listening, controller = window.listening, window.controller
     if window.open_patch.other is None:
         key(bench, Qt.Key.Key_X)
-    slot, tile = window.open_patch.slot, bench.preview_tile()
+    slot, tile = window.open_patch.slot, bench.preview.pad.tile
     quiet = bench.patch()
     qtbot.waitUntil(lambda: listening.level("A") is not None and listening.level("B") is not None)
     loudness = listening.level(slot)

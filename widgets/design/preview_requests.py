@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from underfoot.engine.reports import Distributions, Outlines, Preview
+from underfoot.floor.layout import Tile
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream
@@ -28,7 +29,7 @@ IDLE_MS = 150
 class PreviewRequests(QObject):
     """Requests the previews of an edited patch, and hands those that arrive to the views that show them."""
 
-    preview_requested = Signal(str, str, bool)
+    preview_requested = Signal(str, Tile, bool)
     """A preview of this node of the patch on this tile should be rendered and handed to `show_preview`, and whether its
     distributions should be drawn. With `OTHER_PREFIX`, a node of the patch in the other slot."""
 
@@ -175,7 +176,7 @@ class PreviewRequests(QObject):
         shows = self._preview.wants_distributions or self._inspector.wants_distributions
         wanted = shows and id == self._previewed
         self._distributions_of = id if wanted else self._distributions_of
-        self.preview_requested.emit(id, self._preview.pad.tile.id, wanted)
+        self.preview_requested.emit(id, self._preview.pad.tile, wanted)
 
     def _restart_idle(self) -> None:
         if self.small_plots.are_stale:

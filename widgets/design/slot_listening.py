@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.reports import COMMANDED, Outlines, Preview
 from underfoot.errors import UnderfootError
+from underfoot.floor.layout import Tile
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.file_dialog import documents_folder
@@ -90,7 +91,7 @@ class SlotListening(QObject):
         node = self._counterpart(previewed)
         return OTHER_PREFIX + node if node and self._overlaid != previewed else ""
 
-    def request(self, name: str, tile: str, distributions: bool) -> None:
+    def request(self, name: str, tile: Tile, distributions: bool) -> None:
         """Request a preview of a node on a tile; a prefix of the name selects the other slot."""
         patch, node = self._patch_of(name), name.removeprefix(OTHER_PREFIX)
         if patch is None:

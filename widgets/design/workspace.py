@@ -127,7 +127,7 @@ class DesignWorkspace(Workspace):
         controller.equaliser_changed.connect(lambda tile: self.previews.request_chosen())
         self.previews.small_plots.outlines_requested.connect(
             lambda nodes: controller.previews.request_outlines(
-                self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds
+                self.patch(), nodes, self.preview.pad.tile, self.listen_bar.seconds
             )
         )
         self.previews.errors_requested.connect(lambda node: controller.previews.measure_errors(self.patch(), node))
@@ -274,10 +274,6 @@ class DesignWorkspace(Workspace):
         """Set the folder of the patch; paths of files below it are stored relative to it."""
         self.canvas.folder = folder
         self.inspector.set_folder(folder)
-
-    def preview_tile(self) -> str:
-        """Return the id of the tile selected for the preview."""
-        return self.preview.pad.tile.id
 
     # --- inside ---
 

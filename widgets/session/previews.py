@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.reports import Distributions, ErrorCurveDrawn, Outlines, Preview
+from underfoot.floor.layout import Tile
 from underfoot.patch.effective import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -37,7 +38,7 @@ class Previews(QObject):
         bridge.reported.connect(self._emit_answers)
 
     def request_preview(
-        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, distributions: bool = False, name: str = ""
+        self, patch: Patch, node: str, tile: Tile, seconds: float = 0.0, *, distributions: bool = False, name: str = ""
     ) -> None:
         """Request the response of a patch's node to one step on a tile: `preview_computed` delivers it.
 
@@ -51,7 +52,7 @@ class Previews(QObject):
             self._preview_node = name or node
             self._distributions_ticket = self._preview_ticket if distributions else self._distributions_ticket
 
-    def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
+    def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: Tile, seconds: float) -> None:
         """Request thumbnails of nodes' responses to one step on a tile: `outlines_computed` delivers them."""
         session = self._session()
         if session is not None:

@@ -265,31 +265,27 @@ class Session:
         self.send(Play(False))
 
     def preview(
-        self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", *, distributions: bool = False
+        self, patch: Patch, node: str, seconds: float = 0.0, tile: Tile | None = None, *, distributions: bool = False
     ) -> int:
         """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
         self._require_open()
-        on = self._tile(tile)
+        on = tile or self.target.floor.tiles[0]
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == on.id)
         ticket, rate = self._compiler.new_ticket(), self.target.rate
         return self._request_picture(
             PreviewRequest(ticket, patch.dumps(), node, on, seconds, rate, self.folder, distributions, through)
         )
 
-    def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
+    def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: Tile | None = None) -> int:
         """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
         request cancels it.
         """
         self._require_open()
+        on = tile or self.target.floor.tiles[0]
         ticket, rate = self._compiler.new_ticket(), self.target.rate
         return self._request_picture(
-            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), self._tile(tile), seconds, rate, self.folder)
+            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), on, seconds, rate, self.folder)
         )
-
-    def _tile(self, id: str) -> Tile:
-        """Return the tile with this id, or the first one."""
-        tiles = self.target.floor.tiles
-        return next((tile for tile in tiles if tile.id == id), tiles[0])
 
     def _request_picture(self, request: PreviewRequest | OutlinesRequest) -> int:
         self._compiler.request_picture(request)

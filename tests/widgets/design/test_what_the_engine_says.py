@@ -20,14 +20,14 @@ from underfoot.widgets.design.workspace import DesignWorkspace
 def test_previews_are_asked_for_and_shown(workspace, qtbot):
     with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
-    assert wanted.args == ["hum", "t1", False]
+    assert wanted.args == ["hum", default_floor().tiles[0], False]
     time_s = np.arange(4800) / 48000
     signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
     workspace.previews.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
     assert "peak 3 m/s²" in workspace.preview.note.full_text
     with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.inspector.edited.emit(["hum"], "frequency", 60.0, "")
-    assert wanted.args == ["hum", "t1", False]
+    assert wanted.args == ["hum", default_floor().tiles[0], False]
 
 
 def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
@@ -36,7 +36,7 @@ def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
     workspace.previews.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
-    assert wanted.args == ["hum", "t2", False]
+    assert wanted.args == ["hum", default_floor().tiles[1], False]
     assert workspace.preview.pad.tile.id == "t2"
     with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
         workspace.previews.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
@@ -112,7 +112,7 @@ def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
         workspace.canvas.patch_scene.select(["hum"])
     with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.set_floor(default_floor(1, 1).tiles)
-    assert wanted.args == ["hum", "t1", False]
+    assert wanted.args == ["hum", default_floor(1, 1).tiles[0], False]
 
 
 def test_distributions_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot):
