@@ -305,10 +305,9 @@ class _Walk(Struct, eq=False):
         if len(self.steps) > 1 and self.steps[-2].end_s > start_s + THIRD_FOOT_S:
             return math.inf
         late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * self.step_s)
-        if start_s - last.end_s > -EARLIEST_NEXT_S and not last.is_whole:
-            late = 0.0  # a person who stood can leave at any time
-        if runs and self.seen < 2:
-            late = 0.0  # the usual step time is that of who walks
+        stood = not last.is_whole and start_s - last.end_s > -EARLIEST_NEXT_S  # and may leave at any time
+        if stood or (runs and self.seen < 2):  # the usual step time is that of who walks
+            late = 0.0
         off_m = float(np.hypot(*(place_m - self._expected_place(1 + missed))))
         place = min((off_m / PLACE_SD_M) ** 2, (way_m / TURN_PLACE_SD_M) ** 2 + TURN_COST)
         return min(late**2, MOST_PLACE_COST) + min(place, MOST_PLACE_COST) + MISSED_STEP_COST * missed
@@ -433,10 +432,7 @@ class _Walk(Struct, eq=False):
             along = footfall.place_m - self.steps[-2].place_m
         else:
             return np.zeros(2)
-        length_m = float(np.hypot(*along))
-        if length_m == 0.0:
-            return np.zeros(2)
-        return along / length_m
+        return along / (float(np.hypot(*along)) or 1.0)
 
     def _toe_out_vote_m(self, footfall: _Footfall) -> float:
         """Return the vote of a steady turn over three footfalls for the last one's side, left positive, in metres; or
