@@ -309,6 +309,20 @@ def test_a_button_on_the_floor_is_pressed_by_a_foot_or_missed(session, until, tm
     assert 0.0 < first["time_s"] < 1.5
 
 
+def test_who_comes_back_from_a_button_has_its_pause_whatever_follows(session, until, tmp_path):
+    """A trial that was repeated, or one of the next stage, came at once, with the foot still out on the floor."""
+    parameters = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 1, "sessions": 1,
+                  "origin_m": [0.1525, 0.1525], "visible_s": 0.1, "pause_s": 60.0}  # fmt: skip
+    buttons = {"id": "buttons", "kind": "trials", "method": {"kind": "target-selection", "parameters": parameters}}
+    protocol = Protocol.loads(protocol_text(stages=[buttons, RATED], stimuli={"X": {}}))
+    with taking_part(session, protocol, tmp_path / "a.session", until) as person:
+        runner = person.runner
+        person.until(lambda: runner.study.entries, "the button is missed")
+        assert (runner.page.stage, runner.seconds_left > 30.0) == ("main", True)
+        runner.repeat_last("a door slammed")
+        assert (runner.page.stage, runner.seconds_left > 30.0) == ("buttons", True)
+
+
 def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(session, until, tmp_path):
     """Where a trial has none, it goes to where it is: a catch trial came four seconds sooner than others."""
     emulated = EmulatedPlate()

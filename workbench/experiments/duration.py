@@ -38,18 +38,19 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
         return stage.seconds or _PAGE_S + _QUESTION_S * len(stage.questions)
     method, given = stage.method.rule, stage.method.given(protocol.stimuli)
     if isinstance(method.questions_for(given)[0], Adjusted):
-        trial_s = _ADJUST_S + stage.trial_pause_s
+        trial_s = _ADJUST_S
     elif method.uses_stimuli:
         intervals = 2 if given.get("standard") or method.questions_for(given)[0].name in _OF_TWO else 1
         presented_s = intervals * _BY_FOOT_S.get(stage.start, protocol.present_s)
-        trial_s = presented_s + (intervals - 1) * stage.interval_pause_s + _ANSWER_S + stage.trial_pause_s
+        trial_s = presented_s + (intervals - 1) * stage.interval_pause_s + _ANSWER_S
     else:
-        trial_s = given["visible_s"] + given["pause_s"]
+        trial_s = given["visible_s"]
     trials, blocks = usual_trials(protocol, stage)
     long = max(blocks - 1, 0) // stage.long_pause_every if stage.long_pause_every else 0
     pauses = ((max(blocks - 1, 0) - long, stage.block_pause_s), (long, stage.long_pause_s))
     stretches = 1 + sum(count for count, seconds in pauses if seconds)  # rests are counted anew in each
     rests = stretches * (max(trials // stretches - 1, 0) // stage.rest_every) if stage.rest_every else 0
+    trial_s += stage.pause_s(protocol.stimuli)
     return trials * trial_s + rests * stage.rest_s + sum(count * seconds for count, seconds in pauses)
 
 

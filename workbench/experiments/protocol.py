@@ -107,6 +107,11 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     rest_every: Annotated[int, msgspec.Meta(ge=0, le=100_000), _described("Trials until such a rest; 0: none.")] = 0
     next: Annotated[str, _described("Where the study goes on behind this stage.", "Followed by")] = ""
 
+    def pause_s(self, stimuli: Mapping[str, Stimulus]) -> float:
+        """Return the pause from one of its trials to the next: its method's own, or `trial_pause_s`."""
+        own = self.method.given(stimuli).get("pause_s", 0.0) if self.method is not None else 0.0
+        return float(own or self.trial_pause_s)
+
 
 _WORDS = ("title", "text")
 FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {

@@ -26,10 +26,9 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Answered:
-    """The page was answered on the floor, or by its time; a pause of `pause_s` follows."""
+    """The page was answered on the floor, or by its time."""
 
     values: Answers
-    pause_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -186,8 +186,8 @@ class Runner:
                 self._open_page()
             case Interrupted(reason):
                 self.stop(reason)
-            case Answered(values, pause_s):
-                self._take_answer(values, pause_s)
+            case Answered(values):
+                self._take_answer(values)
         self._keep_felt()
 
     def start(self) -> None:
@@ -317,18 +317,18 @@ class Runner:
             self.presenter.begin()
         self._open_page()
 
-    def _open_page(self, pause_s: float = 0.0) -> None:
-        """Begin the current page; a trial after `pause_s`, or after the pause between trials if that is 0."""
+    def _open_page(self) -> None:
+        """Begin the current page."""
         self.presenter.request(IDLE)
         self._run = PageRun(Phase.WAITING)  # in which nothing is answered, if the page cannot be opened
-        self._run = self._made_run(self.study.page, pause_s)
+        self._run = self._made_run(self.study.page)
 
-    def _made_run(self, page: Page, pause_s: float) -> PageRun:
+    def _made_run(self, page: Page) -> PageRun:
         question = next(iter(page.questions), None)
         if page.trial is not None:
             last = self.study.entries[-1] if self.study.entries else None
-            if not pause_s and last is not None and last.trial is not None and last.stage == page.stage:
-                pause_s = self.protocol.stage(page.stage).trial_pause_s
+            behind = self.protocol.stage(last.stage) if last is not None and last.trial is not None else None
+            pause_s = 0.0 if behind is None else behind.pause_s(self.protocol.stimuli)
             return TrialRun(self._apparatus, page, self.study.gain_db, pause_s)
         if isinstance(question, Adjusted):
             return LevelRun(self._apparatus, page, question)
@@ -343,19 +343,19 @@ class Runner:
 
     # --- storing ---
 
-    def _take_answer(self, values: Answers, pause_s: float = 0.0) -> None:
+    def _take_answer(self, values: Answers) -> None:
         """Store an answer with the facts of what was felt; a button that was pressed in time is highlighted."""
         target = self.target
-        self._keep(values, self._run.conclude(), pause_s)
+        self._keep(values, self._run.conclude())
         if target is not None and values["selected"] == YES:
             self._selected = (target, time.perf_counter() + SELECTED_S)
 
-    def _keep(self, values: Answers, facts: Mapping[str, Any], pause_s: float = 0.0) -> None:
-        """Take an answer and store it with its excerpts; only then open the next page, a trial after `pause_s`."""
+    def _keep(self, values: Answers, facts: Mapping[str, Any]) -> None:
+        """Take an answer and store it with its excerpts; only then open the next page."""
         entry = self.study.answer(values, {"started_at": self._run.record.started_at, **facts})
         self._store(entry)
         self._equipment.mark(ANSWER, place_of(entry))
-        self._open_page(pause_s)
+        self._open_page()
 
     def _keep_felt(self) -> None:
         """Store that a trial is felt, before it is answered: when it begins to vibrate, and when it has ended.

@@ -53,7 +53,6 @@ class FloorTarget:
     width_m: float
     force_n: float
     visible_s: float
-    pause_s: float
     shown_s: float
     until: float
     stood_on: frozenset[int] = frozenset()
@@ -71,7 +70,6 @@ class FloorTarget:
             float(trial.facts["width_m"]),
             given["force_n"],
             given["visible_s"],
-            given["pause_s"],
             shown_s,
             now + given["visible_s"],
         )
@@ -80,7 +78,7 @@ class FloorTarget:
     def judged(self, contacts: Iterable[OngoingContact], now_s: float, now: float) -> Answers | None:
         """Return the trial's answers once the button is pressed or has expired, else None.
 
-        >>> button = FloorTarget(0.0, 0.3, 0.1, 35.0, 2.0, 3.0, 10.0, 12.0)
+        >>> button = FloorTarget(0.0, 0.3, 0.1, 35.0, 2.0, 10.0, 12.0)
         >>> button.judged([OngoingContact(1, 0.02, 0.32, 80.0, (0,))], 10.8, 10.8)
         {'selected': 'yes', 'time_s': 0.8}
         >>> button.judged([OngoingContact(1, 0.2, 0.32, 80.0, (0,))], 10.8, 10.8) is None

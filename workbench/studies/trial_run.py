@@ -52,10 +52,6 @@ class TrialRun(PageRun):
         return None
 
     @property
-    def seconds_left(self) -> float:
-        return super().seconds_left if self.phase is Phase.WAITING else 0.0
-
-    @property
     def adjusting(self) -> Adjusting | None:
         return self._adjusted if self.phase is Phase.ANSWERING else None
 
@@ -188,7 +184,7 @@ class TrialRun(PageRun):
         if answers is None:
             return None
         self._measure()
-        return Answered(answers, target.pause_s)
+        return Answered(answers)
 
     def _end_interval(self) -> None:
         """Measure this interval, and begin the next one, or the answer."""
