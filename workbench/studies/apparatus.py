@@ -1,5 +1,6 @@
 """The apparatus of a study: session, stimuli and equipment, shared by all of its trials."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -46,7 +47,7 @@ class TimedStimulus:
     def __init__(self, apparatus: Apparatus) -> None:
         self._apparatus = apparatus
         self._unheard: Patch | None = None
-        self._until_s: float | None = None
+        self._until_s: float | None = math.inf  # None until what was requested plays
 
     def prepare(self, patch: Patch) -> None:
         """Run a stimulus unheard, so that it can begin at once."""
@@ -79,7 +80,7 @@ class TimedStimulus:
             return False
         if session.played_s < self._until_s:
             return False
-        self._until_s = None
+        self._until_s = math.inf
         return True
 
     def _let_be_heard(self) -> None:
