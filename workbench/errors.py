@@ -30,6 +30,15 @@ def in_one_line(error: object) -> str:
     return " ".join(str(error).split())
 
 
+def kind_and_words(error: BaseException) -> str:
+    """Return what somebody else's code raised, which can be anything, in one line of at most 300 characters.
+
+    >>> kind_and_words(KeyError("antenna"))
+    "KeyError: 'antenna'"
+    """
+    return in_one_line(f"{type(error).__name__}: {error}")[:300]
+
+
 def cut_short(text: str) -> str:
     """Return a value's text in at most 60 characters, of which the last closes what the first opens.
 

@@ -14,7 +14,7 @@ from pkgutil import iter_modules
 from types import ModuleType
 from typing import TypeGuard, TypeVar
 
-from underfoot.errors import in_one_line
+from underfoot.errors import in_one_line, kind_and_words
 
 T = TypeVar("T")
 
@@ -76,7 +76,7 @@ def _loaded(group: str) -> Iterator[tuple[str, str, list[object]]]:
         try:
             found = point.load()
         except (Exception, SystemExit) as error:  # untrusted code can raise anything
-            refuse(point.name, f"{type(error).__name__}: {error}")
+            refuse(point.name, kind_and_words(error))
             continue
         yield point.name, point.value, list(vars(found).values()) if isinstance(found, ModuleType) else [found]
 
@@ -99,4 +99,4 @@ def _may_declare(group: str) -> bool:
 def refuse(name: str, reason: str) -> None:
     """Report why a plug-in, or a part of one, is left out."""
     if parent_process() is None:  # its children find the same
-        print(f"underfoot: plug-in {name} is left out: {in_one_line(reason)[:300]}", file=sys.stderr, flush=True)
+        print(f"underfoot: plug-in {name} is left out: {in_one_line(reason)}", file=sys.stderr, flush=True)

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import ClassVar, Self, TypeVar
 
-from underfoot.errors import BadValue, DeviceError, UnderfootError
+from underfoot.errors import BadValue, DeviceError, UnderfootError, kind_and_words
 
 T = TypeVar("T")
 
@@ -123,8 +123,8 @@ def made(name: str, of: Callable[[str], T], text: str) -> T:
         return of(text)
     except UnderfootError:
         raise
-    except Exception as error:
-        raise BadValue(f"{name} is {text!r}: {type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise BadValue(f"{name} is {text!r}: {kind_and_words(error)}") from error
 
 
 def asked(end: Transport | Sender, call: Callable[[], T]) -> T:
@@ -133,8 +133,8 @@ def asked(end: Transport | Sender, call: Callable[[], T]) -> T:
         return call()
     except DeviceError:
         raise
-    except Exception as error:
-        raise DeviceError(f"{end.name}: {type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise DeviceError(f"{end.name}: {kind_and_words(error)}") from error
 
 
 def host_and_port(text: str, least_port: int = 1) -> tuple[str, int]:

@@ -101,7 +101,7 @@ class TransportReader:
                 asked(self.transport, self.transport.open)
                 opened_s = time.perf_counter()
                 self.parser.resync()
-                self._read()
+                asked(self.transport, self._read)
             except DeviceError as error:
                 lasted_s = 0.0 if self._is_missed else time.perf_counter() - opened_s
                 lives_s.append(lasted_s)
@@ -127,14 +127,15 @@ class TransportReader:
         heard_s, unread, first, is_told = time.perf_counter() + self.transport.boot_s, 0, b"", False
         valid = self.parser.counts.valid
         while not self._stop.is_set():
-            data, samples, now_s = asked(self.transport, self._taken)
+            data, now_s = self.transport.read(), time.perf_counter()
+            samples = self.parser.feed(data, self.transport.senders, now_s)
+            for line in self.transport.lost:
+                self._say(self._port_losses[line], line, now_s)
             if self._is_missed:  # what opens, but cannot be read, is not back
                 if self._is_loss_told:
                     self.notices.append(f"{self.transport.name} is back")
                 self._is_missed, self.trouble = False, ""
             self.is_open = True
-            for line in self.transport.lost:
-                self._say(self._port_losses[line], line, now_s)
             before, valid = valid, self.parser.counts.valid
             if valid > before:
                 if is_told:
@@ -147,13 +148,7 @@ class TransportReader:
             is_news = not is_told or (unread >= _MANY_BYTES and _NO_FRAME not in self.trouble)
             if now_s - heard_s > SILENT_S and is_news:
                 is_told |= self._tell_silence(now_s, unread, first)
-            if len(data):
-                self._stop.wait(_BATCH_S)
-
-    def _taken(self) -> tuple[bytes | memoryview, NDArray[np.void], float]:
-        """Return bytes, their samples and when they came; a plug-in's `read` may return what is none."""
-        data, now_s = self.transport.read(), time.perf_counter()
-        return data, self.parser.feed(data, self.transport.senders, now_s), now_s
+            self._stop.wait(_BATCH_S)  # after nothing, too: a plug-in's `read` may return it at once
 
     def _tell_loss(self, line: str) -> None:
         """Tell that the transport is gone, not each time: two programs that take a hub from each other never end."""

@@ -25,7 +25,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile, BadValue, UnderfootError, in_one_line, require
+from underfoot.errors import BadFile, BadValue, UnderfootError, kind_and_words, require
 from underfoot.kernels import Intrinsic, allocating, callback, kernel
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
@@ -144,7 +144,7 @@ class Binding:
         except UnderfootError:
             raise
         except Exception as error:
-            reason = in_one_line(f"{type(error).__name__}: {error}")[:300]
+            reason = kind_and_words(error)
             raise BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}") from error
 
     @property

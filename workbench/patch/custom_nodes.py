@@ -12,7 +12,7 @@ from types import ModuleType
 
 from msgspec.structs import replace
 
-from underfoot.errors import BadFile, in_one_line
+from underfoot.errors import BadFile, kind_and_words
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import NodeType, Port, Registry, installed_nodes, node
 from underfoot.patch.node_files import FOLDER, RUNNING, NodeFile, has_nodes
@@ -74,8 +74,7 @@ def run_file(file: NodeFile) -> bool:
         exec(compile(file.source, file.path, "exec"), vars(module))
     except (Exception, SystemExit) as error:  # untrusted code can raise anything
         del sys.modules[name]
-        reason = in_one_line(f"{type(error).__name__}: {error}")[:300]
-        raise BadFile(f"{file.path} cannot be run: {reason}") from None
+        raise BadFile(f"{file.path} cannot be run: {kind_and_words(error)}") from None
     found = [value for value in vars(module).values() if isinstance(value, NodeType)]
     made = next((one for one in found if one.type == file.type), None)
     if made is None:

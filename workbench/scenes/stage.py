@@ -9,7 +9,7 @@ from underfoot.engine import commands
 from underfoot.engine.reports import CommandApplied, PatchRefused, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
-from underfoot.errors import UnderfootError
+from underfoot.errors import UnderfootError, kind_and_words
 from underfoot.patch.patch import Patch
 from underfoot.scenes.cues import Cue, Play, Say, Set, Strike, delay_of
 from underfoot.scenes.moments import Moment, Moments
@@ -99,6 +99,4 @@ class Stage:
 
 def why_ended(error: Exception) -> str:
     """Return why a scene ends. A scene may be anybody's, and can raise anything: it ends, and nothing else."""
-    return (
-        str(error) if isinstance(error, UnderfootError) else f"The scene was stopped: {type(error).__name__}: {error}"
-    )
+    return str(error) if isinstance(error, UnderfootError) else f"The scene was stopped: {kind_and_words(error)}"

@@ -1,0 +1,70 @@
+"""A transport may be anybody's: whatever its `read` does, the thread that calls it goes on."""
+
+import time
+from contextlib import closing
+
+import pytest
+
+from underfoot.devices.transport import Transport
+from underfoot.devices.transport_reader import TransportReader
+
+
+class Own(Transport):
+    """A transport of a plug-in; `answer` is what it reads."""
+
+    name = "own"
+    of = suggestions = close = lambda *_: None
+    times_opened = times_read = 0
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def open(self):
+        self.times_opened += 1
+
+    def read(self):
+        self.times_read += 1
+        return self.answer(self)
+
+
+def exits(transport):
+    raise SystemExit(3)
+
+
+def loses(transport):
+    transport.lost = None
+    return b""
+
+
+def fails_at_length(transport):
+    raise ValueError("the antenna\nis not there")
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        (lambda transport: None, "TypeError: memoryview: a bytes-like object"),  # as a file that does not block
+        (exits, "SystemExit: 3"),
+        (loses, "TypeError: 'NoneType' object is not iterable"),
+        (fails_at_length, "ValueError: the antenna is not there"),
+    ],
+)
+def test_what_is_no_reading_is_told_in_a_line_and_it_is_opened_again(answer, why, until):
+    """The thread ended with a traceback, or without a word, and the floor was silent for good."""
+    transport = Own(answer)
+    with closing(TransportReader(transport, print)) as reader:
+        reader.start()
+        until(lambda: transport.times_opened > 1, "it is opened again")
+    (line,) = reader.take_notices()
+    assert line.startswith(f"own: {why}")
+    assert line.endswith("; waiting for it")
+    assert "\n" not in line
+
+
+def test_a_read_that_does_not_wait_takes_no_whole_core(until):
+    transport = Own(lambda transport: b"")
+    with closing(TransportReader(transport, print)) as reader:
+        began_s = time.perf_counter()
+        reader.start()
+        until(lambda: transport.times_read > 100, "it is read a hundred times")
+        assert time.perf_counter() - began_s > 100 * 0.0005
