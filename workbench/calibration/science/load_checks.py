@@ -233,12 +233,13 @@ def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale
 def swings_n(force_n: Floats) -> float:
     """Return how far a force (n,) of a second swings to and fro; of several (n, m), the one that does most.
 
-    That is half of its range within a tenth of the time, so that a single step is no swing.
+    That is half of its range within a tenth of the time, so that a single step is no swing; 0 of a board too slow.
 
-    >>> round(swings_n(3.0 * np.sin(0.1 * np.pi * np.arange(1000.0))), 6)
-    3.0
+    >>> round(swings_n(3.0 * np.sin(0.1 * np.pi * np.arange(1000.0))), 6), swings_n(np.arange(7.0))
+    (3.0, 0.0)
     """
-    return 0.5 * float(np.median([np.ptp(part, axis=0) for part in np.array_split(force_n, 10)], axis=0).max())
+    parts = np.array_split(force_n, min(10, len(force_n)))
+    return 0.5 * float(np.median([np.ptp(part, axis=0) for part in parts], axis=0).max())
 
 
 def noise_warnings(curves: Sequence[Curve], tares: dict[int, Floats]) -> tuple[str, ...]:
