@@ -27,8 +27,10 @@ METHOD = (
     f"is computed: {SHEAR_SHARE:g} of the vertical force, at the depth of the sensors."
 )
 _PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
-_COMPENSATED_OFF, _STATIC_OFF = 0.1, 0.2
-"""Shares by which forces of a good calibration, compensated or by weights, are not off the reference's."""
+_COMPENSATED_OFF, _STATIC_OFF, _LIGHT_N = 0.1, 0.2, 50.0
+"""Shares by which forces of a good calibration, compensated or by weights, are not off the reference's; and a load
+below which it is as many newtons as there.
+"""
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
 
 
@@ -68,16 +70,15 @@ def _disagreement(presses: Presses) -> tuple[str, ...]:
     """Return a line where calibrated sensors and the reference differ by more than the calibration of forces allows."""
     if presses.newtons is None:
         return ()
-    ratio = presses.newtons[:, -4:].sum(axis=1) / presses.force_n
-    is_compensated = presses.newtons.shape[1] == 8  # static curves read light loads as less, of good tiles by 19 %
-    alike = [chosen for _, chosen in load_groups(presses.force_n)] if is_compensated else [ratio > -np.inf]
-    every = [float(np.median(ratio[chosen])) for chosen in alike]
-    worst = int(np.argmax(np.abs(np.array(every) - 1.0)))
-    if abs(every[worst] - 1.0) <= (_COMPENSATED_OFF if is_compensated else _STATIC_OFF):
+    ratio, is_compensated = presses.newtons[:, -4:].sum(axis=1) / presses.force_n, presses.newtons.shape[1] == 8
+    # Static curves read light loads as less, of good tiles by 19 %.
+    loads = load_groups(presses.force_n) if is_compensated else [(float(np.median(presses.force_n)), ratio > -np.inf)]
+    every = [(float(np.median(ratio[chosen])), load_n) for load_n, chosen in loads]
+    off, times, load_n = max((abs(times - 1.0) * min(load_n / _LIGHT_N, 1.0), times, load_n) for times, load_n in every)
+    if off <= (_COMPENSATED_OFF if is_compensated else _STATIC_OFF):
         return ()
-    under_n = float(np.median(presses.force_n[alike[worst]]))
     return (
-        f"the sensors add up to {every[worst]:.2g} times what the load cell gives (median of {under_n:.0f} N): is its "
+        f"the sensors add up to {times:.2g} times what the load cell gives (median of {load_n:.0f} N): is its "
         "scale right, was it when forces were calibrated, and do all sensors feel light loads? Forces are not as good "
         "as was said, and unless it is the scale, places that were not pressed neither",
     )
