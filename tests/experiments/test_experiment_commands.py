@@ -354,7 +354,7 @@ def test_a_pilot_in_a_terminal_has_two_trials_a_stage_in_the_studys_language_and
     rated = {"id": "rated", "kind": "trials", "method": {"kind": "rating", "parameters": {}}}
     equal = {"kind": "adjustment", "parameters": {"followed": ["TD"], "standard": "S"}}
     moved = {"id": "moved", "kind": "trials", "start": "step", "method": equal}
-    others = ({"id": id, "kind": id, "stimulus": "TD"} for id in ("consent", "level", "read"))
+    others = ({"id": id, "kind": id, "stimulus": "TD"} for id in ("consent", "level", "read", "learn"))
     rest = {"id": "rest", "kind": "pause", "seconds": 5}
     study = {"stages": [*others, felt, rated, moved, rest], "stimuli": {"TD": TD, "S": TD}, "present_s": 0.1}
     (tmp_path / "a.json").write_text(protocol_text(**study, language=NAME))
@@ -364,16 +364,17 @@ def test_a_pilot_in_a_terminal_has_two_trials_a_stage_in_the_studys_language_and
     second = (("TRIAL 2", ""), ("(LEAST) TO", "60"))
     compared = (("THE ONE TO SET.", "o"), ("THE ONE TO COMPARE WITH.", "-"), ("THE ONE TO SET.", ""))
     adjusted = (("ENTER STEPS", ""), ("o TO FEEL THE OTHER ONE", "X"), ("IS NO STEP", "--"), *compared)
-    typed = (("(YES, NO)", "Y"), *lowered, ("ENTER KEEPS IT", ""), ("ENTER TO GO ON", ""), *stepped, *first, *second,
-             *adjusted, *adjusted, ("ENDS IT", "skip"))  # fmt: skip
+    typed = (("(YES, NO)", "Y"), *lowered, ("ENTER KEEPS IT", ""), ("ENTER TO GO ON", ""), ("A NUMBER", "3"),
+             ("THE ANSWER", ""), *stepped, *first, *second, *adjusted, *adjusted, ("ENDS IT", "skip"))  # fmt: skip
     printed = typing(["experiment", tmp_path / "a.json", "--pilot"], typed)
     help, *said, kept = printed
     assert (help.split()[:2], kept.split()[:2]) == (["Type", "stop"], ["The", "pilot"])  # to the experimenter
     assert [line for line in said if "dB" in line or unsaid(re.sub(r"\b(skip|o)\b", "", line))] == []
+    assert not any("TD" in line for line in said), "names of stimuli could tell what they are"
     assert "STEP, AND SAY WHAT YOU FELT. PRACTICE. TRIAL 1.\n" in said
     assert "STEP, AND SAY WHAT YOU FELT. PRACTICE: NOTHING COMES THIS TIME. TRIAL 2.\n" in said
     with closing(SessionFile.open(tmp_path / "a-pilot" / "1.session")) as file:
-        agreed, level, _, *entries, one, other, _ = file.entries()
+        agreed, level, _, _, *entries, one, other, _ = file.entries()
     assert (agreed.answers, level.answers) == ({"agreed": "yes"}, {"gain_db": -2.5})
     assert one.answers.keys() == other.answers.keys() == {"level_db"}
     assert [entry.answers for entry in entries] == [{"felt": "yes"}, {"felt": "no"}, {"rating": 40.5}, {"rating": 60.0}]

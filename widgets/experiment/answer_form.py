@@ -29,11 +29,10 @@ from underfoot.experiments.questions import (
     unanswered,
     unmoved,
 )
-from underfoot.parameters import Choice, Count, Number, Parameter, ask
+from underfoot.parameters import Choice, Count, Number, Parameter
 from underfoot.phrases import ENGLISH, Language, Phrase
 from underfoot.quantities import quantity
 from underfoot.studies.adjusting import Adjusting
-from underfoot.studies.runner import Runner
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.slider import Slider
@@ -56,13 +55,6 @@ _ARROWS = {
 _SHORT = 20
 """Letters of an answer that is named beside its key."""
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
-
-
-def questions_of(runner: Runner) -> tuple[Parameter, ...]:
-    """Return the questions of a runner's page; in learning, the question for the stimulus to try."""
-    if runner.page.kind == "learn":
-        return (ask("number", Count(1, 1, len(runner.study.learnable), doc="Which one do you want to feel?")),)
-    return runner.page.questions
 
 
 def is_held(event: QKeyEvent) -> bool:

@@ -10,12 +10,13 @@ from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QPushButton,
 from underfoot.experiments.duration import about
 from underfoot.floor.layout import Floor
 from underfoot.studies.empty_floor import empty_floor_text
+from underfoot.studies.page_words import questions_of
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import progress_bar
-from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held, questions_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 

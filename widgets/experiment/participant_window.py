@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.experiments.questions import asked
 from underfoot.phrases import Phrase
-from underfoot.studies.page_words import hint_of, text_of, title_of
+from underfoot.studies.page_words import hint_of, questions_of, text_of, title_of
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
@@ -15,7 +15,7 @@ from underfoot.widgets.controls.announcing import announce
 from underfoot.widgets.controls.full_screen import FullScreenWindow
 from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.scrolled import Scrolled
-from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held, questions_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_held
 from underfoot.widgets.experiment.foot_view import FootFieldsView
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96

@@ -208,6 +208,7 @@ class _Terminal:
         _say(f"{error}. When it can be written, press Enter, which does that first; type stop to stop without it.")
 
     def _take(self, line: str) -> None:
+        from underfoot.studies.page_words import questions_of
         from underfoot.studies.phase import Phase
         from underfoot.studies.simulated_foot import may_step
 
@@ -226,8 +227,8 @@ class _Terminal:
         elif runner.phase is Phase.PAUSE and word == "skip":
             runner.end_pause()
         elif runner.page.kind == "learn" and line:
-            names = runner.study.learnable
-            runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
+            number = answers_of(questions_of(runner), line, runner.language)["number"]
+            runner.play(runner.study.learnable[number - 1])
         elif runner.adjusting is not None and line:
             self._adjust(line)
         elif runner.adjusting is not None:

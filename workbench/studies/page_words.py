@@ -4,6 +4,7 @@ It is in the study's language; what is passed to `say` is English.
 """
 
 from underfoot.experiments.questions import Adjusted
+from underfoot.parameters import Count, Parameter, ask
 from underfoot.phrases import Phrase
 from underfoot.studies.adjusting import Adjusting
 from underfoot.studies.phase import Phase
@@ -58,6 +59,13 @@ def text_of(runner: Runner) -> str:
             return (last or page.text) if runner.interval == 1 else ""
     right = _right_answers(runner) if page.kind == "learn" else ""
     return "\n\n".join(part for part in (last, say(page.text), right) if part)
+
+
+def questions_of(runner: Runner) -> tuple[Parameter, ...]:
+    """Return the questions of the page; in learning which stimulus is to be felt, by number: its name could tell."""
+    if runner.page.kind == "learn":
+        return (ask("number", Count(1, 1, len(runner.study.learnable), doc="Which one do you want to feel?")),)
+    return runner.page.questions
 
 
 def hint_of(runner: Runner, steps: str) -> str:
