@@ -73,7 +73,7 @@ WORKSPACES = {
     path.parent.name for path in (ROOT / "widgets").glob("*/__init__.py") if "WorkspaceDeclaration(" in path.read_text()
 }
 WIDGET_LEVELS = (
-    {"theme", "escape", "background", "garbage_collection", "pictures", "polled_process"},
+    {"theme", "escape", "lost_release", "background", "garbage_collection", "pictures", "polled_process"},
     {"plots", "controls", "floor_trails", "pressed_floor"},
     {"floor_map", "level_slider", "menu", "status_line", "main_bar", "dialogs"},
     {"session"},

@@ -5,6 +5,7 @@ from PySide6.QtGui import QMouseEvent, QTransform
 from PySide6.QtWidgets import QWidget
 
 from underfoot.floor.layout import Floor, Tile
+from underfoot.widgets.lost_release import is_release_lost
 
 DEFAULT_PRESS_N = 400.0
 """Default force of a press with the mouse."""
@@ -12,7 +13,7 @@ DEFAULT_PRESS_N = 400.0
 
 class PressedFloor(QWidget):
     """Base of views of a floor. A press stays on the tile under the mouse until the button is released, or its release
-    would not come here: the view is hidden, or a dialog opens.
+    would not come here: the view is hidden, or a dialog or a menu opens.
     """
 
     pressed = Signal(str, float, float, float)
@@ -33,7 +34,7 @@ class PressedFloor(QWidget):
         self._end_press()
 
     def event(self, event: QEvent) -> bool:
-        if event.type() in (QEvent.Type.Hide, QEvent.Type.WindowBlocked):
+        if is_release_lost(event):
             self._end_press()
         return super().event(event)
 

@@ -25,6 +25,7 @@ from underfoot.widgets.controls.choice_box import name_control
 from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.undo_actions import left_to_document
 from underfoot.widgets.escape import claims_escape
+from underfoot.widgets.lost_release import is_release_lost
 
 STEP_PX = 4
 """How far a drag goes up for one step of a number."""
@@ -178,8 +179,6 @@ class Field(QLineEdit):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Step up and down by a drag that begins so in a number that is not being typed; others select text."""
-        if self.is_held and not event.buttons():
-            self.mouseReleaseEvent(event)  # a menu took it
         if self._dragged_from is None:
             super().mouseMoveEvent(event)
             return
@@ -232,8 +231,8 @@ class Field(QLineEdit):
         return self.text() == self._text_before
 
     def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.WindowBlocked and self.is_held:
-            self._dragged_from = None  # a dialog takes the release of the mouse
+        if self.is_held and is_release_lost(event):
+            self._dragged_from = None
             self.let_go.emit()
         if self.is_untouched and left_to_document(event):
             return True

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.arrow_keys import ARROWS
+from underfoot.widgets.lost_release import is_release_lost
 from underfoot.widgets.pictures import paint_focus, paint_ground
 
 NEAR_PX = 9.0
@@ -136,8 +137,8 @@ class HandlePad(QWidget):
         self._let_go()
 
     def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.WindowBlocked:
-            self._let_go()  # a dialog takes the release of the mouse
+        if self.is_dragged and is_release_lost(event):
+            self._let_go()
         return super().event(event)
 
     def _let_go(self) -> None:

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.wheel import takes_wheel
+from underfoot.widgets.lost_release import is_release_lost
 
 STEPS = 1000
 KNOB_PX = 5.0
@@ -117,8 +118,8 @@ class Slider(QSlider):
         self.update()
 
     def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.WindowBlocked:
-            self.setSliderDown(False)  # a dialog takes the release of the mouse
+        if is_release_lost(event):
+            self.setSliderDown(False)
         return super().event(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:

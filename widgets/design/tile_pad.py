@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QWidget
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
+from underfoot.widgets.lost_release import is_release_lost
 
 FULL_SCALE_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""
@@ -94,8 +95,8 @@ class TilePad(QWidget):
         self._end_press()
 
     def event(self, event: QEvent) -> bool:
-        if event.type() in (QEvent.Type.Hide, QEvent.Type.WindowBlocked):
-            self._end_press()  # its release will not come here
+        if is_release_lost(event):
+            self._end_press()
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

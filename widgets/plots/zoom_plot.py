@@ -2,11 +2,12 @@
 
 import math
 
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
 
 from underfoot.drawing.layout import Margins
 from underfoot.widgets import theme
+from underfoot.widgets.lost_release import is_release_lost
 from underfoot.widgets.plots.plot import Plot
 
 ZOOM_STEP = 1.25
@@ -27,10 +28,11 @@ class ZoomPlot(Plot):
     """Ends of the range that was dragged over."""
     full_range_requested = Signal()
 
+    _drag_start: float | None = None  # of the class: events come before a plot is made
+
     def __init__(self, name: str, margins: Margins) -> None:
         super().__init__(name, margins)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._drag_start: float | None = None
         self._drag_end = 0.0
 
     # --- mouse ---
@@ -55,6 +57,12 @@ class ZoomPlot(Plot):
         self.update()
         if abs(self._drag_end - start) >= _MIN_DRAG_PX:
             self.range_requested.emit(*sorted(self.frame.x.value(px) for px in (start, self._drag_end)))
+
+    def event(self, event: QEvent) -> bool:
+        if self._drag_start is not None and is_release_lost(event):
+            self._drag_start = None
+            self.update()
+        return super().event(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         self.full_range_requested.emit()

@@ -5,57 +5,84 @@ from design_samples import LEFT, send
 from on_screen import show
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QMenu, QVBoxLayout, QWidget
 
+from underfoot.drawing.layout import Margins
 from underfoot.floor.layout import default_floor
 from underfoot.parameters import Number, Numbers
 from underfoot.widgets.controls.bars_editor import Bars
 from underfoot.widgets.controls.number_editor import NumberEditor
+from underfoot.widgets.design.rhythm_editor import RhythmBar
 from underfoot.widgets.design.tile_pad import TilePad
 from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.plots.zoom_plot import ZoomPlot
 
 
 @pytest.fixture
-def held(qtbot):
-    """A window with a floor, a tile, a number and bars, and the mouse in the middle of each, a little dragged."""
+def window(qtbot):
+    """A window with a floor, a tile, a number, bars and a rhythm."""
     window = QWidget()
     qtbot.addWidget(window)
-    floor, pad = FloorMap(), TilePad(window)
-    floor.set_floor(default_floor(1, 1))
-    floor.can_press = True
-    number, bars = NumberEditor(Number(0.5, 0.0, 1.0)), Bars(Numbers((0.5,), 0.0, 1.0, most=4))
+    window.floor, window.pad, window.number = FloorMap(), TilePad(window), NumberEditor(Number(0.5, 0.0, 1.0))
+    window.bars, window.rhythm = Bars(Numbers((0.5,), 0.0, 1.0, most=4)), RhythmBar()
+    window.floor.set_floor(default_floor(1, 1))
+    window.floor.can_press = True
+    window.bars.set_values([0.5])
     column = QVBoxLayout(window)
-    for part in (floor, pad, number, bars):
+    for part in (window.floor, window.pad, window.number, window.bars, window.rhythm):
         column.addWidget(part)
-    window.resize(400, 600)
+    window.resize(400, 700)
     show(qtbot, window)
-    for part in (floor, pad, number.slider, number.field, bars):
-        middle = part.rect().center()
-        QTest.mousePress(part, LEFT, pos=middle)
-        send(part, QEvent.Type.MouseMove, middle - QPoint(0, 30), LEFT)
-    return window, floor, pad, number, bars
+    return window
 
 
-def test_a_dialog_that_opens_lets_go_of_what_the_mouse_holds(held, qtbot):
-    """A foot stayed on its tile, and a control showed what it had been dragged to whatever was undone."""
-    window, floor, pad, number, bars = held
-    forces = {}
-    for part in (floor, pad):
+@pytest.mark.parametrize("opened", [QDialog, QMenu])
+def test_what_takes_the_mouse_lets_go_of_what_it_holds(window, qtbot, opened):
+    """A foot stayed on its tile, a control showed what it had been dragged to whatever was undone, and what can be
+    hovered over followed the mouse with no button down.
+    """
+    forces, number, handle = {}, window.number, window.windowHandle()
+    for part in (window.floor, window.pad):
         part.pressed.connect(lambda tile, x, y, force_n, part=part: forces.update({part: force_n}))
-    with qtbot.waitSignal(number.let_go):
-        dialog = QDialog(window)
-        dialog.open()
-    assert forces == {floor: 0.0, pad: 0.0}
-    assert not number.is_held
-    assert not bars.is_dragged
-    dialog.close()
+
+    def held():
+        return number.is_held, window.bars.is_dragged, window.rhythm.is_dragged, any(forces.values())
+
+    for part in (window.floor, window.pad, number.slider, number.field, window.bars, window.rhythm):
+        middle = part.mapTo(window, part.rect().center())
+        for at in (QPoint(1, 1), middle):
+            QTest.mouseMove(handle, at)
+        QTest.mousePress(handle, LEFT, pos=middle)
+        QTest.mouseMove(handle, middle - QPoint(0, 30))
+        assert sum(held()) == 1
+        taker = opened(window)
+        taker.addAction("Save")
+        taker.open() if opened is QDialog else taker.popup(window.mapToGlobal(QPoint(1, 1)))
+        assert not any(held())
+        QTest.mouseRelease(handle, LEFT, pos=middle)
+        taker.close()
+        show(qtbot, window)
 
 
-def test_a_number_does_not_follow_a_mouse_whose_button_is_up(held):
-    """The menu of its field had taken the release."""
-    _, _, _, number, _ = held
-    field, before = number.field, number.value()
+def test_a_number_does_not_follow_a_mouse_whose_button_is_up(window):
+    """Another window had taken the release."""
+    field, before = window.number.field, window.number.value()
+    send(field, QEvent.Type.MouseButtonPress, QPoint(20, 8), LEFT)
     for up in (40, 80):
         send(field, QEvent.Type.MouseMove, QPoint(20, -up), Qt.MouseButton.NoButton)
-    assert number.value() == before
+    assert window.number.value() == before
     assert not field.is_held
+
+
+def test_a_range_is_no_longer_dragged_over_where_the_release_is_lost(qtbot):
+    plot, ranges, up = ZoomPlot("Force", Margins()), [], Qt.MouseButton.NoButton
+    qtbot.addWidget(plot)
+    plot.resize(300, 200)
+    plot.range_requested.connect(lambda *ends: ranges.append(ends))
+    kinds = QEvent.Type
+    for between in (LEFT, up):
+        send(plot, kinds.MouseButtonPress, QPoint(100, 100), LEFT)
+        for x, held in ((150, LEFT), (200, between)):
+            send(plot, kinds.MouseMove, QPoint(x, 100), held)
+        send(plot, kinds.MouseButtonRelease, QPoint(200, 100), LEFT)
+        assert len(ranges) == 1
