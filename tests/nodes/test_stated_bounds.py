@@ -80,18 +80,20 @@ def test_events_are_handed_on_as_they_came():
 
 def test_events_wait_for_their_time_in_order_also_when_it_becomes_shorter():
     row, draw = BareRow(REGISTRY["event-delay"]), np.random.default_rng(3)
-    made, due = [], []
+    due, made = [], []
     for frame in range(0, 200 * N, N):
         row.controls.values[0] = draw.uniform(0.0, 0.4) if frame < 150 * N else 0.0
         times = frame + np.sort(draw.choice(N, 40, replace=False)) + draw.uniform(0.0, 0.9, 40)
-        row.run(frame, N, events={"strike": [(time, 1.0, 0.0) for time in times]})
-        due.extend(times + row.controls.values[0] * 48_000.0)
-        made.extend(row.events["out"][:, :2])
-    times, strengths = np.array(made).T
-    assert len(due) == strengths.sum() == 8_000  # those that are due in one frame are one event
-    alone = strengths == 1.0
-    due = np.sort(due)
-    np.testing.assert_allclose(times[alone], due[np.isin(np.floor(due), np.floor(times[alone]))], rtol=0.0, atol=1e-6)
+        events = np.column_stack([times, draw.uniform(0.1, 2.0, (40, 2))])
+        row.run(frame, N, events={"strike": events.tolist()})
+        due.extend(events + np.array([row.controls.values[0] * 48_000.0, 0.0, 0.0]))
+        made.extend(row.events["out"][:, :3])
+    due, made = np.array(sorted(due, key=lambda event: event[0])), np.array(made)
+    frames, counts = np.unique(np.floor(due[:, 0]), return_counts=True)
+    assert np.floor(made[:, 0]).tolist() == frames.tolist()  # those that are due in one frame are one event
+    alone = frames[counts == 1]
+    np.testing.assert_allclose(made[counts == 1], due[np.isin(np.floor(due[:, 0]), alone)], rtol=0.0, atol=1e-6)
+    assert made[:, 1].sum() == pytest.approx(due[:, 1].sum())
     assert row.tail() == 0.0
 
 

@@ -62,7 +62,7 @@ class EventDelay:
     strike = Input(kind="event", doc="strength and duration stay as they are")
     time = Number(0.1, 0.0, 10.0, unit="s", scale="amplitude", wire="span", doc="time until an event is handed on")
     out = Output(kind="event")
-    state = Layout("event_delay", "first", "count", due=_MOST_WAITING, strength=_MOST_WAITING, duration=_MOST_WAITING)
+    state = Layout("event_delay", "count", due=_MOST_WAITING, strength=_MOST_WAITING, duration=_MOST_WAITING)
 
     def lasts(values):
         return values["time"]
@@ -79,30 +79,38 @@ class EventDelay:
 
 @kernel
 def _keep(waiting: Memory, due: float, strength: float, duration: float) -> None:
-    """Put an event among those that wait, which are in order of time from `first` on, around the end of the arrays."""
-    if waiting.count >= _MOST_WAITING:
+    """Put an event among those that wait: a binary heap, in which no event is due before its parent, (at - 1) // 2."""
+    at = int(waiting.count)
+    if at == _MOST_WAITING:
         return
-    at = int(waiting.first + waiting.count) % _MOST_WAITING
     waiting.count += 1.0
-    for _ in range(int(waiting.count) - 1):
-        before = (at - 1) % _MOST_WAITING
-        if waiting.due[before] <= due:
-            break
-        waiting.due[at], waiting.strength[at] = waiting.due[before], waiting.strength[before]
-        waiting.duration[at] = waiting.duration[before]
-        at = before
+    while at > 0 and waiting.due[(at - 1) // 2] > due:
+        _move(waiting, (at - 1) // 2, at)
+        at = (at - 1) // 2
     waiting.due[at], waiting.strength[at], waiting.duration[at] = due, strength, duration
 
 
 @kernel
 def _hand_on(waiting: Memory, until: float, out: Memory) -> None:
-    """Emit the events that are due before session frame `until`."""
-    while waiting.count > 0.0:
-        at = int(waiting.first)
-        if waiting.due[at] >= until:
-            return
-        emit(out, waiting.due[at], waiting.strength[at], waiting.duration[at])
-        waiting.first, waiting.count = float((at + 1) % _MOST_WAITING), waiting.count - 1.0
+    """Emit the events that are due before session frame `until`, in order of time."""
+    while waiting.count > 0.0 and waiting.due[0] < until:
+        emit(out, waiting.due[0], waiting.strength[0], waiting.duration[0])
+        waiting.count -= 1.0
+        last, at, child = int(waiting.count), 0, 1
+        while child < last:
+            if child + 1 < last and waiting.due[child + 1] < waiting.due[child]:
+                child += 1
+            if waiting.due[last] <= waiting.due[child]:
+                break
+            _move(waiting, child, at)
+            at, child = child, 2 * child + 1
+        _move(waiting, last, at)
+
+
+@kernel
+def _move(waiting: Memory, source: int, target: int) -> None:
+    waiting.due[target], waiting.strength[target] = waiting.due[source], waiting.strength[source]
+    waiting.duration[target] = waiting.duration[source]
 
 
 @node("poisson", "Timing", "Poisson events")
