@@ -28,6 +28,7 @@ from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
 SINE = {"frequency": 100.0, "harmonics": (1.0,), "amplitude": 4.0}
@@ -321,13 +322,13 @@ def test_a_level_that_is_set_while_the_engine_loads_is_the_one_it_begins_with(un
     assert 0.0 < max(np.abs(frames).max() for _, frames in playing.parts) < 1e-3
 
 
-def test_outlines_of_several_nodes_come_with_their_ticket(playing):
-    session = playing.session
+def test_outlines_come_with_their_ticket_and_are_of_the_tile(playing):
+    session, tile = playing.session, playing.session.target.floor.tiles[-1]
     playing.until(lambda: "compiler" in session.pids)
-    ticket = session.outline(session.patch, ["tone"], 0.9)
+    ticket = session.outline(Patch().add("tile-place", REGISTRY), ["tile-place"], 0.9, tile)
     playing.until(lambda: playing.of(Outlines), "the outlines come")
     assert playing.of(Outlines)[0].ticket == ticket
-    assert np.abs(playing.of(Outlines)[0].signals["tone.out"]).max() > 0.0
+    assert playing.of(Outlines)[0].signals["tile-place.x"].max() == pytest.approx(tile.centre_m[0])
 
 
 def test_what_must_not_reach_the_engine_is_refused_here(until):
