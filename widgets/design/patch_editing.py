@@ -187,8 +187,9 @@ def ends_of(type: NodeType, port: str) -> list[str]:
     >>> ends_of(REGISTRY["lfo"], "out"), ends_of(REGISTRY["map"], "signal"), ends_of(REGISTRY["map"], "out")
     (['low', 'high'], ['low', 'high'], ['out_low', 'out_high'])
     """
-    of_port = (name for name, one in type.parameters.items() if getattr(one, "unit_of", "") == port)
-    return [name for name in of_port if name.removeprefix("out_") in ("low", "high")]
+    of_port = [name for name, one in type.parameters.items() if getattr(one, "unit_of", "") == port]
+    ends = [name for name in of_port if name.removeprefix("out_") in ("low", "high")]
+    return ends if len(ends) == 2 else []
 
 
 def outputs_with_wired_units(patch: Patch, registry: Registry, id: str) -> tuple[Port, ...]:

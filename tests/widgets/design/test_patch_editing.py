@@ -130,6 +130,15 @@ def test_a_map_that_is_put_into_a_wire_takes_what_comes_by_it(source, target, en
     assert inserted(by_hand, NODES, "map", (source, target)).node("map").parameters == {"high": 2.0}
 
 
+def test_a_map_behind_a_plug_in_that_has_one_end_only_keeps_its_range():
+    numbers = {name: number for name, number in NODES["value"].parameters.items() if name != "low"}
+    patch = Patch().add("value", NODES).add("map", NODES).add("low-pass", NODES)
+    patch = patch.connect("value.out", "low-pass.cutoff", NODES)
+    nodes = {**NODES, "value": replace(NODES["value"], parameters=numbers)}
+    found = inserted(patch, nodes, "map", ("value.out", "low-pass.cutoff"))
+    assert found.node("map").parameters == {}
+
+
 def test_offers_are_never_refused_and_what_is_not_offered_is_or_is_there():
     patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY).add("through", REGISTRY)
     outputs = [f"{n.id}.{port}" for n in patch.nodes for port in REGISTRY[n.type].output_ports]
