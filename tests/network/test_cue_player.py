@@ -115,6 +115,26 @@ def test_a_strike_behind_a_preset_waits_until_that_plays(stage):
     assert np.abs(played[:, 1]).max() > 0.01
 
 
+def test_what_waits_for_a_preset_is_not_answered_by_what_takes_effect_before_it(stage):
+    received = stage.server.counts.received
+    stage.send_message("/underfoot/play", "tacton-ws1", "t4", 0.0, 17)
+    stage.send_message("/underfoot/strike", "t4", 1.0, 18)
+    stage.playing.until(lambda: stage.server.counts.received == received + 2, "both came")
+    stage.player.tick(())
+    stage.playing.session.send(Strike("", "t4", 1.0))  # by hand, in the window
+    stage.send_message("/underfoot/play", "tacton-ws1", "t4", -6.0, 15)  # a number of what does not play yet
+    frame, *others = (stage.answer("/underfoot/played", number)[0] for number in (17, 18, 15))
+    assert min(others) >= frame
+    stage.send_message("/underfoot/strike", "t4", 0.5, 19)
+    stage.send_message("/underfoot/set", "tone", "frequency", 82.0, 20)
+    stage.playing.until(lambda: stage.server.counts.received == received + 5, "both came")
+    stage.answer("/underfoot/played", 20)
+    done = [one.command for one in stage.playing.of(CommandApplied)]
+    assert done.index(Strike("", "t4", 0.5)) < done.index(Set("tone", "frequency", 82.0)), "as they came"
+    stage.send_message("/underfoot/stop", "all", 16)
+    stage.answer("/underfoot/played", 16)
+
+
 def test_a_strike_behind_a_preset_does_not_wait_for_the_faders_behind_itself(stage):
     """One of them waited all the time, as long as they moved."""
     swaps, strikes = (len([one for one in stage.playing.of(CommandApplied) if isinstance(one.command, kind)]) + 1
@@ -304,6 +324,14 @@ def test_a_value_that_is_set_while_a_preset_is_being_swapped_in_is_answered_and_
     assert played == stage.frame_of(lambda command: isinstance(command, Swap))
     assert was_set == stage.frame_of(lambda command: command == to_120_hz)
     assert struck > was_set >= played
+    received = stage.server.counts.received
+    take("/underfoot/play", "tacton-ws1", "t3", -3.0, 97, until_done=is_swap)
+    stage.send_message("/underfoot/set", "tone", "frequency", 121.0, 98)
+    stage.playing.until(lambda: stage.server.counts.received == received + 2, "the value")
+    stage.player.tick(())
+    refused = PatchRefused.because("there is no memory")
+    stage.player.tick([refused])  # the preset, and what was set in it
+    assert [stage.answer("/underfoot/refused", number)[1] for number in (97, 98)] == [refused.text] * 2
     stage.send_message("/underfoot/stop")
     stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
 

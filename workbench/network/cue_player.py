@@ -27,9 +27,9 @@ _REMEMBERED = 1 << 14  # patches that may still be swapped in: a first compilati
 class _Pending:
     """Cues that wait for their answer: until a `command` takes effect, or the swap to edit `edit` or a later one.
 
-    With both, the command counts once no earlier edit waits: its program may be one that the engine has not begun yet.
-    `before` holds the changes that were requested before an edit; they remain if it is refused. `held` are strikes that
-    are not sent before the edits that wait before them have taken effect; the last one is the `command`.
+    With both, whichever is first. `before` holds the changes that were requested before an edit; they remain if it is
+    refused. `held` are strikes that are not sent before the edits that wait before them have taken effect; the last one
+    is the `command`.
     """
 
     cues: list[Received]
@@ -201,7 +201,7 @@ class CuePlayer:
                     marked = command.frame(frame, self.session.target.rate)
                     self.server.send_mark(command.text, marked, self._ago_s(marked))
                 done = next((one for one in self._pending if one.command == command and not one.held), None)
-                if done is not None and not any(0 < one.edit < done.edit for one in self._pending):
+                if done is not None:
                     self._answer(self._taken(lambda one: one is done), frame)
             case PatchRefused(text):
                 refused = next((one for one in self._pending if one.edit), None)
