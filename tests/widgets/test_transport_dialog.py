@@ -10,6 +10,7 @@ from shiboken6 import isValid
 from windows import LONG_MS
 
 from underfoot.devices.transports import TRANSPORTS
+from underfoot.devices.transports.udp import UdpTransport
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
@@ -65,3 +66,17 @@ def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, mon
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: chosen == ["there"] and not isValid(dialog), timeout=LONG_MS)
     qtbot.waitUntil(lambda: "background" not in {thread.name for thread in threading.enumerate()}, timeout=LONG_MS)
+
+
+def test_an_address_is_typed_where_a_plug_in_cannot_list_any(qtbot):
+    """As one of a radio that is not plugged in: its dialog did not open."""
+
+    class Own(UdpTransport):
+        suggestions = classmethod(lambda cls: {}["antenna"])
+
+    window = QWidget()
+    qtbot.addWidget(window)
+    dialog = TransportDialog(Own, "a floor", str, print, window)
+    assert dialog.refusal.text() == "KeyError: 'antenna'"
+    qtbot.keyClicks(dialog.address, "there")
+    assert dialog.address.currentText() == "there"

@@ -6,6 +6,7 @@ from typing import Any
 from PySide6.QtWidgets import QComboBox, QDialogButtonBox, QWidget
 
 from underfoot.devices.transport import Transport
+from underfoot.errors import kind_and_words
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
@@ -36,7 +37,6 @@ class TransportDialog(Dialog):
         self.address.setEditable(True)
         self.address.setAccessibleName(transport.title)
         self.address.setMinimumWidth(45 * theme.GRID)
-        self.address.addItems(transport.suggestions())
         help = theme.paragraph(transport.dialog_help, "small")
         self.refusal = theme.paragraph("", "alarm")
         self.refusal.hide()
@@ -54,6 +54,10 @@ class TransportDialog(Dialog):
         ):
             column.addWidget(widget)
         self.address.setFocus()
+        try:
+            self.address.addItems(transport.suggestions())
+        except Exception as error:  # a plug-in's can raise anything, and an address may be typed all the same
+            self._show_refusal(kind_and_words(error))
 
     def accept(self) -> None:
         """Take what was typed or chosen; nothing is no address. The scheme may be before it, as on the command line."""
@@ -81,7 +85,7 @@ class TransportDialog(Dialog):
         super().accept()
 
     def _show_refusal(self, why: str) -> None:
-        """Show why an address is refused."""
+        """Show why an address is refused, or none is suggested."""
         self._connect.setText("Connect")
         self._connect.setEnabled(True)
         self.refusal.setText(pretty_text(why))
