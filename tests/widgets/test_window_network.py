@@ -104,6 +104,9 @@ def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, c
     client.send_message(served, "/underfoot/mark", "m", 9)  # disturbs nobody, and the recording has it
     assert answer(client, qtbot, "/underfoot/played", 9)[0] > 0
     window.controller.take_back()
+    window.network.apply({**window.settings.network_addresses, "send": client.text}, ["send"])
+    qtbot.waitUntil(lambda: bool(client.received("/underfoot/health")))
+    assert client.received("/underfoot/health")[0][-1] == "panic"
 
 
 def test_a_preset_is_heard_as_it_is_and_cues_wait_for_the_patch(window, served, client, qtbot):
