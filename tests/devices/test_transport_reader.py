@@ -4,16 +4,14 @@ import time
 from contextlib import closing
 
 import pytest
+from bare_transport import BareTransport
 
-from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import TransportReader
 
 
-class Own(Transport):
+class Own(BareTransport):
     """A transport of a plug-in; `answer` is what it reads."""
 
-    name = "own"
-    of = suggestions = close = lambda *_: None
     times_opened = times_read = 0
 
     def __init__(self, answer):
@@ -56,7 +54,7 @@ def test_what_is_no_reading_is_told_in_a_line_and_it_is_opened_again(answer, why
         reader.start()
         until(lambda: transport.times_opened > 1, "it is opened again")
     (line,) = reader.take_notices()
-    assert line.startswith(f"own: {why}")
+    assert line.startswith(f"given: {why}")
     assert line.endswith("; waiting for it")
     assert "\n" not in line
 

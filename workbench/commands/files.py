@@ -135,7 +135,11 @@ def live_targets() -> Iterable[str]:
     """Return the simulator, and the targets that the transports suggest, such as the serial ports that are there."""
     from underfoot.devices.transports import TRANSPORTS
 
-    return ["simulator", *(f"{scheme}:{one}" for scheme, kind in TRANSPORTS.items() for one in kind.suggestions())]
+    found = ["simulator"]
+    for scheme, kind in TRANSPORTS.items():
+        with suppress(Exception):  # a plug-in's list can raise anything; what else there is is offered
+            found += [f"{scheme}:{one}" for one in kind.suggestions()]
+    return found
 
 
 def complete_presets(kind: str) -> Completes:
