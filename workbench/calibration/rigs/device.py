@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
-from underfoot.devices.device_clock import MAX_DRIFT
+from underfoot.devices.device_clock import DeviceClocks, arrival_frame, observe, sent_frame
 from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import SILENT_S, TransportReader
 from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
 """Longest time for which unread readings are kept; the oldest are dropped first."""
-_APART_S = 0.005
-"""Time by which arrivals of one clock may seem apart."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +88,30 @@ def _sensor_of(name: str, text: str, form: str) -> ReferenceSensor:
         raise BadValue(f"{name} is {text!r}; allowed: {form}") from None
 
 
+class TileClock:
+    """The clock of a tile, by which sensors beside it are timed, whose boards have clocks and lines of their own.
+
+    Its times are even, and the host's at the first arrival of each epoch of the tile. What a line carries may come late
+    and is never early: the earliest arrivals tell how its clock goes.
+    """
+
+    def __init__(self) -> None:
+        self._clocks, self._zero_s = DeviceClocks(3, rate=1.0).table, 0.0
+
+    def times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
+        """Return times (n,) of samples, which came at `now`, of the tile (`line` 0) or a sensor beside it (1, 2)."""
+        device_us, epoch = samples["microseconds"].astype(np.float64), int(samples["epoch"][-1])
+        tile, own = self._clocks[0], self._clocks[line]
+        if line == 0 and own["epoch"] != epoch:
+            self._zero_s = now - 1e-6 * float(device_us[-1])
+        observe(own, epoch, float(device_us[-1]), now, 1.0)
+        if line == 0:
+            return np.asarray(1e-6 * device_us + self._zero_s)
+        ends_us = device_us[[0, -1]]
+        ends_s = [sent_frame(tile, float(arrival_frame(own, at_us, 1.0)), 1.0) for at_us in ends_us.tolist()]
+        return np.interp(device_us, ends_us, ends_s) + self._zero_s
+
+
 class DeviceRig:
     """Rig that reads tile number `tile` from `port`, an optional load cell and displacement sensor; a person presses.
 
@@ -115,8 +137,7 @@ class DeviceRig:
         self._lock = threading.Lock()
         self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         self._beside: tuple[_Arrivals, _Arrivals] = ([], [])
-        self._zero_s: dict[tuple[int, int], tuple[float, float]] = {}
-        self._ahead_s = 0.0
+        self._tile_clock = TileClock()
         self._last_s = -np.inf
         self._heard_s = clock()
         self._readers = [TransportReader(port, self._sample_handler(port))]
@@ -180,7 +201,9 @@ class DeviceRig:
                 if is_tiles:
                     mine = samples[samples["tile"] == self._tile]
                     if len(mine):
-                        self._frames.append((now, self._times(0, mine, now), mine["readings"].astype(np.float64)))
+                        self._frames.append(
+                            (now, self._tile_clock.times(0, mine, now), mine["readings"].astype(np.float64))
+                        )
                 if not is_tiles or (self._cell is not None and self._cell.port is None):
                     self._take_beside(0, self._cell, samples, now)
                 if is_tiles:
@@ -198,26 +221,12 @@ class DeviceRig:
         if len(frames):
             counts = frames["readings"][:, sensor.sensor].astype(np.float64)
             arrivals = self._beside[place]
-            arrivals.append((self._times(1 + place, frames, now), sensor.units_per_count * (counts - sensor.zero)))
+            times = self._tile_clock.times(1 + place, frames, now)
+            if arrivals:  # its clock is known better and better, and may have been ahead
+                times = np.maximum(times, arrivals[-1][0][-1])
+            arrivals.append((times, sensor.units_per_count * (counts - sensor.zero)))
             while arrivals[-1][0][-1] - arrivals[0][0][-1] > _MOST_S:
                 del arrivals[0]
-
-    def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
-        """Map device time to the tile's clock: even, and the host's at the first arrival of each epoch of the tile.
-
-        A sensor beside the tile (`line` 1, 2) may have a clock of its own, which drifts away: it is slewed back.
-        """
-        device_s = samples["microseconds"] * 1e-6
-        epoch, last_s = (line, int(samples["epoch"][-1])), float(device_s[-1])
-        wanted_s = now + (self._ahead_s if line else 0.0) - last_s
-        zero_s, before_s = self._zero_s.get(epoch, (wanted_s, last_s))
-        if line == 0:
-            self._ahead_s = zero_s - wanted_s
-        elif abs(wanted_s - zero_s) > _APART_S:
-            most_s = MAX_DRIFT * max(last_s - before_s, 0.0)
-            zero_s += min(max(wanted_s - zero_s, -most_s), most_s)
-        self._zero_s[epoch] = zero_s, last_s
-        return np.asarray(device_s + zero_s)
 
 
 _Arrivals = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
