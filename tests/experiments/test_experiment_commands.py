@@ -369,8 +369,7 @@ def test_a_pilot_in_a_terminal_has_two_trials_a_stage_in_the_studys_language_and
     printed = typing(["experiment", tmp_path / "a.json", "--pilot"], typed)
     help, *said, kept = printed
     assert (help.split()[:2], kept.split()[:2]) == (["Type", "stop"], ["The", "pilot"])  # to the experimenter
-    assert [line for line in said if "dB" in line or unsaid(re.sub(r"\b(skip|o)\b", "", line))] == []
-    assert not any("TD" in line for line in said), "names of stimuli could tell what they are"
+    assert [line for line in said if re.search("dB|TD", line) or unsaid(re.sub(r"\b(skip|o)\b", "", line))] == []
     assert "STEP, AND SAY WHAT YOU FELT. PRACTICE. TRIAL 1.\n" in said
     assert "STEP, AND SAY WHAT YOU FELT. PRACTICE: NOTHING COMES THIS TIME. TRIAL 2.\n" in said
     with closing(SessionFile.open(tmp_path / "a-pilot" / "1.session")) as file:
