@@ -115,9 +115,10 @@ def test_the_p_of_no_lapses_is_half_of_chi_squareds_for_one_curve_and_mixes_them
     )
 
 
-def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other():
+def test_who_may_have_guessed_or_taken_keys_for_each_other_is_named_since_the_estimate_counts_like_any_other():
     """Of b, whose every level has ten of twenty answers, it is the middle of the levels, 0 dB: no mean shows it."""
-    counts = {"a": (0, 0, 1, 4, 9, 16, 20), "b": (10,) * 7}
+    rising = (0, 0, 1, 4, 9, 16, 20)
+    counts = {"a": rising, "b": (10,) * 7, "d": rising, "e": rising[::-1]}
     rows = [
         {"participant": who, "stimulus": str(db), "db": float(db), "felt": "yes" if k < yes else "no"}
         for who, of in counts.items()
@@ -134,7 +135,8 @@ def test_who_may_have_guessed_is_named_since_the_estimate_counts_like_any_other(
         "The answers of b may be guesses: their threshold is drawn to the middle of the levels, and counts over people"
         "; so does their JND, which may be any: medians hardly change."
     )
-    assert said in found.remarks
+    around = "The answers of e go the other way than most, and count: keys or question may be mistaken."
+    assert found.remarks == [said, around]
     (of_few,) = (row for row in found.tables[0].rows if row[:2] == ("c", "threshold"))
     assert of_few[2:5] == (pytest.approx(0.0), -math.inf, math.inf)
 
