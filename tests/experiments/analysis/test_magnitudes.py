@@ -50,6 +50,12 @@ def test_the_exponent_and_its_interval_are_those_of_a_line_through_logarithms():
     assert (exponent.low, exponent.high) == pytest.approx((expected.slope - half, expected.slope + half))
 
 
+def test_who_says_the_same_number_to_all_has_an_exponent_of_zero():
+    """What rounding left of a mean had an interval without 0: all answers alike were an effect."""
+    exponent, *_ = magnitudes.estimates(numbers_of("P1", np.random.default_rng(1), {"sand": 0.0}, 7.0, 0.0), Settings())
+    assert (exponent.value, exponent.low, exponent.high) == (0.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize("name", ["exponent", "magnitude sand0.1", "magnitude sand0.4"])
 def test_intervals_of_one_person_hold_the_truth_as_often_as_they_say(name):
     random, held = np.random.default_rng(2), 0

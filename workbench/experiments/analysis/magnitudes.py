@@ -101,7 +101,7 @@ def _exponents(rows: Sequence[Row]) -> list[Estimate]:
         x, y = _logarithms(part, axis)
         if not np.ptp(x):
             continue
-        centred = x - x.mean()
+        centred, y = x - x.mean(), y - y[0]  # which is 0 where all are alike, and not what a mean leaves
         slope = float(centred @ y / (centred @ centred))
         rest = y - y.mean() - slope * centred
         free = len(x) - 2
