@@ -67,6 +67,7 @@ def test_a_spoiled_trial_is_presented_again_and_does_not_move_a_staircase():
     study.answer({"felt": "yes"})
     again = Study(study.protocol, "P1", study.entries)
     assert again.page == study.page
+    assert study.page.attempt == 1
 
 
 def test_the_last_answer_can_be_taken_back_for_a_reason():
