@@ -14,6 +14,7 @@ from underfoot.engine.reports import CommandApplied
 from underfoot.experiments.trial_files import read_csv
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.design.blind_test import BlindTest
+from underfoot.widgets.session.listening import AuditionedOutput
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -95,6 +96,20 @@ def test_the_button_on_a_node_and_its_key_play_it_alone(window, bench, qtbot):
     assert "on all tiles" in window.status.message
     QTest.mouseClick(bench.listen_bar.audition_button, LEFT)
     assert window.listening.auditioned_output is None
+
+
+def test_a_node_alone_that_is_ended_at_once_is_not_followed_by_its_step(window, bench, qtbot):
+    """The whole patch, once it was back, began anew with it."""
+    qtbot.waitUntil(lambda: window.controller.session.is_compiled)
+    bench.swaps.clear()
+    window.listening.audition(AuditionedOutput("noise"))
+    qtbot.waitUntil(lambda: bool(bench.swaps))
+    window.listening.end_audition()
+    qtbot.waitUntil(lambda: len(bench.swaps) > 1)
+    bench.document.edit(bench.patch().disconnect(bench.patch().wires), "Disconnect")
+    qtbot.waitUntil(lambda: len(bench.swaps) > 2)
+    bench.undo_action.trigger()
+    assert not any(swap.command.anew for swap in bench.swaps)
 
 
 def test_a_node_is_played_alone_once_its_preview_has_come_though_others_are_asked_for_first(window, bench, qtbot):

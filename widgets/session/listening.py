@@ -190,7 +190,7 @@ class Listening(QObject):
         if self.is_looping and any(isinstance(report, Started) for report in reports):
             self._controller.loop(self.tile, self._loop_s)
         swapped = any(isinstance(report, CommandApplied) and isinstance(report.command, Swap) for report in reports)
-        if self._steps_when_swapped and swapped and (self.auditioned_output is not None or self._preset is not None):
+        if self._steps_when_swapped and swapped:
             self._steps_when_swapped = False
             QTimer.singleShot(round(1e3 * SETTLE_S), self._step)
 
@@ -200,9 +200,9 @@ class Listening(QObject):
             self._controller.play_from_start(self.tile)
 
     def _step(self) -> None:
-        tile = self.auditioned_output.tile if self.auditioned_output is not None else ""
-        if self._controller.is_playing:
-            self._controller.play_from_start(tile or self.tile)
+        output = self.auditioned_output
+        if self._controller.is_playing and (output is not None or self._preset is not None):  # it may have ended
+            self._controller.play_from_start((output.tile if output is not None else "") or self.tile)
 
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
         """Set the patch of the session; return a description of how a node is played alone."""
