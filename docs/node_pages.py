@@ -13,6 +13,7 @@ from underfoot.drawing import Drawing, series
 from underfoot.drawing.svg import svg
 from underfoot.drawing.thinning import extremes
 from underfoot.engine.preview import previewed
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch
@@ -69,7 +70,8 @@ def _picture(node: NodeType) -> list[str]:
         source, output = SOURCES.get(port.unit, SOURCES[port.kind])
         patch = patch.add(source)
         patch = patch.connect(f"{patch.nodes[-1].id}.{output}", f"{node.type}.{port.name}")
-    _, signals, events = previewed(patch, tuple(f"{node.type}.{p.name}" for p in node.outputs), "t1", SECONDS, RATE_HZ)
+    outputs, tile = tuple(f"{node.type}.{port.name}" for port in node.outputs), default_floor().tiles[0]
+    _, signals, events = previewed(patch, outputs, tile, SECONDS, RATE_HZ)
     lines, time_s = [], np.arange(round(SECONDS * RATE_HZ)) / RATE_HZ
     for k, (name, values) in enumerate(signals.items()):
         x, y, _ = extremes(time_s, values[:, None], SECONDS / _POINTS)
