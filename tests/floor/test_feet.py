@@ -6,7 +6,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from made_walks import touching_floor
+from made_walks import corner_forces, read, touching_floor, walk
 
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor import simulated_loads
@@ -187,6 +187,14 @@ def test_the_foot_of_who_walks_fast_is_one_over_a_seam(valley_n):
     alone = time_s < 1.5
     (found,) = finished(contacts_of(floor, time_s[alone], force_n[alone]))
     assert found.tiles in {(0, 1), (1, 0)}
+
+
+def test_the_heel_of_who_walks_slowly_is_one_over_a_seam_though_the_foot_before_is_still_on_it():
+    """On one of its two tiles both stand for 0.4 s, as one load: its own begins there when the other has left."""
+    floor, time_s = touching_floor(1, 6), np.arange(3000) / 1000.0
+    feet = walk(2, start_s=0.3, heel_m=(0.85, 0.15), step_m=0.35, step_s=1.0, duration_s=1.5, length_m=0.2)
+    found = finished(contacts_of(floor, time_s, read(corner_forces(floor, feet, time_s), 1000.0)))
+    assert [contact.tiles for contact in found] == [(3, 2), (4, 3)]
 
 
 # Footfalls that once were taken for others', as simulated people made them: (start, duration, heel x, y, heading,

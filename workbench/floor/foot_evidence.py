@@ -6,9 +6,9 @@ a load each; where two feet share a tile, they have one load. Four rules tell th
 
 - *A foot fits into a foot's box.* All centroids of its loads, above 50 N, lie in a rectangle of 0.33 x 0.13 m, in any
   orientation, and come within 0.26 m of where the others press.
-- *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first load belongs to that foot,
-  if it fits. A later load is the foot's toes, if it begins beside where the foot presses, not behind it, and does not
-  outlast the rest of the foot. Otherwise it is another foot.
+- *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first load, or within 0.5 s where
+  another foot was still on the tile, belongs to that foot, if it fits. A later load is the foot's toes, if it begins
+  beside where the foot presses, not behind it, and does not outlast the rest of the foot. Otherwise it is another foot.
 - *A foot bears weight once.* A load is not part of a foot if their sum would fall far and rise again. A load has gone
   over to another foot if the sum dips twice: within one step it dips once, between the two peaks.
 - *A foot rolls, it does not jump.* A load has gone over to the next foot if its centroid moves 0.1 m within 0.15 s, or
@@ -175,7 +175,9 @@ class FootEvidence:
             return None if is_due else math.nan
         rest_ends_s = max(other.end_s for other in parts)
         began_m: float | None
-        if load.start_s - min(other.start_s for other in parts) < SWING_S:  # too early for another foot
+        # Of a divided load the foot may have come down before, while the other one was still on the tile.
+        late_s = load.start_s - min(other.start_s for other in parts)
+        if late_s < SWING_S + (0.0 if load.divided_from is None else BOTH_FEET_S):  # too early for another foot
             began_m = distance_m(mine[0], track)
             is_sure = is_due or age_s >= FIT_DECIDED_S or rest_ends_s < math.inf
             if began_m > WIDTH_M:  # two feet that came down together, side by side, fit until they have rolled
