@@ -12,8 +12,7 @@ import numpy as np
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.svg import svg
 from underfoot.drawing.thinning import extremes
-from underfoot.engine.preview import previewed
-from underfoot.floor.layout import default_floor
+from underfoot.engine.preview import ONE_TILE, previewed
 from underfoot.nodes import REGISTRY
 from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch
@@ -70,8 +69,8 @@ def _picture(node: NodeType) -> list[str]:
         source, output = SOURCES.get(port.unit, SOURCES[port.kind])
         patch = patch.add(source)
         patch = patch.connect(f"{patch.nodes[-1].id}.{output}", f"{node.type}.{port.name}")
-    outputs, tile = tuple(f"{node.type}.{port.name}" for port in node.outputs), default_floor().tiles[0]
-    _, signals, events = previewed(patch, outputs, tile, SECONDS, RATE_HZ)
+    outputs = tuple(f"{node.type}.{port.name}" for port in node.outputs)
+    _, signals, events = previewed(patch, outputs, ONE_TILE, SECONDS, RATE_HZ)
     lines, time_s = [], np.arange(round(SECONDS * RATE_HZ)) / RATE_HZ
     for k, (name, values) in enumerate(signals.items()):
         x, y, _ = extremes(time_s, values[:, None], SECONDS / _POINTS)

@@ -187,7 +187,7 @@ def test_a_brittle_floor_lies_still_under_a_foot_that_only_stands():
 @cache
 def measured_step(name, seed=None):
     """What a step on one tile makes: the card's channels, and what the accelerometer measures."""
-    force_n, source = one_step("t1", SECONDS, float(RATE))
+    force_n, source = one_step(SECONDS, float(RATE))
     options = LoopOptions(plates=("accelerometer",), seed=seed)
     loop = Loop(Patch.load(preset_files.patches()[name], REGISTRY), REGISTRY, source, options)
     loop.send(Play(True), 0)

@@ -24,7 +24,7 @@ def load(name):
 
 def measured(name, profile=None):
     """What the accelerometer measures of the first bars."""
-    force_n, source = one_step("t1", SECONDS, float(RATE))
+    force_n, source = one_step(SECONDS, float(RATE))
     equalisers = equalisers_of({"t1": profile}) if profile else ()
     loop = Loop(load(name), REGISTRY, source, LoopOptions(plates=("accelerometer",), equalisers=equalisers))
     loop.send(Play(True), 0)

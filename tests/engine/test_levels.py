@@ -76,8 +76,10 @@ def test_levels_of_a_stimulus_are_its_own_and_those_of_its_tile(profile):
     assert plain.headroom_db > 0.0
 
 
-def test_a_preview_has_the_headroom_of_the_table_through_the_tile_s_own_equaliser(profile):
+def test_a_preview_has_the_headroom_of_the_table_through_the_tile_s_own_equaliser_at_its_place(profile):
     patch = Patch.load(preset_files.patches()["stimulus-td"], REGISTRY)
+    sink = next(node.id for node in patch.nodes if node.type == "tile-output")
+    patch = patch.add("tile-place", REGISTRY).connect("tile-place.distance", f"{sink}.level", REGISTRY)
     for of_tile in (None, profile):
         equalisers = equalisers_of({"t1": of_tile}) if of_tile else ()
         signals = previewed(patch, (), default_floor().tiles[0], 1.2, 48_000.0, measures=True, equalisers=equalisers)[1]

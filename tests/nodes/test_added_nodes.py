@@ -48,7 +48,7 @@ def added(patch, name):
 def room_db(patch, output):
     """Return the headroom of what a tile plays of this output on one adult step, in decibels."""
     patch = patch.add("tile-output", REGISTRY).connect(output, "tile-output.acceleration", REGISTRY)
-    force_n, source = one_step("t1", STEP_S, RATE_HZ)
+    force_n, source = one_step(STEP_S, RATE_HZ)
     loop = Loop(patch, REGISTRY, source)
     loop.send(Play(True), 0)
     drive = loop.play(len(force_n))

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict
+from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ
 from underfoot.engine.commands import Play, equalisers_of
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.preview import one_step
+from underfoot.engine.preview import ONE_TILE, one_step
 from underfoot.engine.safety import Limits
 from underfoot.floor.profile import Profile
 from underfoot.floor.tile_parameters import TileParameters
@@ -88,11 +88,11 @@ def levels_of(
     >>> found.commanded.peak_m_s2 > 1.0
     True
     """
-    tile = profile.tile if profile else "t1"
-    force_n, source = one_step(tile, SECONDS, RATE_HZ)
+    tile = replace(ONE_TILE, id=profile.tile) if profile else ONE_TILE
+    force_n, source = one_step(SECONDS, RATE_HZ, tile)
     options = LoopOptions(
         folder=folder,
-        equalisers=equalisers_of({tile: profile}) if profile else (),
+        equalisers=equalisers_of({tile.id: profile}) if profile else (),
         plates=("accelerometer", "foot"),
         simulation=simulation,
     )

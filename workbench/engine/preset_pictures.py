@@ -76,7 +76,7 @@ def _picture(numbers: NDArray[np.float64]) -> PresetPicture:
 
 
 def _computed(patch: Patch, folder: Path) -> NDArray[np.float64]:
-    force_n, source = one_step("t1", SECONDS, RATE_HZ)
+    force_n, source = one_step(SECONDS, RATE_HZ)
     loop = Loop(patch, REGISTRY, source, LoopOptions(folder=folder, plates=("accelerometer",)))
     loop.send(Play(True), 0)
     loop.send(Strike("", "t1"), round(STEP_S * RATE_HZ))

@@ -12,11 +12,13 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.engine.simulated_step import FORCE_HZ, STEP_S, adult_step
 from underfoot.floor.forces import ForceSeries
-from underfoot.floor.layout import Floor, Point, Tile, default_floor
+from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import node_id
 
+ONE_TILE = default_floor(1, 1).tiles[0]
+"""The thesis's tile, where no other is said."""
 WHOLE_STEP_S = 0.9
 """Duration of a step and its decay: the shortest preview of a patch without a duration of its own."""
 LONGEST_S = 10.0
@@ -41,12 +43,12 @@ def previewed(
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
     """Return the step's force in N (frames,), and `seconds` of signals and events of each scope ("node.port").
 
-    The step is on a tile as the thesis's, with the id and at the place of `tile`.
-    With `seconds` 0 they end once every node sleeps, after `WHOLE_STEP_S` at the earliest and `longest_s` at the
-    latest. With `measures`, the signals have what the tile was commanded, its response and its drive.
+    The step is that of `one_step`. With `seconds` 0 they end once every node sleeps, after `WHOLE_STEP_S` at the
+    earliest and `longest_s` at the latest. With `measures`, the signals have what the tile was commanded, its response
+    and its drive.
     """
     ends_by_itself = seconds == 0.0
-    force_n, source = one_step(tile.id, seconds or longest_s(patch), rate_hz, tile.centre_m)
+    force_n, source = one_step(seconds or longest_s(patch), rate_hz, tile)
     options = LoopOptions(
         rate_hz=rate_hz,
         block=_BLOCK,
@@ -103,12 +105,13 @@ def longest_s(patch: Patch) -> float:
     return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
 
 
-def one_step(
-    tile: str, seconds: float, rate_hz: float, centre_m: Point = (0.0, 0.0)
-) -> tuple[NDArray[np.float32], Replay]:
-    """Return the force of a step over the centre of a tile at each frame in N, and the source that replays it."""
+def one_step(seconds: float, rate_hz: float, tile: Tile = ONE_TILE) -> tuple[NDArray[np.float32], Replay]:
+    """Return the force of a step over the centre of a tile at each frame in N, and the source that replays it.
+
+    The tile is the thesis's, with the id and at the place of `tile`.
+    """
     time_s = np.arange(round((seconds + 0.1) * FORCE_HZ)) / FORCE_HZ
-    floor = Floor((replace(default_floor(1, 1).tiles[0], id=tile, centre_m=centre_m),))
+    floor = Floor((replace(ONE_TILE, id=tile.id, centre_m=tile.centre_m),))
     force_n, corners_n = adult_step(floor.tiles[0], time_s, STEP_S)
     source = Replay(ForceSeries(time_s, corners_n[:, None, :], FORCE_HZ), floor, rate_hz)
     frames = np.arange(round(seconds * rate_hz))

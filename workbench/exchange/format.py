@@ -65,7 +65,7 @@ class Export:
 
     def _source(self, seconds: float) -> tuple[ForceSource, float]:
         if self.force is None and self.floor is None:
-            return one_step("t1", seconds, RATE_HZ)[1], seconds
+            return one_step(seconds, RATE_HZ)[1], seconds
         forces, floor = None, self.floor
         if self.force not in (None, "none"):
             forces, floor = read_force_file(self.force, floor)

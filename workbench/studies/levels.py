@@ -41,7 +41,7 @@ def measured_peak_m_s2(patch: Patch, is_stopped: Callable[[], bool] = lambda: Fa
 
 
 def _peak_m_s2(patch: Patch, level_db: float = 0.0) -> float:
-    force_n, source = one_step("t1", SECONDS, RATE_HZ)
+    force_n, source = one_step(SECONDS, RATE_HZ)
     loop = Loop(patch, installed_nodes(), source, LoopOptions(block=1024, plates=("accelerometer",)))
     for command in (Level(level_db), Play(True)):
         loop.send(command, 0)

@@ -157,7 +157,7 @@ def _values(preset: str, node: str) -> dict[str, Any]:
 
 def _played(preset: str, seconds: float) -> tuple[NDArray[np.float64], ...]:
     """Return force (N), commanded and measured acceleration (m/s^2) of a preset under a step: (frames,) each."""
-    force_n, source = one_step("t1", seconds, float(RATE))
+    force_n, source = one_step(seconds, float(RATE))
     patch = Patch.load(preset_files.patches()[preset], REGISTRY)
     loop = Loop(patch, REGISTRY, source, LoopOptions(plates=("accelerometer",)))
     loop.send(Play(True), 0)
