@@ -323,6 +323,9 @@ def test_sessions_that_lack_answers_are_named_and_a_word_of_thanks_is_none(tmp_p
     with closing(SessionFile.open(paths[0])) as file:
         file.correct_id("P9")
     assert results_of(paths).remarks == ["Not finished, and counted as far as they go: P9 (P1.session)."]
+    with closing(SessionFile.open(paths[0])) as file:
+        file.leave_out("went home")  # who does not count
+    assert not any("Not finished" in remark for remark in results_of(paths).remarks)
 
 
 def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
