@@ -30,6 +30,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
+from underfoot.patch.patch import Patch
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import SILENT_S
 from underfoot.studies.markers import LslMarkers, SerialTrigger
@@ -84,8 +85,7 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
 
 def test_a_stimulus_reads_its_sound_files_beside_the_protocol(session, until, tmp_path, monkeypatch):
     """In a setting, too; a session has a folder of its own, in which they were sought."""
-    folder = tmp_path / "study"
-    folder.mkdir()
+    (folder := tmp_path / "study").mkdir()
     hum = np.sin(2.0 * np.pi * 100.0 * np.arange(48_000) / 48_000)
     for name, size in (("soft", 0.1), ("loud", 0.4)):
         soundfile.write(folder / f"{name}.wav", size * hum, 48_000)
@@ -99,6 +99,7 @@ def test_a_stimulus_reads_its_sound_files_beside_the_protocol(session, until, tm
     protocol = Protocol.loads(text, folder=folder)
     with taking_part(session, protocol, tmp_path / "a.session", until, folder=folder) as person:
         person.until_phase(Phase.READY)
+        Patch(title="edited meanwhile").save(folder / "player.json")  # which is not what the session was begun with
         person.press(600.0)
         person.finish_study()
         kept = person.runner.file.entries()
@@ -317,8 +318,7 @@ def test_who_comes_back_from_a_button_has_its_pause_whatever_follows(session, un
     protocol = Protocol.loads(protocol_text(stages=[buttons, RATED], stimuli={"X": {}}))
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         runner = person.runner
-        person.until(lambda: runner.study.entries, "the button is missed")
-        assert (runner.page.stage, runner.seconds_left > 30.0) == ("main", True)
+        person.until(lambda: runner.page.stage == "main" and runner.seconds_left > 30.0, "the button is missed")
         runner.repeat_last("a door slammed")
         assert (runner.page.stage, runner.seconds_left > 30.0) == ("buttons", True)
 

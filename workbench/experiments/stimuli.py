@@ -78,6 +78,10 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     def at(self, gain_db: float, folder: Path | None = None) -> Patch:
         """Return the patch with its settings, at `gain_db` re its level; `SILENT` for no vibration."""
+        return self.scaled(self.loaded(folder), gain_db)
+
+    def loaded(self, folder: Path | None) -> Patch:
+        """Return the patch as its file now is, with its settings; `SILENT` for no vibration."""
         if not self.patch:
             return SILENT
         patch = _loaded(self.patch, folder)
@@ -86,6 +90,10 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             patch = patch.set(node, parameter, value)
         if folder is not None:  # files in settings
             patch = with_files_kept(patch, installed_nodes(), folder.absolute(), None)
+        return patch
+
+    def scaled(self, patch: Patch, gain_db: float) -> Patch:
+        """Return what was `loaded` at `gain_db` re its level."""
         factor = 10.0 ** (gain_db / 20.0)
         if self.scaled_by and self.measured_m_s2 > 0.0:
             factor *= self.level_m_s2 / self.measured_m_s2

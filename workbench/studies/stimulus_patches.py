@@ -1,6 +1,5 @@
 """The patches of a study's stimuli at one participant's levels."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from underfoot.errors import require
@@ -15,12 +14,12 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import downstream, node_id, port_name
 
 
-@dataclass(frozen=True)
 class StimulusPatches:
-    """The patches of a protocol's stimuli; patch files are in `folder`."""
+    """The patches of a protocol's stimuli as they are in `folder` now: what is saved there later changes no trial."""
 
-    protocol: Protocol
-    folder: Path | None
+    def __init__(self, protocol: Protocol, folder: Path | None) -> None:
+        self.protocol = protocol
+        self._loaded = {name: one.loaded(folder) for name, one in protocol.stimuli.items()}
 
     def presented(self, presentation: Presentation, gain_db: float) -> Patch:
         """Return the patch of a presentation, with the participant's `gain_db`; raise `BadValue` beyond the limit."""
@@ -30,7 +29,11 @@ class StimulusPatches:
         total_db = presentation.gain_db + gain_db
         peak, limit = stimulus.peak_m_s2(total_db) or 0.0, self.protocol.limit_m_s2
         require(peak <= limit * (1.0 + 1e-9), presentation.stimulus, round(peak, 3), f"up to {limit:g} m/s^2")
-        return stimulus.at(total_db, self.folder)
+        return self.at(presentation.stimulus, total_db)
+
+    def at(self, stimulus: str, gain_db: float) -> Patch:
+        """Return the patch of a stimulus at `gain_db` re the protocol's level."""
+        return self.protocol.stimuli[stimulus].scaled(self._loaded[stimulus], gain_db)
 
     def adjusted(self, stimulus: str, question: Adjusted, value: float, gain_db: float) -> Patch:
         """Return the patch of a stimulus of which a participant has moved to `value` what the question says."""
@@ -42,7 +45,7 @@ class StimulusPatches:
     def kinds(self) -> list[Patch]:
         """Return one patch for each distinct program, and sound file, of the stimuli."""
         found: dict[tuple[object, ...], Patch] = {}
-        patches = [stimulus.at(0.0, self.folder) for stimulus in self.protocol.stimuli.values()]
+        patches = [self.at(name, 0.0) for name in self.protocol.stimuli]
         for patch in (SILENT, *patches) if patches else ():
             nodes = tuple((node.id, node.type) for node in patch.nodes)
             files = tuple(files_of(patch, installed_nodes()))
