@@ -359,3 +359,13 @@ def test_sensors_that_do_not_feel_light_loads_are_named_under_those(least_n, dea
     pressed = Presses("t1", at, load, felt, np.hstack([felt, felt]))
     said = [line for line in result_of(assess(pressed, TILE), pressed).warnings if "do all sensors feel" in line]
     assert [line.partition("(")[2][:16] for line in said] == ["median of 150 N)"] * warned
+
+
+@pytest.mark.parametrize(("aside_m", "named"), [(0.0, 0), (0.05, 1)])
+def test_a_place_that_was_pressed_elsewhere_is_named(aside_m, named):
+    """Of nine it made the uncertainty 51 mm, and nothing said which to press again."""
+    at, load, forces = made_sensors.Robot(SENSORS, rows=3, loads=(150.0, 300.0, 600.0)).presses()
+    at[np.hypot(*at.T) < 0.01] = aside_m, 0.0
+    pressed = Presses("t1", at, load, forces)
+    said = [line for line in result_of(assess(pressed, TILE), pressed).warnings if "another one pressed" in line]
+    assert [line[:29] for line in said] == ["the place at x 50 mm, y 0 mm "] * named

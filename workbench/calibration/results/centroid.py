@@ -31,6 +31,8 @@ _COMPENSATED_OFF, _STATIC_OFF, _LIGHT_N = 0.1, 0.2, 50.0
 """Shares by which forces of a good calibration, compensated or by weights, are not off the reference's; and a load
 below which it is as many newtons as there.
 """
+_OFF_MM, _OFF_TIMES = 20.0, 3.0
+"""Millimetres, beyond this many times the median error, by which a place is off where another one was pressed."""
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
 
 
@@ -57,13 +59,28 @@ def result_of(
         quantities=quantities,
         verdict=verdict_of(found),
         good=found.good,
-        warnings=(*found.left_out, *_disagreement(presses)),
+        warnings=(*found.left_out, *_misplaced(found.used), *_disagreement(presses)),
         drawings=drawings_of(found),
         raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
         part=part_of(found, reference),
         tile=found.tile.id,
         method=METHOD,
     )
+
+
+def _misplaced(found: CentroidAccuracy) -> tuple[str, ...]:
+    """Return a line on each place that is found far off with most of its loads, where others are not."""
+    errors_mm, lines = found.errors_mm(found.after_m), []
+    usual_mm = float(np.median(errors_mm))
+    for place in np.unique(found.at_m, axis=0):
+        off_mm = float(np.median(errors_mm[(found.at_m == place).all(axis=1)]))
+        if off_mm > _OFF_MM + _OFF_TIMES * usual_mm:
+            x, y = 1e3 * place + 0.0
+            lines.append(
+                f"the place at x {x:.0f} mm, y {y:.0f} mm is found {off_mm:.0f} mm off, half of all within "
+                f"{usual_mm:.0f} mm: was another one pressed? Press it again, or skip it"
+            )
+    return tuple(lines)
 
 
 def _disagreement(presses: Presses) -> tuple[str, ...]:
