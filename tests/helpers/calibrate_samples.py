@@ -20,6 +20,7 @@ MIDDLE = (0.02, -0.05)
 HELD = 20
 """Readings for which a load must be at rest."""
 REFERENCE = ask("load_cell", Text("", doc="Where it is."))
+UNCERTAIN = [f"acceleration_{part}_percent" for part in ("repeatability", "flatness", "linearity")]
 PAGES = ("setup", "tare", "weigh", "note", "bell", "result")
 
 
@@ -82,8 +83,8 @@ class Weighing:
         level = float(np.abs(self._heard).max()) * 10.0
         part = Response(
             made="2026-02-03", error=0.5, error_allowed=1.0, error_unit="dB", verdict="It rings true.",
-            figures={"level_db": level}, frequencies_hz=(50.0, 100.0), magnitude=(1.0, level),
-            acceleration_per_unit=level,
+            figures={"level_db": level} | dict.fromkeys(UNCERTAIN, 1.0), frequencies_hz=(50.0, 100.0),
+            magnitude=(1.0, level), acceleration_per_unit=level,
         )  # fmt: skip
         curve = Drawing("Bell", "frequency, Hz", "level", (series("bell", [50, 100], [1, level]),), x_log=True)
         bell = np.array([[50.0, 1.0], [100.0, level]])

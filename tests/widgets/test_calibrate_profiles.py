@@ -8,7 +8,7 @@ from datetime import date
 import msgspec
 import pytest
 from calibrate_driver import LEFT, CalibrateDriver
-from calibrate_samples import MIDDLE, Weighing
+from calibrate_samples import MIDDLE, UNCERTAIN, Weighing
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
@@ -134,6 +134,19 @@ def test_a_measurement_without_a_result_says_its_conditions_and_the_tile_s_seria
     page = (tmp_path / "response.html").read_text()
     noted = "21 degrees (noted on 2024-05-01)"
     assert re.findall("<th>(?:serial number|conditions)</th><td>(.*?)</td>", page) == ["A9", noted]
+
+
+def test_a_simulated_tile_that_has_changed_since_its_last_calibration_is_told(driver):
+    before = Response(
+        made="2026-01-01", simulated=True, acceleration_per_unit=2.5, figures=dict.fromkeys(UNCERTAIN, 1.0),
+        frequencies_hz=(50.0, 100.0), magnitude=(1.0, 1.0),
+    )  # fmt: skip
+    Profile(tile="t1").with_part(before).save(driver.file())
+    driver.workspace.profiles.follow(default_floor())
+    driver.wait(lambda: driver.workspace.profiles.of("t1").response is not None)
+    driver.begin()
+    driver.go("result")
+    assert "% more than on 2026-01-01" in driver.wizard.result.warnings.text()
 
 
 def test_a_profile_that_is_too_old_is_flagged(driver):
