@@ -84,7 +84,7 @@ class RecordingPlayer(QObject):
         if missing := self._open_patch.nodes.missing_text(patch):
             self.notified.emit(f"{opened.path} is not played: {missing}")
             return
-        self._controller.edit(patch, folder)
+        self._listening.play_recorded(patch, folder)
         self._start_replay(opened)
 
     def _start_replay(self, opened: OpenedRecording) -> None:

@@ -1,6 +1,7 @@
 """Selection of the played signal: slot A or B, with matched levels; a single node; once, or in a loop."""
 
 import math
+from pathlib import Path
 
 from msgspec import Struct
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -50,6 +51,7 @@ class Listening(QObject):
         self._stale = set(SLOTS)
         self._blind_slot = ""
         self._preset: Patch | None = None
+        self._recorded: tuple[Patch, Path | None] | None = None
         self._blind_timer = QTimer(self, singleShot=True, interval=SILENCE_MS)
         self._blind_timer.timeout.connect(self._play_blind_slot)
         self._steps_when_swapped = False
@@ -97,8 +99,14 @@ class Listening(QObject):
             self._loop_s = seconds
             self._controller.set_loop_length(seconds)
 
+    def play_recorded(self, patch: Patch, folder: Path | None) -> None:
+        """Play the patch of a recording, whatever is edited, until `play_selected`, a node alone or a blind test."""
+        self._recorded = (patch, folder)
+        self._apply()
+
     def play_selected(self) -> None:
-        """Play what is selected here: also after another patch was played, as that of a recording."""
+        """Play what is selected here, and no recording's patch."""
+        self._recorded = None
         self._apply()
 
     # --- single nodes ---
@@ -106,7 +114,7 @@ class Listening(QObject):
     def audition(self, output: AuditionedOutput) -> None:
         """Play one output alone, until `end_audition`."""
         is_new = self.auditioned_output is None or self.auditioned_output.node != output.node
-        self.auditioned_output = output
+        self.auditioned_output, self._recorded = output, None
         text = self._apply()
         if is_new:
             self._steps_when_swapped = True
@@ -165,7 +173,7 @@ class Listening(QObject):
 
         A silence precedes it, always of the same length, so that timing reveals nothing.
         """
-        self._blind_slot, self.auditioned_output = slot, None
+        self._blind_slot, self.auditioned_output, self._recorded = slot, None, None
         self.loop(False)
         self._controller.send(Play(False))
         self._apply(anew=True)
@@ -210,6 +218,10 @@ class Listening(QObject):
         if self._preset is not None:
             self._played = ("", None)
             self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S, is_other=True)
+            return ""
+        if self._recorded is not None:
+            self._played = ("", None)
+            self._controller.edit(*self._recorded, is_other=True)
             return ""
         slot = self._blind_slot or self._open_patch.slot
         open_patch, other = self._open_patch, self._open_patch.other

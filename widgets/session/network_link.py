@@ -27,7 +27,7 @@ address that is not there yet."""
 QUIET_S = 10.0
 """Time without a refused message after which the next one is said: a sender of wrong ones sends many."""
 LENT_MESSAGE = "a study or a scene has the floor, which takes only marks and panic meanwhile"
-HEARD_MESSAGE = "somebody hears a preset in place of the patch; only marks and panic are taken meanwhile"
+HEARD_MESSAGE = "a preset or a recording is heard in place of the patch; only marks and panic are taken meanwhile"
 
 
 class NetworkLink(QObject):
