@@ -13,7 +13,7 @@ from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.calibration.science.centroid_fit import centroid
 from underfoot.calibration.science.clicks import click_delays, click_train
-from underfoot.calibration.science.load_checks import require_weight
+from underfoot.calibration.science.load_checks import require_response, require_weight
 from underfoot.calibration.science.pair_plausibility import require_plausible
 from underfoot.calibration.science.plate_stiffness import line_of
 from underfoot.calibration.science.press_checks import is_steady, require_place, require_signal, require_unclipped
@@ -112,6 +112,16 @@ def test_hum_of_the_mains_is_named_in_place_of_the_hand():
     hand = Hand(lambda corners: corners, spoil=humming(9.0))
     with pytest.raises(BadMeasurement, match="a sensor swings by 9 N on the empty tile: look for hum of the mains"):
         run(CentroidProcedure(TILE), hand, {"form": "quick", "loads_n": (100.0,)})
+
+
+@pytest.mark.parametrize(("from_n", "advice"), [(400.0, "choose a smaller full scale"), (3.0, "look for hum")])
+def test_a_reading_that_clips_under_nearly_nothing_needs_no_smaller_full_scale(from_n, advice):
+    """Hum of 1000 counts reached the end of the range at 3 of 600 N."""
+    force = np.linspace(0.0, 500.0, 501)
+    readings = np.tile(REST, (501, 1))
+    readings[:, 0] = np.where(force < from_n, 1000.0 + 20.0 * force, 65535.0)
+    with pytest.raises(BadMeasurement, match=rf"clips: it stays at 65535 above {from_n:.0f} N; {advice}.* or take"):
+        require_response(0, REST, readings, force, 600.0)
 
 
 def test_a_press_elsewhere_is_refused_from_some_centimetres_on():

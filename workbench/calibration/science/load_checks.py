@@ -108,9 +108,11 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
                 f"sensor {sensor + 1} goes to {stays:.0f} at {force_n[railed].min():.0f} N, against the way of its "
                 "reading; look for a loose plug or wire"
             )
+        least_n = float(force_n[railed].min())
+        why = "choose a smaller full scale" if least_n > _STAYS * full_scale_n else HUM
         raise BadMeasurement(
-            f"sensor {sensor + 1} clips: it stays at {stays:.0f} above {force_n[railed].min():.0f} N; "
-            f"choose a smaller full scale, or another divider{question}"
+            f"sensor {sensor + 1} clips: it stays at {stays:.0f} above {least_n:.0f} N; {why}, or take "
+            f"another divider{question}"
         )
 
 
