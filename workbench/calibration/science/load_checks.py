@@ -95,25 +95,7 @@ def require_response(sensor: int, rest: Floats, readings: Floats, force_n: Float
             f"the load cell gives no force while sensor {sensor + 1} is pressed: {force_n.max():.2g} N at most; does "
             "the press go through it, and does it count newtons?"
         )
-    top = float(pressed.max())
-    question = unshifted(int(top))
-    railed = np.isin(pressed, (*_RAILS, top) if question else _RAILS) & (change[:, sensor] > _CLEAR_COUNTS)
-    # One of fewer bits is passed on the way up, too: it stays there while the force rises.
-    rises = np.ptp(force_n[railed]) > _STAYS * full_scale_n if question and railed.any() else True
-    if np.count_nonzero(railed) >= _LEAST_SAMPLES and rises:
-        stays = float(pressed[railed][0])
-        others = pressed[~railed & (force_n > _STAYS * full_scale_n)]
-        if others.size and (np.median(others) - rest[sensor]) * (stays - rest[sensor]) < 0.0:
-            raise BadMeasurement(
-                f"sensor {sensor + 1} goes to {stays:.0f} at {force_n[railed].min():.0f} N, against the way of its "
-                "reading; look for a loose plug or wire"
-            )
-        least_n = float(force_n[railed].min())
-        why = "choose a smaller full scale" if least_n > _STAYS * full_scale_n else HUM
-        raise BadMeasurement(
-            f"sensor {sensor + 1} clips: it stays at {stays:.0f} above {least_n:.0f} N; {why}, or take "
-            f"another divider{question}"
-        )
+    _require_unclipped(sensor, float(rest[sensor]), pressed, force_n, full_scale_n)
 
 
 def require_cell(sensor: int, readings: Floats, force_n: Floats, full_scale_n: float) -> None:
@@ -171,6 +153,28 @@ def require_weight(
         raise BadMeasurement(
             f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under about {apparent_n:.0f} N; "
             "check the weight"
+        )
+
+
+def _require_unclipped(sensor: int, rest: float, pressed: Floats, force_n: Floats, full_scale_n: float) -> None:
+    """Refuse readings (n,) of the pressed sensor that stay at an end of its range, away from the one at `rest`."""
+    top = float(pressed.max())
+    question = unshifted(int(top))
+    railed = np.isin(pressed, (*_RAILS, top) if question else _RAILS) & (np.abs(pressed - rest) > _CLEAR_COUNTS)
+    # One of fewer bits is passed on the way up, too: it stays there while the force rises.
+    rises = np.ptp(force_n[railed]) > _STAYS * full_scale_n if question and railed.any() else True
+    if np.count_nonzero(railed) >= _LEAST_SAMPLES and rises:
+        stays = float(pressed[railed][0])
+        others, least_n = pressed[~railed & (force_n > _STAYS * full_scale_n)], float(force_n[railed].min())
+        if others.size and (np.median(others) - rest) * (stays - rest) < 0.0:
+            raise BadMeasurement(
+                f"sensor {sensor + 1} goes to {stays:.0f} at {least_n:.0f} N, against the way of its "
+                "reading; look for a loose plug or wire"
+            )
+        why = "choose a smaller full scale" if least_n > _STAYS * full_scale_n else HUM
+        raise BadMeasurement(
+            f"sensor {sensor + 1} clips: it stays at {stays:.0f} above {least_n:.0f} N; {why}, or take "
+            f"another divider{question}"
         )
 
 
