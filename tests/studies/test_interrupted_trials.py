@@ -9,6 +9,7 @@ import pytest
 from made_studies import made_protocol
 from people import open_session, taking_part
 
+from underfoot.engine.reports import ProcessDied
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import rows_of
@@ -94,5 +95,8 @@ def test_a_trial_that_awaits_a_key_is_presented_though_the_engine_was_lost(until
         os.kill(session.pids["engine"], signal.SIGKILL)
         person.until(lambda: person.runner.messages, "it is told")
         assert person.runner.phase is Phase.WAITING
+        person.until_phase(Phase.READY)
+        person.runner.start()
+        person.runner.poll([ProcessDied("engine", "it ended")])  # while it is felt, so that it is spoiled
         person.finish_study()
-        assert len(person.runner.file.entries()) == 1
+        assert [entry.spoiled for entry in person.runner.file.entries()] == ["the engine was lost: it ended", ""]
