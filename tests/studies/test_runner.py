@@ -350,9 +350,7 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
             wanted.append(known.position(now))
         assert [move[1] for move in emulated.servo.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
         assert {move[2] for move in emulated.servo.moves} == {1.0}
-        set_for = [
-            name for name, entry in zip(felt, runner.study.entries, strict=True) if "stiffness_set" in entry.facts
-        ]
+        set_for = [e.trial.intervals[0].stimulus for e in runner.study.entries if "stiffness_set" in e.facts]
         assert sorted(set_for) == ["hard", "soft"]
     finally:
         emulated.close()

@@ -154,10 +154,8 @@ def test_what_the_answers_say_is_drawn_while_the_study_runs(bench):
         bench.until(Phase.ANSWERING)
         bench.key(Qt.Key.Key_1)
     bench.wait(lambda: bench.workspace.experimenter.drawings.plots)
-    assert [plot.drawing.title for plot in bench.workspace.experimenter.drawings.plots] == [
-        "Learning",
-        "All: confusions",
-    ]
+    titles = [plot.drawing.title for plot in bench.workspace.experimenter.drawings.plots]
+    assert titles == ["Learning", "All: confusions"]
     bench.workspace.running.background.join()
 
 
