@@ -215,13 +215,10 @@ class Listening(QObject):
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
         """Set the patch of the session; return a description of how a node is played alone."""
         anew, self._is_node_set_new = anew or self._is_node_set_new, False
-        if self._preset is not None:
+        instead = self._recorded if self._preset is None else (self._preset, None)
+        if instead is not None:
             self._played = ("", None)
-            self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S, is_other=True)
-            return ""
-        if self._recorded is not None:
-            self._played = ("", None)
-            self._controller.edit(*self._recorded, is_other=True)
+            self._controller.edit(*instead, anew=anew, settle_s=SETTLE_S, is_other=True)
             return ""
         slot = self._blind_slot or self._open_patch.slot
         open_patch, other = self._open_patch, self._open_patch.other
