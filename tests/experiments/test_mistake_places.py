@@ -2,7 +2,9 @@
 
 import pytest
 
+from underfoot.experiments.analysis.thesis import THRESHOLD_M_S2
 from underfoot.experiments.draft import Draft
+from underfoot.experiments.methods import METHODS
 from underfoot.experiments.mistake_places import in_form
 
 STAGE = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {}}}
@@ -43,9 +45,10 @@ def test_what_has_no_place_stays_as_it_is():
     assert in_form("a thousand of this name are there", {}) == "a thousand of this name are there"
 
 
-@pytest.mark.parametrize("kind", ["staircases", "adjustment"])
-def test_in_a_new_study_a_method_that_moves_the_level_needs_no_more_than_the_stimulus_that_is_moved(kind, tmp_path):
-    """Staircases said at once that 126 m/s^2 is too much, and the method of adjustment 40."""
+@pytest.mark.parametrize("kind", METHODS)
+def test_a_new_study_has_no_mistake_with_any_method_and_is_felt_beside_the_thesis_s_threshold(kind, tmp_path):
+    """Staircases said at once that 126 m/s^2 is too much, and then that *nothing* cannot be followed."""
     draft = Draft.new(tmp_path)
-    draft.raw["stages"][0]["method"] = {"kind": kind, "parameters": {"followed": ["A"]}}
+    draft.raw["stages"][0]["method"] = {"kind": kind, "parameters": {}}
     assert draft.first_mistake() == ""
+    assert draft.checked().stimuli["A"].level_m_s2 > 2.5 * THRESHOLD_M_S2

@@ -74,7 +74,7 @@ BAD = {
         "$.stimuli.TD.factors is 'number'; allowed: names that are not columns of the table of trials already",
     ),
     "a staircase of nothing": (
-        protocol_text(stages=[trials("staircases")]),
+        protocol_text(stages=[trials("staircases", followed=["TD", "X"])]),
         "$.stages[0].method.parameters.followed is 'X'; allowed: stimuli with a level above 0, and with scaled_by",
     ),
     "a level that QUEST+ cannot move": (

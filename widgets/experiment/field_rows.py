@@ -110,8 +110,9 @@ class FieldRows(QWidget):
             return text
         line = DocumentLine(value_text(parameter, value))
         match parameter:
-            case StimulusNames():
-                line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
+            case StimulusNames(moved=moved):
+                all_of = "all that vibrate" if moved else f"all: {', '.join(self._stimuli)}"
+                line.setPlaceholderText(all_of[:80])
             case TextLine():
                 line.setPlaceholderText("none")
             case Rows(columns=columns):

@@ -29,7 +29,7 @@ _NEW: Mapping[str, Any] = {
     "title": "My study",
     "seed": 1,
     "stimuli": {
-        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 20.4, "level_m_s2": 0.6},
+        "A": {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 20.4, "level_m_s2": 1.2},
         "nothing": {},
     },
     "stages": [

@@ -32,9 +32,13 @@ BLOCK_ROW = "block_row"
 
 @dataclass(frozen=True)
 class StimulusNames(TextLine):
-    """Names of stimuli of the protocol, at least `least`; an empty list means all stimuli, in their order."""
+    """Names of stimuli of the protocol, at least `least`; an empty list means all stimuli, in their order.
+
+    Of stimuli that are `moved`, it means all that vibrate: what is nothing, as in catch trials, cannot be moved.
+    """
 
     least: int = field(default=1, kw_only=True)
+    moved: bool = field(default=False, kw_only=True)
     kind: ClassVar[str] = "stimuli"
 
     @property
@@ -96,7 +100,8 @@ class Method(ABC):
         require(bool(stimuli) or not cls.uses_stimuli, "stimuli", {}, f"at least one; {cls.kind} presents them")
         for name, parameter in cls.parameters.items():
             if isinstance(parameter, StimulusNames):
-                values[name] = values[name] or tuple(stimuli)
+                those = [one for one in stimuli if stimuli[one].patch] if parameter.moved else []
+                values[name] = values[name] or tuple(those or stimuli)
                 require(len(values[name]) >= parameter.least, name, values[name], f"at least {parameter.least} stimuli")
         for name, one in cls._stimuli_in(values):
             is_none = one == "" == cls.parameters[name].default

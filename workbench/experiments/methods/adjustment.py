@@ -38,7 +38,7 @@ class Adjustment(BlockedMethod):
         "The participant moves the level, or another number of the patch, until it is just felt, or feels like a "
         "standard; the threshold or equal value, its spread, and what the start does to it come of that."
     )
-    followed = StimulusNames((), doc="What is moved.")
+    followed = StimulusNames((), doc="What is moved.", moved=True)
     standard = StimulusName("", doc="What it is to feel like; none: until it is just felt.")
     parameter = Text(
         "", doc="What moves: a number of the patch, as node.parameter; empty: the level.", label="Instead of level"

@@ -56,7 +56,7 @@ class Staircases(Method):
 
     kind, name = "staircases", "Up-down staircases"
     about = "The level goes down after a yes and up after a no; where it turns tells the threshold or the equal level."
-    followed = StimulusNames((), doc="Whose level moves.")
+    followed = StimulusNames((), doc="Whose level moves.", moved=True)
     standard = StimulusName("", doc="What it is compared with; none: one interval, yes or no.")
     pairs = Count(1, 1, 20, doc="Pairs of staircases of each stimulus, from above and from below.")
     interleaved = Choice(
@@ -74,7 +74,7 @@ class Staircases(Method):
     catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing; without a standard only.")
     empty_every = Count(0, 0, 1000, doc="Every so manyth trial is announced as empty; 0: none. As catch trials.")
     lowest_db = Number(-60.0, -120.0, 0.0, doc="No lower than this.", unit="dB")
-    highest_db = Number(30.0, 0.0, 60.0, doc="No higher than this.", unit="dB")
+    highest_db = Number(24.0, 0.0, 60.0, doc="No higher than this.", unit="dB")
     most_trials = Count(120, 10, 10000, doc="A staircase that has not ended after so many is given up.")
     question = Text("", doc="What is asked after each trial; empty: what is usual, with a standard or without.")
 
