@@ -182,8 +182,9 @@ def remove_file(path: str | Path) -> None:
 
 
 @contextmanager
-def replaced(path: str | Path) -> Iterator[Path]:
-    """Yield an empty file beside `path` to be written, and let it replace `path` at the end of the block.
+def replaced(path: str | Path, *, is_new: bool = False) -> Iterator[Path]:
+    """Yield an empty file beside `path` to be written, and let it replace `path` at the end of the block; what `is_new`
+    replaces nothing, and is refused.
 
     If the block raises, the file is removed and `path` is unchanged. Behind a link, the file that it names is replaced.
     Permissions are those of the old file, or of any new one. Raise `BadFile` if the file cannot be created or moved;
@@ -209,9 +210,23 @@ def replaced(path: str | Path) -> Iterator[Path]:
                 os.fsync(file.fileno())
             if target.exists():
                 part.chmod(stat.S_IMODE(target.stat().st_mode))
-            _put_in_place(part, target)
+            (put_where_none_is if is_new else _put_in_place)(part, target)
     finally:
         part.unlink(missing_ok=True)
+
+
+def put_where_none_is(path: Path, target: Path) -> None:
+    """Rename a file; raise `FileExistsError` if there is one of the new name, also if it appears only now."""
+    try:
+        os.link(path, target)  # in contrast to a rename, this never replaces a file
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links, such as a memory stick's
+        if target.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST)) from None
+        path.rename(target)
+    else:
+        path.unlink()
 
 
 def _put_in_place(part: Path, target: Path) -> None:

@@ -42,10 +42,13 @@ def version_of(base: sqlite3.Connection, path: str | Path, application_id: int, 
 
 @contextmanager
 def created(
-    path: Path, application_id: int, version: int, tables: str, about: Mapping[str, str]
+    path: Path, application_id: int, version: int, tables: str, about: Mapping[str, str], *, is_new: bool = False
 ) -> Iterator[sqlite3.Connection]:
-    """Make a file with these tables and entries beside `path`; it is moved there at the end of the block."""
-    with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
+    """Make a file with these tables and entries beside `path`; it is moved there at the end of the block.
+
+    What `is_new` replaces no file that is there by then; `BadFile` refuses it.
+    """
+    with replaced(path, is_new=is_new) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
         base.executescript(f"pragma application_id = {application_id}; pragma user_version = {version}; {tables}")
         base.executemany("insert into about values (?, ?)", about.items())
         yield base

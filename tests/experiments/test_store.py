@@ -7,8 +7,10 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -101,6 +103,27 @@ def test_a_session_goes_on_in_one_place_only_and_can_be_read_everywhere(tmp_path
         # so it can also be read from a folder that cannot be written
         assert sorted(os.listdir(tmp_path)) == ["a.session", "linked"]
     assert path.read_bytes() == kept
+
+
+def test_of_two_windows_that_begin_a_session_in_one_moment_one_has_it(tmp_path):
+    """The later file replaced the earlier, in which the other window went on without a word."""
+    path = tmp_path / "a.session"
+
+    def begun(both):
+        both.wait()
+        try:
+            return made(path)
+        except BadFile as error:
+            return str(error)
+
+    with ThreadPoolExecutor(2) as windows:
+        for _ in range(3):
+            both = Barrier(2)
+            found = sorted(windows.map(begun, [both] * 2), key=lambda one: isinstance(one, str))
+            with closing(found[0]) as file:
+                assert "is there already" in found[1] or "file exists" in found[1]
+                file.add_note("it is the one that is there")
+            path.unlink()
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="such a user may write anywhere")

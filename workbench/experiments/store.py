@@ -112,7 +112,7 @@ class SessionFile:
         folder: Path | None = None,
         about: Mapping[str, str] | None = None,
     ) -> "SessionFile":
-        """Return a new session file for a checked protocol, whose patches are in `folder`.
+        """Return a new session file, which is held, for a checked protocol, whose patches are in `folder`.
 
         `about` is further metadata: target, profiles. The file may be shared, so no folder of this computer is kept.
         Raises `BadFile` if the file exists, and `BadValue` if a package that a method needs is not installed.
@@ -135,11 +135,17 @@ class SessionFile:
             "system": platform.platform(),
         }
         try:
-            with created(path, APPLICATION_ID, VERSION, _TABLES, known) as base:
+            with created(path, APPLICATION_ID, VERSION, _TABLES, known, is_new=True) as base:
                 base.executemany("insert into patch values (?, ?)", _patches(protocol, folder).items())
         except sqlite3.Error as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
-        return SessionFile.open(path)
+        file = SessionFile.open(path)
+        try:
+            file.hold()  # or else another window has found it already, and goes on with it
+        except BadFile:
+            file.close()
+            raise
+        return file
 
     @staticmethod
     def open(path: str | Path) -> "SessionFile":

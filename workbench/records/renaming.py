@@ -1,6 +1,5 @@
 """A new name for a recording's file, which is never taken from another file, nor given while somebody writes to it."""
 
-import os
 import re
 import sqlite3
 import time
@@ -8,7 +7,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.files import OF_DEVICE, reason_of, uri_of
+from underfoot.files import OF_DEVICE, put_where_none_is, reason_of, uri_of
 from underfoot.records.recording import Recording
 from underfoot.records.survey import cached_files
 
@@ -102,15 +101,8 @@ def _move(path: Path, target: Path) -> None:
             raise FileExistsError
         if target.exists() or path.is_symlink():
             path.rename(target)
-            return
-        try:
-            os.link(path, target)  # in contrast to a rename, this never replaces a file
-        except FileExistsError:
-            raise
-        except OSError:
-            path.rename(target)  # a file system without links, such as a memory stick's
         else:
-            path.unlink()
+            put_where_none_is(path, target)
     except FileExistsError:
         raise BadFile(f"{target.name} is there already; choose another name") from None
     except OSError as error:
