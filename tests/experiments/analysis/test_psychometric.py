@@ -137,6 +137,8 @@ def test_who_may_have_guessed_or_taken_keys_for_each_other_is_named_since_the_es
     )
     around = "The answers of e go the other way than most, and count: keys or question may be mistaken."
     assert found.remarks == [said, around]
+    (alone,) = constant.findings([row for row in rows if row["participant"] == "e"], Settings(bootstrap=0)).remarks
+    assert alone == "The curves of e fall with db: question, keys or judged_more may be mistaken."
     (of_few,) = (row for row in found.tables[0].rows if row[:2] == ("c", "threshold"))
     assert of_few[2:5] == (pytest.approx(0.0), -math.inf, math.inf)
 

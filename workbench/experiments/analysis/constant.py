@@ -250,7 +250,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     along = f"Along {axis_label(axis)}{f'; each number is of {axis_label(condition)}' if condition else ''}."
     how = f"{along} {_how(lines, half, guessed, settings, with_nothing=bool(nothing))}"
     found.tables.append(estimates_table("Curves of each person", "participant", lines, how))
-    found.remarks += _unbounded(lines, half) + _turned_around(lines)
+    found.remarks += _unbounded(lines, half) + _turned_around(lines, axis)
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     is_thesis = _is_of_thesis(rows, axis, condition)
@@ -350,18 +350,28 @@ def _unbounded(lines: Sequence[tuple[str, Estimate]], half: str) -> list[str]:
     return [f"The answers of {people} may be guesses: {its}."]
 
 
-def _turned_around(lines: Sequence[tuple[str, Estimate]]) -> list[str]:
-    """Return whose curves run against most people's, by slopes whose intervals are on one side of 0.
+def _turned_around(lines: Sequence[tuple[str, Estimate]], axis: str) -> list[str]:
+    """Return whose curves fall, unless most rise, or run against most people's; slopes whose intervals hold 0 say
+    nothing.
 
     >>> slopes = {"P1": 0.5, "P2": 0.4, "P3": -0.3, "P4": -0.1}.items()
-    >>> _turned_around([(who, Estimate("slope", at, at - 0.2, at + 0.2)) for who, at in slopes])
+    >>> lines = [(who, Estimate("slope", at, at - 0.2, at + 0.2)) for who, at in slopes]
+    >>> _turned_around(lines, "stiffness_n_mm")
     ['The answers of P3 go the other way than most, and count: keys or question may be mistaken.']
+    >>> _turned_around(lines[2:], "stiffness_n_mm")
+    ['The curves of P3 fall with stiffness: question, keys or judged_more may be mistaken.']
     """
     sure = [(who, one.value) for who, one in lines if one.name.split(" ")[0] == "slope" and one.low * one.high > 0.0]
     most = sum(math.copysign(1.0, value) for _, value in sure)
-    if not (people := ", ".join(dict.fromkeys(who for who, value in sure if value * most < 0.0))):
-        return []
-    return [f"The answers of {people} go the other way than most, and count: keys or question may be mistaken."]
+    found = list[str]()
+    if most <= 0.0 and (falling := ", ".join(dict.fromkeys(who for who, value in sure if value < 0.0))):
+        what = axis_label(axis).partition(",")[0]
+        found.append(f"The curves of {falling} fall with {what}: question, keys or judged_more may be mistaken.")
+    if people := ", ".join(dict.fromkeys(who for who, value in sure if value * most < 0.0)):
+        found.append(
+            f"The answers of {people} go the other way than most, and count: keys or question may be mistaken."
+        )
+    return found
 
 
 def _is_unbounded(one: Estimate) -> bool:
