@@ -11,6 +11,8 @@ from underfoot.floor.layout import default_floor
 
 RATE, BLOCK, FULL_SCALE = 48_000, 64, 20.0
 DELAY = 3_000
+BEGIN = 100 * 365 * 86_400 * RATE
+"""The session frame that is the first: what takes a step for each lap of a ring so far does not end."""
 FLOOR = default_floor(1, 2)
 
 
@@ -30,24 +32,26 @@ def noise(frames, seed=1):
 
 
 def simulated_recording(memory, played, arrives, told=DELAY):
-    """What is told of t2's accelerometer while `played` goes out and `arrives` comes in: by session frame, NaN in gaps.
+    """What is told of t2's accelerometer while `played` goes out and `arrives` comes in: by frame from `BEGIN` on,
+    NaN in gaps.
 
     And how often it was aligned anew.
     """
     reader = CardReader((Accelerometer("t2", 0, FULL_SCALE),), FLOOR, memory, RATE, BLOCK, inputs=1)
     reader.delay_frames = told
-    measured, found = Reader(memory.measured, 0), np.full(len(played), np.nan)
+    memory.skip(BEGIN)
+    measured, found = Reader(memory.measured), np.full(len(played), np.nan)
     rows = np.zeros((BLOCK, 2), np.float32)
     for block, at in enumerate(range(0, len(played) - BLOCK, BLOCK)):
         rows[:, 1] = played[at : at + BLOCK]
         memory.vibration.write(rows, BLOCK)
         reader.recorded[:, 0] = arrives[at : at + BLOCK]
-        reader.write(at, BLOCK)
+        reader.write(BEGIN + at, BLOCK)
         if block % 40 == 39:
             reader.align()
             for _ in range(2):  # a gap parts what is read
                 first, new = measured.read()
-                found[first : first + len(new)] = new[:, 1] / FULL_SCALE
+                found[first - BEGIN : first - BEGIN + len(new)] = new[:, 1] / FULL_SCALE
     return found, reader.jumps
 
 

@@ -118,7 +118,7 @@ class CardReader:
         return delay_of(played, recorded_there, self.delay_frames, self._near, is_new=self._is_new), tile
 
     def _kept(self, begin: int, end: int) -> NDArray[np.float32]:
-        return np.take(self._rows, np.arange(begin, end) - self._origin, axis=0, mode="wrap")
+        return self._rows[(np.arange(begin, end) - self._origin) % len(self._rows)]
 
     def _publish(self, begin: int, end: int) -> None:
         _write_new(self._ring, self._kept(begin, end), begin - self.delay_frames, end - begin)
@@ -132,7 +132,7 @@ class CardReader:
 def _rows_of(ring: Ring, begin: int, end: int) -> NDArray[np.float32]:
     """Return past rows of a ring; 0 before its first and after its last row."""
     frames = np.arange(begin, end)
-    rows = np.take(ring.rows, frames, axis=0, mode="wrap")
+    rows = ring.rows[frames % len(ring.rows)]
     rows[(frames < 0) | (frames >= ring.written)] = 0.0
     return rows
 

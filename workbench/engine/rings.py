@@ -117,7 +117,8 @@ def copy_rows(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDA
 
 def _copy_seen(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
     """Do as `copy_rows`, for rows that were written a while ago."""
-    np.take(rows, np.arange(first, first + len(out)), axis=0, out=out, mode="wrap")
+    at = np.arange(first, first + len(out)) % len(rows)  # not by `mode="wrap"`: it takes a step for each lap so far
+    np.take(rows, at, axis=0, out=out, mode="clip")
     return int(header["written"][0])
 
 
