@@ -43,7 +43,7 @@ def read_all(path):
         recording.acceleration("measured"), recording.acceleration("commanded")
 
 
-def test_one_that_was_killed_before_its_first_block_is_empty_and_monitor_says_so(tmp_path):
+def test_one_that_was_killed_before_its_first_block_is_empty_and_commands_say_so(tmp_path):
     path = tmp_path / "new.uf"
     Writer(path, ABOUT).close()
     with Recording(path) as recording:
@@ -51,9 +51,10 @@ def test_one_that_was_killed_before_its_first_block_is_empty_and_monitor_says_so
         assert recording.vibration()[1].shape == (0, 2)
         with pytest.raises(BadValue, match="table is 'forces'; allowed: force, "):
             recording.gaps("forces")
-    said = CliRunner().invoke(cli, ["monitor", str(path)])
-    assert isinstance(said.exception, BadFile)
-    assert "holds no force samples" in str(said.exception)
+    for command in ("monitor", "steps"):
+        said = CliRunner().invoke(cli, [command, str(path)])
+        assert isinstance(said.exception, BadFile)
+        assert "holds no force samples" in str(said.exception)
 
 
 @pytest.mark.parametrize("data", [b"", bytes(5000)], ids=["empty", "zeros"])
