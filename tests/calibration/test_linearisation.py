@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from datetime import date
 from functools import cache
 
 import made_sensors
@@ -11,7 +12,7 @@ import pytest
 
 from underfoot.calibration.files.measurements import Pairs
 from underfoot.calibration.results.fsr import drawings_of, part_of, quantities_of, result_of, verdict_of
-from underfoot.calibration.science.linearisation import VoltageDivider, linearise
+from underfoot.calibration.science.linearisation import ALLOWED_PERCENT, VoltageDivider, linearise
 from underfoot.errors import BadValue
 from underfoot.floor.profile import Profile
 
@@ -96,6 +97,18 @@ def test_hysteresis_bounds_the_curve_and_the_hysteresis_model_goes_past_it():
     static = unseen_error_percent(profile_of(found), "soft conductance", width, sensor=0)
     over_time = unseen_error_percent(profile_of(found), "soft conductance", width, over_time=True, sensor=0)
     assert over_time < 0.8 * static
+
+
+def test_sensors_are_good_by_the_forces_that_a_session_uses():
+    """A wide loop is beyond what is allowed of static curves, which a session does not use."""
+    found = linearise(pairs(made_sensors.pairs_rows("soft conductance", width=0.32)))
+    profile = profile_of(found)
+    assert (
+        found.error_percent > ALLOWED_PERCENT > unseen_error_percent(profile, "soft conductance", 0.32, True, 0.85, 0)
+    )
+    assert found.good
+    assert "allowed" not in verdict_of(found)
+    assert profile.flags("t1", date.today()) == ()
 
 
 @pytest.mark.parametrize(

@@ -294,7 +294,7 @@ def test_what_speaks_against_a_profile_is_said():
     )
     assert "after today" in profile.flags("t1", date(2024, 5, 1))[0]
     assert profile.centroid is not None
-    bad = msgspec.structs.replace(profile.centroid, error=31.0)
+    bad = msgspec.structs.replace(profile.centroid, error=31.0, good=False)
     said = Profile(tile="t1", centroid=bad).flags("t1", TODAY)
     assert said == ("Places of t1: errs by 31 mm; 20 allowed",)
     partly = msgspec.structs.replace(profile.centroid, error=3.0, good=False)

@@ -151,8 +151,9 @@ def test_a_simulated_tile_that_has_changed_since_its_last_calibration_is_told(dr
 
 def test_a_profile_that_is_too_old_is_flagged(driver):
     old = Response(
-        made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"
-    )
+        made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB",
+        good=False,
+    )  # fmt: skip
     Profile(tile="t2").with_part(old).save(driver.file("t2"))
     with driver.qtbot.waitSignal(driver.workspace.warnings_changed, check_params_cb=bool) as flagged:
         driver.workspace.profiles.follow(default_floor())

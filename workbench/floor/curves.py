@@ -96,6 +96,11 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
             return self.force(readings)
         return self._limited(compensate(self.apparent(readings), time_s, self.compensation.model(), state))
 
+    @property
+    def over_time_error_percent(self) -> float:
+        """Error of `force_over_time`, which a session uses: as `error_percent`."""
+        return self.error_percent if self.compensation is None else self.compensation.error_percent
+
     def apparent(self, readings: NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert readings, any shape, to newtons before compensation, which the curve must have."""
         assert self.compensation is not None

@@ -344,7 +344,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
                 found.append(f"{PARTS[kind]} of {self.tile}: dated {part.made}, after today")
             if part.simulated and not simulated:
                 found.append(f"{PARTS[kind]} of {self.tile}: measured on a simulated tile; measure this one")
-            if not part.good or part.error > part.error_allowed > 0.0:
+            if not part.good:
                 errs = f"{part.errs} {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
                 if part.error <= part.error_allowed:  # as where one sensor of four errs more
                     errs += ", but not all of it is good: read its verdict"

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -182,6 +182,7 @@ class FsrProcedure(Procedure):
     def conclude(self) -> Result:
         """Fit curves to all pairs, without the share of each load that other sensors carried, by curves of before."""
         from underfoot.calibration.results.fsr import result_of
+        from underfoot.calibration.science.foot_check import forces_over_time
         from underfoot.calibration.science.linearisation import linearise
         from underfoot.calibration.science.load_checks import drift_warnings, noise_warnings, share_warnings
 
@@ -194,15 +195,21 @@ class FsrProcedure(Procedure):
             if np.abs(shares - known).max() <= _SHARE_STEP:
                 break
         found = linearise(self._pairs(shares), self._divider, hysteresis=self._reference == LOAD_CELL)
-        found = replace(found, foot=self._foot(found))
+        over_time_n = forces_over_time(found.curves, [one.readings for one in self.step_data()])
+        found = replace(found, foot=self._foot(found, over_time_n[-1]))
         name = self._cell if self._reference == LOAD_CELL else self._reference
         result = result_of(found, name + uncertain_by(self._reference_percent, "% of full scale"))
         tares = {step.sensor: _empty(data).values for step, data, _ in self._step_data_of_sensors() if step.is_tare}
+        unloaded_n = {
+            one.step.sensor: np.median(newtons[-len(tares[one.step.sensor]) :], axis=0)
+            for one, newtons in zip(self.step_data(), over_time_n, strict=True)
+            if isinstance(one.step, SensorStep) and one.step.is_tare
+        }
         pressed = [
             ("foot", "time_s,r1,r2,r3,r4,force_n", np.column_stack([one.time_s, one.values, self._load_cell(one)]))
             for one in self._pressed_by_foot()
         ]
-        drifts, noise = drift_warnings(found.curves, tares, found.full_scale_n), noise_warnings(found.curves, tares)
+        drifts, noise = drift_warnings(unloaded_n, found.full_scale_n), noise_warnings(found.curves, tares)
         warnings = (*result.warnings, *share_warnings(shares), *drifts, *noise)
         return replace(result, warnings=warnings, raw=(*result.raw, *pressed))
 
@@ -255,14 +262,8 @@ class FsrProcedure(Procedure):
         return Step(page, partial(self._press_middle, hold_s), _FOOT, needs_all=True)
 
     def _by_weights(self, j: int, weights: Sequence[float]) -> list[Step]:
-        at = self._tile.sensors_m[j]
-        tare = Page(
-            f"sensor{j + 1}-tare",
-            f"Sensor {j + 1}: nothing on it",
-            EMPTY_TILE,
-            press=PressRequest(at, 0.0, _TARE_S, j),
-            may_skip=True,
-        )
+        at, empty = self._tile.sensors_m[j], PressRequest(self._tile.sensors_m[j], 0.0, _TARE_S, j)
+        tare = Page(f"sensor{j + 1}-tare", f"Sensor {j + 1}: nothing on it", EMPTY_TILE, press=empty, may_skip=True)
         steps: list[Step] = [SensorStep(tare, partial(self._tare, j), j, sensor=j, rising=True)]
         for k, weight in enumerate([*weights, *weights[-2::-1]]):
             rising = k < len(weights)
@@ -444,8 +445,8 @@ class FsrProcedure(Procedure):
     def _pressed_by_foot(self) -> list[Readings]:
         return [data.readings for data in self.step_data() if data.step.group == _FOOT]
 
-    def _foot(self, found: "Linearisation") -> "FootCheck | None":
-        """Return how far the sum of all sensors was off in the middle; None if that was not pressed."""
+    def _foot(self, found: "Linearisation", over_time_n: Floats) -> "FootCheck | None":
+        """Return how far the sum of all sensors (n, 4) was off in the middle, the last page; None if it was skipped."""
         from underfoot.calibration.science.foot_check import check_foot
 
         pressed = self._pressed_by_foot()
@@ -453,8 +454,7 @@ class FsrProcedure(Procedure):
             return None
         tare = next(readings for step, readings, _ in reversed(self._step_data_of_sensors()) if step.is_tare)
         force_n = self._load_cell(pressed[0]) - self._zero_n(tare, 0.0)
-        every = reduce(Readings.followed_by, (data.readings for data in self.step_data()))
-        return check_foot(found.curves, found.full_scale_n, every, force_n, self._reference_percent)
+        return check_foot(found.curves, found.full_scale_n, over_time_n, force_n, self._reference_percent)
 
     def _share_of_others(self, found: "Linearisation", j: int) -> float:
         """Return the share of the loads over sensor `j` that the other sensors carry, by the curves `found`."""

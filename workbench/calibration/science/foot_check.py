@@ -47,25 +47,31 @@ class FootCheck:
         return COVERAGE * math.hypot(self.error_percent, self.scatter_percent, self.reference_percent)
 
 
+def forces_over_time(curves: Sequence[Curve], successive: Sequence[Readings]) -> list[Floats]:
+    """Return newtons (n, 4) of each of successive readings, as a session has them: without hysteresis and creep."""
+    states = np.zeros(len(curves), STATE)
+    return [
+        np.stack(
+            [curve.force_over_time(one.values[:, j].copy(), one.time_s, states[j]) for j, curve in enumerate(curves)], 1
+        )
+        for one in successive
+    ]
+
+
 def check_foot(
-    curves: Sequence[Curve], full_n: float, readings: Readings, force_n: Floats, reference_percent: float
+    curves: Sequence[Curve], full_n: float, over_time_n: Floats, force_n: Floats, reference_percent: float
 ) -> FootCheck:
     """Return how far the sum of sensors with these `curves` is off the forces (n,) of a load that they bear together.
 
     `reference_percent` is the expanded uncertainty (k = 2) of the load cell, % of full scale.
 
-    `readings` are those from the rested tile on, the last n of them of this load: what the sensors have crept before is
+    `over_time_n` (n, 4) are those by `forces_over_time` from the rested tile on: what the sensors have crept before is
     taken off as a session does. Where the load comes and goes does not count.
     """
-    states = np.zeros(len(curves), STATE)
-    newtons = [
-        curve.force_over_time(np.ascontiguousarray(readings.values[:, j]), readings.time_s, states[j])
-        for j, curve in enumerate(curves)
-    ]
-    off = (np.sum(newtons, axis=0)[-force_n.size :] - force_n)[force_n > _HELD * force_n.max()]
-    errors = [curve.error_percent if (of := curve.compensation) is None else of.error_percent for curve in curves]
+    off = (over_time_n.sum(axis=1) - force_n)[force_n > _HELD * force_n.max()]
+    scatter_percent = sum(curve.over_time_error_percent for curve in curves)
     error_percent = 100.0 * float(np.sqrt(np.mean(off**2))) / full_n
-    return FootCheck(error_percent, float(np.sum(errors)), reference_percent / COVERAGE)
+    return FootCheck(error_percent, scatter_percent, reference_percent / COVERAGE)
 
 
 def require_shared(change: Floats) -> None:

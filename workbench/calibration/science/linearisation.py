@@ -115,10 +115,17 @@ class Linearisation:
         return float(np.mean([self.sensors[j].curve.error_percent for j in self.calibrated]))
 
     @property
+    def over_time_errors_percent(self) -> dict[int, float]:
+        """The same of each sensor with a curve, by the forces that a session uses: hysteresis and creep compensated."""
+        return {j: self.curves[j].over_time_error_percent for j in self.calibrated}
+
+    @property
     def good(self) -> bool:
-        """Whether all sensors are calibrated over nearly full scale, within the allowed error, as is their sum."""
-        errors = [curve.error_percent for curve in self.curves]
-        errors += [] if self.foot is None else [self.foot.error_percent]
+        """Whether all sensors are calibrated over nearly full scale, within the allowed error, as is their sum.
+
+        By the forces that a session uses.
+        """
+        errors = [*self.over_time_errors_percent.values(), *(() if self.foot is None else (self.foot.error_percent,))]
         return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self.saturated
 
     @property

@@ -215,19 +215,17 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
         )
 
 
-def drift_warnings(curves: Sequence[Curve], tares: dict[int, Floats], full_scale_n: float) -> tuple[str, ...]:
-    """Return a line on each sensor whose reading drifts while nothing is on the tile.
+def drift_warnings(unloaded_n: dict[int, Floats], full_scale_n: float) -> tuple[str, ...]:
+    """Return a line on each sensor whose force drifts while nothing is on the tile.
 
-    `tares` are readings (n, 4) of the empty tile before the loads of each sensor that was not skipped. Of the tare
-    after its own loads nothing is concluded: what a sensor has crept goes back within half a minute.
+    `unloaded_n` are newtons (4,) of the empty tile, as a session has them, before the loads of each sensor that was not
+    skipped. Of the tare after its own loads nothing is concluded: without a load cell, what a sensor has crept is in
+    it, and goes back within half a minute.
     """
     found = []
-    for j, curve in enumerate(curves):
-        after = min((k for k in tares if k > j), default=None)
-        seen = {k: float(curve.force(np.median(values[:, j]))) for k, values in tares.items() if k != after}
-        if curve.uncalibrated or j not in seen:
-            continue
-        apart = max(abs(newtons - seen[j]) for newtons in seen.values())
+    for j, own in unloaded_n.items():
+        after = min((k for k in unloaded_n if k > j), default=None)
+        apart = max(abs(float(other[j] - own[j])) for k, other in unloaded_n.items() if k != after)
         if apart > _MOST_DRIFT * full_scale_n:
             found.append(
                 f"sensor {j + 1} drifts: with nothing on the tile it moved by {apart:.0f} N while others were loaded; "
@@ -249,7 +247,10 @@ def swings_n(force_n: Floats) -> float:
 
 
 def noise_warnings(curves: Sequence[Curve], tares: dict[int, Floats]) -> tuple[str, ...]:
-    """Return a line on each sensor that swings as far as those that Monitor calls noisy; `tares` as above."""
+    """Return a line on each sensor that swings as far as those that Monitor calls noisy.
+
+    `tares` are readings (n, 4) of the empty tile before the loads of each sensor that was not skipped.
+    """
     swings = {j: swings_n(curves[j].force(values[:, j])) for j, values in tares.items() if not curves[j].uncalibrated}
     return tuple(
         f"sensor {j + 1} swings by {swing_n:.0f} N with nothing on the tile: {HUM}"
