@@ -283,6 +283,22 @@ def test_a_foot_half_beside_the_floor_does_not_make_its_person_a_light_one():
     assert [person[16], person[17]] == [person[0], person[1]]
 
 
+@pytest.mark.parametrize("beside_s", [1.2, 1.6, 2.1])
+def test_who_turns_beside_the_floor_has_the_right_sides_on_the_way_back(beside_s):
+    """Back and forth on a walkway: nobody saw how many steps the turn took, and each part begins with the left foot."""
+    contacts = []
+    for way in range(4):
+        for step in range(6):
+            at_s = way * (2.5 + beside_s) + 0.5 * step
+            one = contact_at(6 * way + step, at_s, 0.3 + 0.5 * step, 0.3 + 0.06 * (-1) ** step)
+            if way % 2:
+                one.x_m[:], one.y_m[:] = 3.3 - one.x_m, 0.6 - one.y_m
+            contacts.append(one)
+    person, steps = persons_of(contacts)
+    assert set(person.values()) == {1}
+    assert [step.side for step in steps] == ["left", "right"] * 12
+
+
 def test_who_slows_down_to_a_third_keeps_the_sides():
     start_s = np.cumsum([0.0, *(0.45 * 1.09 ** np.arange(14))])
     made = [contact_at(step, at_s, 0.3 + 0.45 * step, 0.9 + 0.05 * (-1) ** step) for step, at_s in enumerate(start_s)]

@@ -19,6 +19,7 @@ from underfoot.floor.foot_orientation import orientation
 from underfoot.floor.footsteps import LEAST_N, LONGEST_S, SHORTEST_S, Step, is_step, measure
 from underfoot.floor.layout import Floor
 from underfoot.floor.shared_loads import LOADED_N
+from underfoot.floor.walk_sides import LEAST_OFFSET_M, PROGRESS_M, Sides, toe_out_vote_m, walking_direction
 
 EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
 """Least and greatest time to the next step of a person, of which some may not have been seen; longest step of who
@@ -70,17 +71,9 @@ MOST_PLACE_COST, MOST_LOAD_COST, NEW_PERSON_COST = 12.0, 17.0, 24.0
 """Greatest costs of a wrong time or place, and of a different force or stance; limited, because two feet on one tile
 make unusual steps. A step that costs more than `NEW_PERSON_COST` is that of a new person."""
 
-PROGRESS_M, ROLL_M, LEAST_OFFSET_M, FEET_AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
-"""Sides are determined from steps of at least this length, feet that roll at least this far in directions that agree
-within `FEET_AGREE_RAD`, and lateral offsets of at least this."""
-
-TOE_OUT_VOTE_M, LEAST_UNEVEN_TURN_RAD, MOST_UNEVEN_TURN_RAD = 0.01, math.radians(10.0), math.radians(45.0)
-"""In a turn by more than `FEET_AGREE_RAD` at each step, feet that point outwards make every other turn larger, by
-`LEAST_UNEVEN_TURN_RAD` to `MOST_UNEVEN_TURN_RAD`. This is a vote of `TOE_OUT_VOTE_M`; one straight step outweighs
-it."""
-
-SIDE_VOTE_DECAY = 0.85
-"""Weight of older votes for the side, at each step."""
+GOES_ON_M = 0.3
+"""Who walks on after steps that were not seen comes down as near to where these lead, half a step. How many steps those
+who turned or stopped made, nothing tells."""
 
 SIDE_DECIDED_S, LATE_S = 1.8, 1.0
 """Time after its end within which the steps end that give a step its side (of who makes 40 a minute, the next one);
@@ -215,6 +208,7 @@ class _Footfall(Struct, eq=False):
     is_whole: bool
     walk: "_Walk | None" = None
     number: int = 0
+    sides: Sides | None = None
     person: int = 0
     """The number of the person that it keeps whoever its walk is taken for later; 0 while that of its walk counts."""
 
@@ -252,8 +246,7 @@ class _Footfall(Struct, eq=False):
 
     @property
     def side(self) -> str:
-        votes = 0.0 if self.walk is None else self.walk.votes_m * (1 if self.number % 2 == 0 else -1)
-        return "left" if votes > 0.0 else "right" if votes < 0.0 else "unknown"
+        return self.sides.of(self.number) if self.sides else "unknown"
 
 
 class _Person(Struct, eq=False):
@@ -275,13 +268,12 @@ class _Person(Struct, eq=False):
 class _Walk(Struct, eq=False):
     """A person's walk: the last three footfalls, averages of their measures, and votes for the side.
 
-    `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones. `load_features` are
-    those of the last steps. `seen` counts whole steps.
+    `load_features` are those of the last steps. `seen` counts whole steps.
     """
 
     person: _Person
     steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
-    votes_m: float = 0.0
+    sides: Sides = field(default_factory=Sides)
     step_s: float = DEFAULT_STEP_S
     force_n: float = math.nan
     stance_s: float = math.nan
@@ -378,8 +370,11 @@ class _Walk(Struct, eq=False):
             steps = self._steps_in(footfall.start_s)
             paused = len(self.steps) > 1 and footfall.start_s - self.steps[-2].bore_until_s < SWING_STEPS * self.step_s
             footfall.number = self.last.number + (1 if paused else steps)
+            if steps > 1 and not paused and self._can_be_either_foot(footfall, steps):
+                self.sides = Sides()
             if steps == 1:
                 self._follow(footfall)
+        footfall.sides = self.sides
         if footfall.is_whole:
             learns = max(LEARNING_RATE, 1.0 / (1 + self.seen))
             if not self.seen:
@@ -396,21 +391,24 @@ class _Walk(Struct, eq=False):
         later_s = footfall.start_s - last.start_s
         if last.is_whole:
             self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (later_s - self.step_s)
-        along = self._direction(footfall)
+        before = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].sides is self.sides else None
+        stride_m = footfall.place_m - before.place_m if before else None
+        along = walking_direction((last.roll_m, footfall.roll_m), stride_m)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
         known = along.any()
         told_m = aside_m if abs(aside_m) >= LEAST_OFFSET_M and abs(length_m) >= PROGRESS_M else 0.0
-        told_m = told_m if known else self._toe_out_vote_m(footfall)
+        if not known and before and before.number == footfall.number - 2:
+            told_m = toe_out_vote_m((before.roll_m, last.roll_m, footfall.roll_m))
         if told_m:
-            self.votes_m = SIDE_VOTE_DECAY * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
+            self.sides.vote(footfall.number, told_m)
         if not _is_next(footfall, last):
             return
         if not last.is_whole:  # when it came down, and where it stood on the whole, was not seen
             later_s = length_m = aside_m = math.nan
-        swing_s, same = math.nan, self.steps[-2] if len(self.steps) > 1 else last
-        if same.number == footfall.number - 2 and _is_next(last, same):
-            swing_s = footfall.start_s - same.end_s
+        swing_s = math.nan
+        if before and before.number == footfall.number - 2 and _is_next(last, before):
+            swing_s = footfall.start_s - before.end_s
         footfall.step = replace(
             footfall.step,
             cadence_per_min=60.0 / later_s,
@@ -420,41 +418,17 @@ class _Walk(Struct, eq=False):
             swing_ms=1e3 * swing_s,
         )
 
-    def _direction(self, footfall: _Footfall) -> NDArray[np.float64]:
-        """Return the direction of walking from the last footfall to this one; zeros if it is not clear."""
-        last = self.last
-        if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
-            if abs(_angle_between(last.roll_m, footfall.roll_m)) > FEET_AGREE_RAD:
-                return np.zeros(2)
-            # Feet that point outwards do so on both sides, which cancels.
-            along = last.roll_m + footfall.roll_m
-        elif len(self.steps) > 1:
-            along = footfall.place_m - self.steps[-2].place_m
-        else:
-            return np.zeros(2)
-        return along / (float(np.hypot(*along)) or 1.0)
-
-    def _toe_out_vote_m(self, footfall: _Footfall) -> float:
-        """Return the vote of a steady turn over three footfalls for the last one's side, left positive, in metres; or
-        0."""
-        steps = [*self.steps, footfall][-3:]
-        rolls = [step.roll_m for step in steps if float(np.hypot(*step.roll_m)) >= ROLL_M]
-        if len(rolls) < 3 or steps[0].number != footfall.number - 2:
-            return 0.0
-        first, second = _angle_between(rolls[0], rolls[1]), _angle_between(rolls[1], rolls[2])
-        steady = first * second > 0.0 and min(abs(first), abs(second)) > FEET_AGREE_RAD
-        return (
-            math.copysign(TOE_OUT_VOTE_M, second - first)
-            if steady and LEAST_UNEVEN_TURN_RAD <= abs(second - first) <= MOST_UNEVEN_TURN_RAD
-            else 0.0
-        )
-
     def _steps_in(self, start_s: float) -> int:
         """Return the number of steps from the last one to a footfall at `start_s`, including steps that were not
         seen."""
         if not self.last.is_whole or self.seen < 2:
             return 1
         return max(1, round((start_s - self.last.start_s) / self.step_s))
+
+    def _can_be_either_foot(self, footfall: _Footfall, steps: int) -> bool:
+        """Return whether a person was out of sight before a footfall, and did not just walk on for so many steps."""
+        off_m = float(np.hypot(*(footfall.place_m - self._expected_place(steps))))
+        return not _is_next(footfall, self.last) and off_m > GOES_ON_M
 
     def _expected_place(self, steps: int) -> NDArray[np.float64]:
         """Return the predicted place of the foot after this number of steps."""
@@ -491,8 +465,3 @@ def _load_features(force_n: float, stance_s: float) -> NDArray[np.float64]:
 def _limited_ratio(ratio: float) -> float:
     """Return a ratio limited to `MOST_RATIO`, so that unusual steps have little effect."""
     return min(max(ratio, 1.0 / MOST_RATIO), MOST_RATIO)
-
-
-def _angle_between(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Return the angle from one direction to another, -pi to pi, positive to the left."""
-    return math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other))
