@@ -17,9 +17,12 @@ def write(workspace, text, key=Qt.Key.Key_Return, modifiers=NONE):
 
 
 def collapse(workspace, *ids):
+    """Make a sub-patch of these, and give it no title if it is asked for; return the first one of the patch."""
     workspace.canvas.patch_scene.select(ids)
     QTest.keyClick(workspace.canvas, Qt.Key.Key_E, CONTROL)
-    return workspace.canvas.patch_scene.group_nodes["group"]
+    if workspace.canvas.inline.isVisible():
+        write(workspace, "")
+    return workspace.canvas.patch_scene.group_nodes.get("group")
 
 
 def in_view(workspace, place):

@@ -124,8 +124,8 @@ class GroupingView(EditableView):
         return [id for id in chosen if id in self.patch_scene.group_nodes] or ([frame] if frame else [])
 
     def collapse(self) -> None:
-        """Collapse the selection to one node, with a port for each wire across its border; expand selected collapsed
-        groups, unless they are all of a frame.
+        """Collapse the selection to one node, with a port for each wire across its border, and ask for its name if it
+        has none; expand selected collapsed groups, unless they are all of a frame.
         """
         chosen = self.patch_scene.selected()
         blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
@@ -150,10 +150,12 @@ class GroupingView(EditableView):
         x, y = snapped(middle.x() - shape.width / 2, middle.y() - shape.height / 2)
         room = (x - GAP_BESIDE, y, shape.width + 2 * GAP_BESIDE, shape.height)
         dx, dy = shift_to_free_place([room], self.patch_scene.boxes(without=chosen))
-        after = patch.with_item(replace(patch.group(id), at=(x + dx, y + dy)))
-        self.document.edit(after.check(self.registry), f"Collapse {self._count_text(patch.group(id).members)}")
+        after, step = patch.with_item(replace(patch.group(id), at=(x + dx, y + dy))), f"collapse {id}"
+        self.document.edit(after.check(self.registry), f"Collapse {self._count_text(patch.group(id).members)}", step)
         self.patch_scene.select([id])
         self.ensure_visible([id])
+        if not patch.group(id).title:
+            self.edit_title(id, step)
 
     def _opened_clear(self, patch: Patch, blocks: Sequence[str]) -> Patch:
         """Return the patch, in which these sub-patches are open; if what is in them would cover what has been put there

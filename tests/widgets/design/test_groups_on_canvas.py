@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, sample, send
-from groups_by_hand import click_in_menu, in_view, menu_texts, write
+from groups_by_hand import click_in_menu, collapse, in_view, menu_texts, write
 from msgspec.structs import replace
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
@@ -319,8 +319,7 @@ def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):
 
 
 def test_a_sub_patch_is_taken_out_of_a_frame_whole(chain):
-    chain.canvas.patch_scene.select(["hum"])
-    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    collapse(chain, "hum")
     chain.canvas.patch_scene.select(["shaker", *chain.canvas.patch_scene.group_nodes])
     QTest.keyClick(chain.canvas, Qt.Key.Key_G, CONTROL)
     write(chain, "Ends")
@@ -347,8 +346,7 @@ def test_a_whole_group_that_is_dragged_into_another_frame_stays_a_group(chain):
 
 
 def test_a_sub_patch_that_is_dragged_into_a_frame_is_in_the_group(chain):
-    chain.canvas.patch_scene.select(["hum"])
-    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    collapse(chain, "hum")
     (block,) = chain.canvas.patch_scene.group_nodes.values()
     start = in_view(chain, block.pos() + QPointF(block.geometry.plot.center()))
     drag(chain, start, middle(chain, "through") + QPoint(0, 40))

@@ -24,10 +24,10 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 def test_a_frame_and_a_sub_patch_are_pasted_into_a_sub_patch_as_they_are(chain):
-    for ids, keys in ((["hum"], "E"), (["group1", "through", "through1"], "CE")):
-        chain.canvas.patch_scene.select(ids)
-        for key in keys:
-            QTest.keyClick(chain.canvas, key, CONTROL)
+    collapse(chain, "hum")
+    chain.canvas.patch_scene.select(["group1", "through", "through1"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_C, CONTROL)
+    collapse(chain, "group1", "through", "through1")
     QTest.keyClick(chain.canvas, Qt.Key.Key_Return)
     QTest.keyClick(chain.canvas, Qt.Key.Key_V, CONTROL)
     scene = chain.canvas.patch_scene
@@ -48,6 +48,23 @@ def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(
     assert row.patch() == before
     assert len(row.canvas.patch_scene.wires) == 3
     assert set(row.canvas.patch_scene.selected()) == {"through", "through1"}
+
+
+def test_a_sub_patch_is_named_as_it_is_made_in_one_step_unless_its_frame_has_a_title(chain):
+    before, stack = chain.patch(), chain.document.stack
+    done = stack.count()
+    chain.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    assert chain.canvas.inline.hasFocus()
+    write(chain, "Engine")
+    assert (chain.patch().group("group1").title, chain.canvas.patch_scene.selected()) == ("Engine", ["group1"])
+    assert (stack.count() - done, stack.undoText()) == (1, "Collapse Hum")
+    chain.canvas.patch_scene.select(["through", "through1"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    assert (chain.canvas.inline.isVisible(), [*chain.canvas.patch_scene.group_nodes]) == (False, ["group1", "group"])
+    for _ in range(2):
+        chain.undo_action.trigger()
+    assert chain.patch() == before
 
 
 def test_a_selected_sub_patch_is_previewed_by_its_output(row, qtbot):
@@ -134,6 +151,7 @@ def test_the_path_of_deep_sub_patches_is_in_sight(row):
     for _ in range(12):
         for key, how in ((Qt.Key.Key_Return, NONE), (Qt.Key.Key_A, CONTROL), (Qt.Key.Key_E, CONTROL)):
             QTest.keyClick(row.canvas, key, how)
+        write(row, "")
         shown = [button for button in crumbs.buttons if button.isVisibleTo(crumbs)]
         assert shown[0].text() == "Patch"
         assert shown[-1] is crumbs.buttons[-1]
@@ -229,8 +247,7 @@ def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
     assert set(row.canvas.patch_scene.nodes) == {"through"}
     QTest.keyClick(row.canvas, Qt.Key.Key_U)
-    row.canvas.patch_scene.select(["group", "through1"])
-    QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
+    collapse(row, "group", "through1")
     assert set(row.canvas.patch_scene.group_nodes) == {"group1"}
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
     assert set(row.canvas.patch_scene.group_nodes) == {"group"}
@@ -385,8 +402,7 @@ def test_copies_are_set_together_in_the_unit_of_their_wires_where_it_is_the_same
 
 def test_a_parameter_within_two_sub_patches_is_shown_on_the_outer_one(row):
     collapse(row, "hum", "through")
-    row.canvas.patch_scene.select(["group", "through1"])
-    QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
+    collapse(row, "group", "through1")
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
     row.canvas.patch_scene.select(["group"])
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
