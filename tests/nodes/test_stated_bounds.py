@@ -18,6 +18,7 @@ STEPS = np.array([0.2, 0.9, 0.4])
 FORMULAS = {
     "gain": ({"gain": 2.5}, {"signal": A}, 2.5 * A),
     "multiply": ({}, {"a": A, "b": B}, A * B),
+    "rectify": ({}, {"signal": A}, np.abs(A)),
     "mix": (
         {"level_a": 0.5, "level_b": -2.0, "level_c": 1e-3, "level_d": 10.0},
         {"a": A, "b": B, "c": C, "d": D},

@@ -1,4 +1,4 @@
-"""Arithmetic on signals: gain, product, sum, scaling."""
+"""Arithmetic on signals: gain, product, absolute value, sum, scaling."""
 
 from underfoot.models.signals import ranges
 from underfoot.parameters import Number
@@ -38,6 +38,21 @@ class Multiply:
     def run(a, b, out):
         for i in range(out.size):
             out[i] = a[i] * b[i]
+
+
+@node("rectify", "Shapes")
+class Rectify:
+    """Absolute value of a signal. Behind it, a Low-pass of 10 Hz follows how strong a vibration or a sound is."""
+
+    also_called = "abs, absolute, full wave, envelope follower, amplitude, env, math"
+    accuracy = "exact: to 1e-12"
+    signal = Input()
+    out = Output()
+    muted_by = ("signal",)
+
+    def run(signal, out):
+        for i in range(out.size):
+            out[i] = abs(signal[i])
 
 
 @node("mix", "Shapes")

@@ -20,6 +20,8 @@ from underfoot.widgets.design.node_list import NodeList
         ("delay~", ["delay", "event-delay", "footfall", "tile-place"]),  # as in Max and Pure Data
         ("*~", ["gain", "multiply"]),
         ("vca", ["gain", "multiply"]),
+        ("abs~", ["rectify", "strain-rate-envelope"]),  # which has a part that is absolute
+        ("envelope follower", ["force-envelope", "rectify"]),
         ("osc~", ["tone", "lfo"]),
         ("color ramp", ["map"]),  # as in Blender
         ("ColorRamp", ["map"]),
