@@ -257,8 +257,11 @@ class Text(Parameter):
 
 @dataclass(frozen=True)
 class FilePath(Text):
-    """Path of a file, relative to the patch unless it is absolute."""
+    """Path of a file, relative to the patch unless it is absolute. `suffixes` are those of the files that it is for, in
+    lower case with the dot, as ".wav": one that is dropped on the canvas becomes a node.
+    """
 
+    suffixes: tuple[str, ...] = field(default=(), kw_only=True)
     kind: ClassVar[str] = "file"
 
 

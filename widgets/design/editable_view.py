@@ -20,9 +20,18 @@ from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.making_room import shift_clear, tidied, with_room
 from underfoot.widgets.design.node_geometry import FIRST_PORT, TITLE, description_of, node_geometry
-from underfoot.widgets.design.patch_editing import Place, aligned, disconnection, pasted, refusal, snapped, unit_hint
+from underfoot.widgets.design.patch_editing import (
+    Place,
+    aligned,
+    disconnection,
+    pasted,
+    readers,
+    refusal,
+    snapped,
+    unit_hint,
+)
 from underfoot.widgets.design.patch_view import PatchView
-from underfoot.widgets.design.placing import Box, backwards
+from underfoot.widgets.design.placing import GAP_BESIDE, Box, backwards
 from underfoot.widgets.design.rewiring import connected, fed_alike, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
 
@@ -188,16 +197,38 @@ class EditableView(PatchView):
         self.document.edit(removed_and_bridged(patch, self.registry, gone), text)
 
     def paste(self, place: QPointF | None = None) -> None:
-        """Add the items on the clipboard at a place, or else under a mouse over the canvas; open copied files."""
+        """Add the items on the clipboard at a place, or else under a mouse over the canvas; of copied files, nodes that
+        read them, or else open them.
+        """
         files = local_files(QApplication.clipboard().mimeData())
-        if files:
-            self.files_pasted.emit(files)
-            return
         mouse = self.viewport().mapFromGlobal(self.cursor().pos())
         if place is None and self.viewport().rect().contains(mouse) and self.viewport().underMouse():
             place = self.mapToScene(mouse)
-        group = self._group_at(place) if place is not None else self.inside
-        self._paste(QApplication.clipboard().text(), place, "Paste", group)
+        if self._are_read(files):
+            self.add_readers(files, place or self._middle())
+        elif files:
+            self.files_pasted.emit(files)
+        else:
+            group = self._group_at(place) if place is not None else self.inside
+            self._paste(QApplication.clipboard().text(), place, "Paste", group)
+
+    def _are_read(self, files: Sequence[Path]) -> bool:
+        """Return whether these are files, and a node reads each."""
+        return bool(files) and all(any(readers(self.registry, path)) for path in files)
+
+    def add_readers(self, files: Sequence[Path], place: QPointF) -> None:
+        """Add the nodes that read these files, below each other, the first at a place."""
+        made, y = Patch(), 0.0
+        try:
+            for path in files:
+                type, name = next(readers(self.registry, path))
+                values = {**self.registry[type].initial, name: path.as_posix()}
+                made = made.add(type, self.registry, snapped(0.0, y), **values)
+                y += node_geometry(description_of(self.registry[type])).height + GAP_BESIDE
+        except BadValue as error:
+            self.show_message(str(error))
+        else:
+            self._paste(made.dumps().decode(), place, "Add", self._group_at(place))
 
     def duplicate(self, *, with_inputs: bool = False) -> None:
         """Add a copy of the selected items beside them, in the group of which they are a part; `with_inputs`, it is fed

@@ -1,14 +1,14 @@
 """Edits of a patch, shared by several parts of the window. Without Qt."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from msgspec import structs
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.parameters import Number, Parameter, ask
+from underfoot.parameters import FilePath, Number, Parameter, ask
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
@@ -52,6 +52,19 @@ def pasted(patch: Patch, text: str, registry: Registry, folder: Path | None = No
     after = patch.paste(other, registry, (4.0 * GRID, 4.0 * GRID))
     before = {one.id for one in patch.canvas_items()}
     return after, [one.id for one in after.canvas_items() if one.id not in before]
+
+
+def readers(registry: Registry, path: Path) -> Iterator[tuple[str, str]]:
+    """Yield the node types that are for files such as this one, each with the parameter that names it.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> list(readers(REGISTRY, Path("Heel.WAV")))
+    [('wav-player', 'file')]
+    """
+    for type in registry.values():
+        for name, parameter in type.parameters.items():
+            if isinstance(parameter, FilePath) and path.suffix.lower() in parameter.suffixes:
+                yield type.type, name
 
 
 def _without_mail(text: str) -> str:

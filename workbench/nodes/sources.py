@@ -93,7 +93,11 @@ class WavPlayer:
         "exact: at the file's own rate to 1e-12; otherwise band-limited resampling, to 0.2 % of a sine inside the "
         "file; a loop takes a whole number of frames"
     )
-    file = FilePath("", doc="sound file (WAV, FLAC, ...); its first channel is played, at its original pitch")
+    file = FilePath(
+        "",
+        suffixes=(".wav", ".flac", ".ogg", ".mp3", ".aif", ".aiff"),
+        doc="sound file (WAV, FLAC, ...); its first channel is played, at its original pitch",
+    )
     mode = Choice("loop", options=("loop", "at events"), doc="loop, or once per event")
     amplitude = Number(
         5.0, 0.0, 100.0, scale="amplitude", wire="audio", doc="acceleration in m/s^2 at the file's full scale"

@@ -31,16 +31,19 @@ def files(*paths):
     return mime
 
 
-def drop(onto, *paths):
+IN_A_CORNER = QPoint(50, 50)
+
+
+def drop(onto, *paths, at=IN_A_CORNER):
     """Drag files onto the window, or a part of it, and let them go; whether they were taken."""
     mime = files(*paths)
     copy, button, none = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    entered = QDragEnterEvent(QPoint(50, 50), copy, mime, button, none)
+    entered = QDragEnterEvent(at, copy, mime, button, none)
     entered.ignore()
     QApplication.sendEvent(onto, entered)
     if not entered.isAccepted():
         return False
-    QApplication.sendEvent(onto, QDropEvent(QPointF(50, 50), copy, mime, button, none))
+    QApplication.sendEvent(onto, QDropEvent(QPointF(at), copy, mime, button, none))
     return True
 
 
@@ -93,6 +96,33 @@ def test_of_several_dropped_files_none_is_said_to_be_open_before_the_question_ab
     assert "open" not in window.status.message
     dialog_of(window, QMessageBox).reject()
     assert design(window).patch() == work
+
+
+def test_sounds_that_are_dropped_on_the_canvas_or_pasted_are_nodes_of_the_patch_and_replace_nothing(window, tmp_path):
+    """As in Max, Blender and TouchDesigner: the patch was left for one that plays the sound at each footfall."""
+    heel, work = made.put(tmp_path, "wav"), noise_patch("Footsteps")
+    toe = shutil.copy(heel, tmp_path / "toe.WAV")
+    window.open_patch.open(work.save(tmp_path / "footsteps.json") or tmp_path / "footsteps.json")
+    canvas, view, stack = design(window).canvas, design(window).canvas.viewport(), design(window).document.stack
+    assert drop(view, heel, toe, at=QPoint(60, 40))
+    players = [node for node in design(window).patch().nodes if node.type == "wav-player"]
+    assert [node.parameters["file"] for node in players] == ["sound.wav", "toe.WAV"]
+    boxes = [canvas.patch_scene.nodes[node.id].sceneBoundingRect() for node in players]
+    assert not boxes[0].intersects(boxes[1])
+    assert (canvas.selected_ids(), stack.undoText()) == (["wav-player", "wav-player1"], "Add 2 nodes")
+    at = canvas.mapFromScene(boxes[0].center())
+    assert drop(view, toe, at=at)
+    assert design(window).patch().node("wav-player").parameters["file"] == "toe.WAV"
+    QApplication.clipboard().setMimeData(files(heel))
+    QTest.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
+    assert len(design(window).patch().nodes) == 5
+    for _ in range(3):
+        design(window).undo_action.trigger()
+    assert design(window).patch() == work
+    QApplication.clipboard().clear()
+    noise_patch("Opened").save(tmp_path / "a.json")
+    assert drop(view, tmp_path / "a.json")
+    assert design(window).patch().title == "Opened", "what no node reads is left to the window"
 
 
 def test_a_file_dropped_on_the_field_of_a_file_is_put_there_and_not_opened(window, tmp_path):
