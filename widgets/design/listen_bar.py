@@ -51,6 +51,7 @@ class ListenBar(QWidget):
         self.length.setAccessibleName("Length of the preview")
         self.length.setToolTip("How long the preview and the loop last; whole: until the patch has come to its end")
         self.length.activated.connect(self.length_chosen)
+        self._slot = SLOTS[0]
         self.slots = {slot: one_of_several(slot, f"Edit and play {slot} (X switches)", "chip", self) for slot in SLOTS}
         group = QButtonGroup(self)
         for slot, button in self.slots.items():
@@ -86,6 +87,7 @@ class ListenBar(QWidget):
 
     def show_slot(self, slot: str, *, has_other: bool) -> None:
         """Show the edited slot; enable comparisons if there are two."""
+        self._slot = slot
         self.slots[slot].setChecked(True)
         text = f"Copy {slot} to {other_slot(slot)}"
         self.copy.setText(f"{slot} → {other_slot(slot)}")
@@ -119,7 +121,7 @@ class ListenBar(QWidget):
 
     def _choose(self, slot: str) -> None:
         """Request a slot; a click on the edited slot does nothing."""
-        if not self.copy.text().startswith(slot):
+        if slot != self._slot:
             self.switch_requested.emit()
 
     def _make_actions(self, around: QWidget) -> dict[str, QAction]:

@@ -21,7 +21,6 @@ from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 WHY_FIRST = "Type first why the trial is repeated, and press again."
-END_PAUSE, CLOSE = "End the pause", "Back to the studies"
 _LIVE_S = 0.1
 """Display time of measured values, in seconds."""
 _READOUT_TICKS = 6
@@ -40,8 +39,10 @@ _USUAL_FOR_S = 120.0
 class _StopButton(PageButton):
     """Stops, or goes on; the second click of a double-click stops, too, and never goes on."""
 
+    goes_on = False
+
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        if self.text() == "Stop":
+        if not self.goes_on:
             self.mousePressEvent(event)
 
 
@@ -100,6 +101,7 @@ class ExperimenterView(QWidget):
         self._began_s, self._shown_at, self._began_share = 0.0, 0.0, 0.0
         self._ticks = 0
         self._form_key = self._refusal = ""
+        self._is_pause = False
         self._lay_out()
         self._connect()
 
@@ -139,10 +141,12 @@ class ExperimenterView(QWidget):
         news = self._refusal or empty_floor_text(runner) or (runner.messages[-1] if runner.messages else "")
         self.news.setText(news)
         self.news.setVisible(bool(news))
-        self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
+        self.pause.goes_on = phase is Phase.STOPPED
+        self.pause.setText("Go on" if self.pause.goes_on else "Stop")
         self.pause.setVisible(not is_over)
         self.leave.setVisible(not is_over)
-        self.next.setText({Phase.PAUSE: END_PAUSE, Phase.END: CLOSE}.get(phase, "Next"))
+        self._is_pause = phase is Phase.PAUSE
+        self.next.setText("End the pause" if self._is_pause else "Back to the studies" if is_over else "Next")
         goes_on = phase is Phase.PAGE and not page.questions
         self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
         self.spoil.setEnabled(page.trial is not None and runner.plays > 0)
@@ -221,10 +225,10 @@ class ExperimenterView(QWidget):
         self.news.setVisible(bool(why))
 
     def _go_on(self) -> None:
-        (self.end_pause_requested if self.next.text() == END_PAUSE else self.next_requested).emit()
+        (self.end_pause_requested if self._is_pause else self.next_requested).emit()
 
     def _pause(self) -> None:
-        (self.continue_requested if self.pause.text() == "Go on" else self.stop_requested).emit()
+        (self.continue_requested if self.pause.goes_on else self.stop_requested).emit()
 
     def _emit_with_note(self, signal: SignalInstance, missing: str = "") -> None:
         """Emit the typed note; if the field is empty, focus it, and say what is `missing`."""
