@@ -16,6 +16,7 @@ from underfoot.kernels import Floats
 from underfoot.models.golden_section import least_at
 
 _KNOTS = 49
+_COARSE = 4
 
 
 class FittedCurve(Struct, frozen=True):
@@ -206,7 +207,10 @@ def _best_of(
     shapes: Floats,
     made: Callable[[float], tuple[dict[str, float], Callable[[Floats], Floats]]],
 ) -> FittedCurve | None:
-    """Return the best F = a h(x) over one shape constant: a is linear, so a scan and one golden-section search do."""
+    """Return the best F = a h(x) over one shape constant: a is linear, so a scan and one golden-section search do.
+
+    The scan is of every fourth of `shapes`, and then of those around the best one.
+    """
 
     def error(s: float) -> tuple[float, float]:
         h = made(s)[1](x)
@@ -216,7 +220,8 @@ def _best_of(
         left = f - a * h
         return float((w * left) @ left), a
 
-    s = least_at(lambda s: error(s)[0], shapes, 40)
+    near = _COARSE * int(np.argmin([error(float(one))[0] for one in shapes[::_COARSE]]))
+    s = least_at(lambda s: error(s)[0], shapes[max(near - _COARSE, 0) : near + _COARSE + 1], 40)
     _, a = error(s)
     if a <= 0.0:
         return None
