@@ -1,5 +1,6 @@
 """What all tests share: nothing that a test starts outlives it. Fixtures of several files are in `helpers/`."""
 
+import builtins
 import gc
 import linecache
 import math
@@ -7,6 +8,7 @@ import multiprocessing
 import os
 import threading
 from collections import Counter
+from importlib import import_module
 from multiprocessing import forkserver
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +16,10 @@ from types import SimpleNamespace
 import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
+
+_imports = builtins.__import__
+import_module("PySide6.QtCore")
+builtins.__import__ = _imports  # as in the program: PySide6 would read the source of all that is imported from here on
 
 gc.disable()  # collected between tests, in the main thread: Qt crashes where another one deletes a widget
 
