@@ -16,7 +16,7 @@ STEPS = {
 }
 """The steps in order; each ends when the user has done it."""
 SILENT_TEXT = "No sound card plays, so that nothing sounds: choose one under Audio (Ctrl+,)."
-"""What stands for the first step meanwhile."""
+"""What stands for the first step meanwhile; the next one that is left stands behind it."""
 ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind Ctrl+P, every key behind F1."
 
 
@@ -79,8 +79,10 @@ class FirstSteps(QFrame):
     def _show_next(self) -> None:
         left = self.remaining
         self._count.setText("FIRST STEPS  " + "".join("○" if name in left else "●" for name in STEPS))
-        text = STEPS[left[0]] if left else ALL_DONE_TEXT
-        self.text.setText(with_native_keys(SILENT_TEXT if self._is_silent and text == STEPS["play"] else text))
+        texts = [STEPS[name] for name in left] or [ALL_DONE_TEXT]
+        if self._is_silent and "play" in left:
+            texts = [f"{SILENT_TEXT} {''.join(texts[1:2])}".strip()]
+        self.text.setText(with_native_keys(texts[0]))
         theme.set_role(self.text, "" if left else "good")
 
     def _dismiss(self) -> None:
