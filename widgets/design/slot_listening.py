@@ -288,16 +288,18 @@ class SlotListening(QObject):
     def _open_blind_test(self) -> None:
         from underfoot.widgets.design.blind_test import BlindTest
 
+        if self._open_patch.other is None:
+            self._copy()
         other = self._open_patch.other
-        if other is not None:
-            self._pending = None  # a node that waits to be played alone would be, in the middle of a trial
-            titles = {self._open_patch.slot: self._patch.title}
-            titles[other_slot(self._open_patch.slot)] = other.patch.title
-            a, b = (titles[slot] for slot in SLOTS)
-            test = BlindTest(self._listening, (a, b), documents_folder(), self._canvas.window())
-            if not changed_nodes(other.patch, self._patch) and not changed_nodes(self._patch, other.patch):
-                test.warn("A and B are the same: one can only guess. Change one of them, then compare.")
-            test.open()
+        assert other is not None
+        self._pending = None  # a node that waits to be played alone would be, in the middle of a trial
+        titles = {self._open_patch.slot: self._patch.title}
+        titles[other_slot(self._open_patch.slot)] = other.patch.title
+        a, b = (titles[slot] for slot in SLOTS)
+        test = BlindTest(self._listening, (a, b), documents_folder(), self._canvas.window())
+        if not changed_nodes(other.patch, self._patch) and not changed_nodes(self._patch, other.patch):
+            test.warn("A and B are the same: one can only guess. Change one of them, then compare.")
+        test.open()
 
     def _show(self) -> None:
         bar, listening = self._bar, self._listening
