@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QComboBox,
     QLabel,
+    QLineEdit,
     QMenu,
     QScrollArea,
     QStyle,
@@ -111,6 +112,13 @@ def test_what_shows_a_sign_or_a_choice_alone_has_words_for_screen_readers(whole)
     whole.show_message("A line that is longer than the window is wide. " * 8)
     lines = [QAccessible.queryAccessibleInterface(label) for label in whole.status.findChildren(QLabel)]
     assert whole.status.message in {line.text(QAccessible.Text.Name) for line in lines}  # it was "Message"
+
+
+def test_what_cannot_be_used_has_a_tooltip(whole):
+    used = [part for kind in (QAbstractButton, QComboBox, QLineEdit) for part in whole.findChildren(kind)]
+    refused = [part for part in used if not part.isEnabledTo(part.parentWidget())]
+    assert len(refused) > 10
+    assert not [part.accessibleName() or part.text() for part in refused if not part.toolTip()]
 
 
 @pytest.mark.parametrize(

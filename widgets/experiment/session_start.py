@@ -46,6 +46,7 @@ class SessionStart(QWidget):
         self.begin_button, self.pilot_button = QPushButton("Begin"), QPushButton("Pilot")
         self.equipment_button = QPushButton()
         self.begin_button.setProperty("role", "primary")
+        self.begin_button.setToolTip("Begin, or go on with, the session of the participant with this id")
         self.pilot_button.setToolTip(
             "Try it yourself: two trials of each stage, kept apart from the participants' sessions"
         )

@@ -59,6 +59,8 @@ class StudyList(QWidget):
             QPushButton("Open a protocol…"),
         )
         self.copy_button.setToolTip("A copy of the chosen study, to be changed")
+        self.edit.setToolTip("Change the chosen study, if it is your own; of another, make a copy")
+        self.delete.setToolTip("Move the chosen study to the trash, if it is your own (Delete)")
         below = QGridLayout()
         below.setSpacing(theme.GRID // 2)
         for index, button in enumerate((self.new, self.copy_button, self.edit, self.delete)):

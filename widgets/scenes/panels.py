@@ -91,7 +91,7 @@ class ScenePanel(QWidget):
         self.screen_choice.setAccessibleName("Screen of the projector")
         self.screen_choice.setToolTip("The screen that is the projector")
         self.project = QPushButton("Show on the floor…")
-        self.project.setToolTip("Fill this screen with the scene at its true size, for a projector")
+        self.project.setToolTip("Fill this screen with the scene that plays, at its true size, for a projector")
         self.walker = QCheckBox("A simulated walker walks")
         self.editors: dict[str, ParameterEditor] = {}
         self.parameters = scroll_area()
@@ -137,6 +137,7 @@ class ScenePanel(QWidget):
         self.is_playing = playing
         self.start.setText("Stop" if playing else "Start")
         self.start.setEnabled(playing or not why_not)
+        self.start.setToolTip("" if playing else why_not)
         if not playing and self.project.hasFocus():
             self.start.setFocus()  # a disabled button would hand the focus to the walker's box
         self.project.setEnabled(playing)
