@@ -28,6 +28,8 @@ RAW_S, FINE_S = 0.004, 0.1
 """Durations of a pixel below which samples are read, and below which fine bins are read, in seconds."""
 WINDOW_S = 0.1
 """Time around the cursor over which vibration is measured."""
+NEAR_S = 0.05
+"""Furthest a force sample is from the cursor that it stands for: the first comes a block or two after the vibration."""
 
 _CHANGES = ("change", "rename")
 """Kinds of requests that change a file; these are never dropped."""
@@ -318,8 +320,9 @@ class RecordingReader(QObject):
         if recording is None:
             return
         rate = recording.rate_hz
-        rows = recording.force_samples_between(frame - 0.05 * rate, frame + 1.0)
-        corners = rows[-1, 2:].reshape(-1, 4).copy() if len(rows) else None
+        rows = recording.force_samples_between(frame - NEAR_S * rate, frame + NEAR_S * rate)
+        nearest = max(int(np.searchsorted(rows[:, 0], frame, "right")) - 1, 0)  # the last one, else the next
+        corners = rows[nearest, 2:].reshape(-1, 4).copy() if len(rows) else None
         half = round(0.5 * WINDOW_S * rate)
         vibration = {}
         for source in ("commanded", "measured"):

@@ -1,6 +1,8 @@
 """What a right click on the time axis of a recording offers, how its marks are drawn, and what is said of its keys."""
 
+import numpy as np
 from long_recording import write_recording
+from made_recordings import ABOUT
 from on_screen import show
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent, QMouseEvent
@@ -10,6 +12,7 @@ from recordings_shown import place_on
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Mark
+from underfoot.records.recording_writer import Writer
 
 
 def test_the_place_of_a_right_click_is_marked_and_the_mark_removed(workspace, folder, qtbot):
@@ -56,6 +59,16 @@ def test_of_marks_in_one_pixel_the_words_of_one_are_drawn_and_those_beyond_the_v
     assert picture((23_000, "x"), *[(48_002, "")] * 999, (48_003, "turn"), (48_004, "back"), (90_000, "y")) == one
     assert picture((48_002, "")) != one
     assert picture((48_002, "turn"), (60_000, "stop")) != one
+
+
+def test_a_recording_that_is_opened_has_the_forces_of_its_first_sample_at_the_cursor(workspace, folder, qtbot):
+    writer = Writer(folder / "begun.underfoot", ABOUT)
+    writer.put("commanded", 0, np.zeros((480, 2), np.float32))
+    writer.put("force", 0, np.array([[128.0, 128.0, *[100.0] * 4, *[0.0] * 4]]))  # as a session of 128 frames a block
+    writer.close()
+    workspace.open_file(folder / "begun.underfoot")
+    qtbot.waitUntil(lambda: "N" in workspace.readout.text.full_text)
+    assert workspace.readout.text.full_text.startswith("0.000 s  ·  all tiles 400 N  ·  tile t1 400 N")
 
 
 def test_the_readout_and_a_screen_reader_say_what_keys_did_on_the_time_axis(workspace, folder, qtbot):
