@@ -110,6 +110,15 @@ def kernel(function: Callable[..., Any]) -> Kernel:
     return Kernel(function)
 
 
+def block_kernel(function: Callable[..., Any]) -> Kernel:
+    """Compile a kernel that the output callback calls, and that is short: it keeps the interpreter lock.
+
+    To release and take the lock takes longer than the rest of the call, and lets another thread take it in the middle
+    of a block.
+    """
+    return Kernel(function, nogil=False)
+
+
 def modal_kernel(function: Callable[..., Any]) -> Kernel:
     """Compile a kernel whose inner loop runs over modes: it may contract, and reassociate sums over modes."""
     return Kernel(function, fastmath={"contract", "nsz", "arcp", "reassoc"})

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 
 
 class Replay:
@@ -44,7 +44,7 @@ class Replay:
             self._next, self._shift = 0, self._shift + self._length
 
 
-@kernel
+@block_kernel
 def _play(
     stamps: NDArray[np.float64],
     forces: NDArray[np.float64],

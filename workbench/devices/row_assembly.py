@@ -17,7 +17,7 @@ from underfoot.devices.device_clock import DeviceClocks
 from underfoot.devices.force_source import SampleBuffers
 from underfoot.floor.layout import Floor
 from underfoot.floor.tracking import OFF_SHARE, ON_N
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel, kernel
 
 QUEUE = 1 << 16
 """Capacity of the queue of tile samples."""
@@ -138,7 +138,7 @@ def enqueue(
             entry.force_n[sensor] = force_n[i, sensor]
 
 
-@kernel
+@block_kernel
 def hand_over(
     assembly_parts: tuple[Any, ...], buffers: tuple[Any, ...], head: int, begin: int, end: int, now: float
 ) -> int:

@@ -16,7 +16,7 @@ from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_people import Person, people_footfalls, walk_round
 from underfoot.floor.simulated_sensors import SimulatedSensors
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 from underfoot.models import gait
 
 WALK_S = 600.0
@@ -128,7 +128,7 @@ def recorded(path: str, floor: Floor) -> NDArray[np.float64]:
     return np.ascontiguousarray(found.reshape(len(at), len(floor.tiles), 4))
 
 
-@kernel
+@block_kernel
 def _clear(stamps: NDArray[np.float64], forces: NDArray[np.float64], first: int, count: int, period: float) -> None:
     """Stamp `count` samples from number `first` on, with zero force."""
     for i in range(count):
@@ -136,7 +136,7 @@ def _clear(stamps: NDArray[np.float64], forces: NDArray[np.float64], first: int,
         forces[i] = 0.0
 
 
-@kernel
+@block_kernel
 def _add_recorded(forces: NDArray[np.float64], recorded: NDArray[np.float64], first: int, count: int) -> None:
     for i in range(count):
         sample = recorded[(first + i) % len(recorded)]

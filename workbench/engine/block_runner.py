@@ -13,7 +13,7 @@ from underfoot.engine.loop import Loop
 from underfoot.engine.rings import HEADER, load_reading, publish, write_rows, write_zeros
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 
 _LOAD_SHARE = 0.01  # weight of a block in the running mean of the load
 
@@ -36,6 +36,7 @@ class BlockRunner:
         self.further_cards: tuple[FurtherCard, ...] = ()
         self.block_s = loop.block / loop.rate_hz
         self._panicked = False
+        self._worst = memory.status.get(Field.WORST)
         channels, tiles = loop.safety.channels, len(loop.source.floor.tiles)
         in_order = np.array_equal(channels, np.arange(tiles))
         self._played = loop.out if in_order else np.zeros((loop.block, tiles), np.float32)
@@ -73,7 +74,10 @@ class BlockRunner:
             self.accelerometers.write(loop.frame - n, n)
         if loop.program.scope_names:
             memory.scope.write(loop.scope_frames, n)
-        self._write_status((time.perf_counter() - began) / self.block_s)
+        load = (time.perf_counter() - began) / self.block_s
+        self.load += _LOAD_SHARE * (load - self.load)
+        self._worst = max(self._worst, load)
+        memory.status.put_block(self.load, self._worst, loop.frame, loop.safety.peak)
 
     def align(self) -> bool:
         """Write the delayed accelerometer input; return whether it can still be aligned. Not for the callback."""
@@ -84,15 +88,6 @@ class BlockRunner:
         if self.accelerometers.is_found:
             self.memory.status.put(Field.ROUND_TRIP_S, self.accelerometers.delay_frames / self.loop.rate_hz)
         return not self.accelerometers.is_too_late
-
-    def _write_status(self, load: float) -> None:
-        status = self.memory.status
-        self.load += _LOAD_SHARE * (load - self.load)
-        status.put(Field.LOAD, self.load)
-        if load > status.get(Field.WORST):
-            status.put(Field.WORST, load)
-        status.put(Field.FRAME, float(self.loop.frame))
-        status.put(Field.PEAK, self.loop.safety.peak)
 
     def _write_vibration(self, n: int) -> None:
         loop, ring = self.loop, self.memory.vibration
@@ -118,7 +113,7 @@ def load_kernels() -> None:
     _write_samples(header, wide, np.zeros(0), np.zeros(0), np.zeros((0, 1, 4)), 0)
 
 
-@kernel
+@block_kernel
 def _gather(out: NDArray[np.float32], channels: NDArray[np.int64], rows: NDArray[np.float32], n: int) -> None:
     """Gather the output of each tile from its channel; 0 for a tile without one."""
     for i in range(n):
@@ -126,7 +121,7 @@ def _gather(out: NDArray[np.float32], channels: NDArray[np.int64], rows: NDArray
             rows[i, row] = out[i, channels[row]] if channels[row] >= 0 else 0.0
 
 
-@kernel
+@block_kernel
 def _write_samples(
     header: NDArray[np.void],
     ring: NDArray[np.float64],

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.clock import FADE, LONG_AGO, SPAN
 from underfoot.floor.profile import NOMINAL_ACCELERATION
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 from underfoot.models.filtering import cascade
 
 QUIET = 1e-9 * NOMINAL_ACCELERATION
@@ -66,7 +66,7 @@ def coefficients_of(sections: ArrayLike, rate_hz: float, engine_rate_hz: float) 
     return cascade.coefficients(cascade.at_rate(sections, rate_hz, engine_rate_hz))
 
 
-@kernel
+@block_kernel
 def _equalise(
     acceleration: NDArray[np.float64],
     zero_rows: NDArray[np.uint8],

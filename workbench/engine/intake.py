@@ -28,7 +28,7 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.tracker_memory import STREAM, TILE
-from underfoot.kernels import Floats, call_at, inlined, kernel
+from underfoot.kernels import Floats, block_kernel, call_at, inlined, kernel
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap."""
@@ -196,7 +196,7 @@ def _ignore(count: int) -> None:
 _memory_at = arrays_at(IntakeMemory)
 
 
-@kernel
+@block_kernel
 def _take(where: NDArray[np.int64], follow: int, followed: int, begin: int, count: int) -> None:
     """Track contacts through the source's samples `begin` to `count`, and queue each tile's samples.
 
@@ -261,7 +261,7 @@ def _rest(segment: np.record, now: float, at_frame: float, load_n: float) -> Non
     segment.last_frame = at_frame
 
 
-@kernel
+@block_kernel
 def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> None:
     """Write `n` frames of signals, tile by tile."""
     m = _memory_at(where)

@@ -21,7 +21,7 @@ from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor.simulated_plates import PlateOutput, SimulatedPlates
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 from underfoot.patch.controls import on_ramp
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -242,7 +242,7 @@ class Loop:
             _copy_scope(program.tables.scope, self.scope_frames, at, n)
 
 
-@kernel
+@block_kernel
 def _copy_scope(scope: NDArray[np.float64], rows: NDArray[np.float32], at: int, n: int) -> None:
     """Copy the first scope's frames, [scope, row, frame], into `rows` [frame, row] from `at` on."""
     for i in range(n):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from underfoot.clock import FADE
 from underfoot.errors import BadValue
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 from underfoot.patch.program import Program
 
 
@@ -111,7 +111,7 @@ def _load_kernels() -> None:
     _ramp(nothing, zero_rows, True, 0, 0, 0)
 
 
-@kernel
+@block_kernel
 def _ramp(
     output: NDArray[np.float64], zero_rows: NDArray[np.uint8], rises: bool, from_frame: int, frame: int, n: int
 ) -> None:
@@ -123,7 +123,7 @@ def _ramp(
             output[row, i] *= share if rises else 1.0 - share
 
 
-@kernel
+@block_kernel
 def _crossfade(
     old: NDArray[np.float64],
     new: NDArray[np.float64],

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.shared_blocks import new_block
 from underfoot.errors import DeviceError
-from underfoot.kernels import Intrinsic, kernel
+from underfoot.kernels import Intrinsic, block_kernel, kernel
 
 if TYPE_CHECKING:
     from llvmlite import ir
@@ -76,7 +76,7 @@ def _written_pointer(
     return builder.bitcast(array.data, ir.IntType(64).as_pointer())
 
 
-@kernel
+@block_kernel
 def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], n: int) -> None:
     """Append the first `n` rows of `new` to the ring and publish them."""
     at = header[0].written
@@ -89,7 +89,7 @@ def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], 
     publish(header, at + n)
 
 
-@kernel
+@block_kernel
 def write_zeros(header: NDArray[np.void], rows: NDArray[Any], n: int) -> None:
     """Append `n` rows of zeros to the ring and publish them.
 

@@ -16,7 +16,7 @@ from underfoot.clock import FADE, RAMP
 from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
 from underfoot.engine.safety_rows import NEGLIGIBLE, ROW, STAGE, along, is_still
 from underfoot.floor.profile import NOMINAL_ACCELERATION
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 
 DC_HZ = 5.0
 """Corner frequency of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
@@ -204,7 +204,7 @@ _work_at = WORK.at
 _memory_at = arrays_at(SafetyMemory)
 
 
-@kernel
+@block_kernel
 def _limit(
     where: NDArray[np.int64],
     acceleration: NDArray[np.float64],
@@ -248,7 +248,7 @@ def _limit(
         stages[0].peak = max(stages[0].peak, rows[k].peak)
 
 
-@kernel
+@block_kernel
 def _command(
     acceleration: NDArray[np.float64],
     zero_rows: NDArray[np.uint8],

@@ -5,7 +5,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Tile
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 from underfoot.models import gait
 
 STEP_S = 0.05
@@ -68,7 +68,7 @@ class StepAdder:
             del self._steps[0]
 
 
-@kernel
+@block_kernel
 def _add(
     forces: NDArray[np.float64],
     stamps: NDArray[np.float64],

@@ -2,6 +2,7 @@
 
 from enum import IntEnum, auto
 from multiprocessing.shared_memory import SharedMemory
+from struct import Struct
 
 from msgspec.structs import fields
 
@@ -16,14 +17,14 @@ class Field(IntEnum):
     RUNNING = 0
     LOAD = auto()
     WORST = auto()
+    FRAME = auto()
+    PEAK = auto()
     XRUNS = auto()
     LOST = auto()
     LATENCY_S = auto()
     HOLD_S = auto()
     STREAM_LATENCY_S = auto()
     ROUND_TRIP_S = auto()
-    FRAME = auto()
-    PEAK = auto()
     AWAKE = auto()
     CARDS_DELAY_S = auto()
     CARDS_OFFSET_S = auto()
@@ -39,6 +40,8 @@ class Field(IntEnum):
 _OF_HEALTH = [(one.name, Field[one.name.upper()], one.type) for one in fields(Health)]
 """Name, number in memory and type of each field of `Health`."""
 _PANIC = 8 * len(Field)  # offset of the byte
+_BLOCK = Struct("4d")
+"""The numbers from `LOAD` to `PEAK`, which every block writes."""
 
 
 class Status:
@@ -47,7 +50,8 @@ class Status:
     def __init__(self, memory: SharedMemory, owned: bool) -> None:
         self._memory, self._owned = memory, owned
         assert memory.buf is not None
-        self._numbers = memory.buf[:_PANIC].cast("d")  # written in every block, in a third of the time of an array
+        self._numbers = memory.buf[:_PANIC].cast("d")
+        self._block = memory.buf[8 * Field.LOAD : 8 * Field.LOAD + _BLOCK.size]
         self._panic = memory.buf[_PANIC : _PANIC + 1]
 
     @staticmethod
@@ -75,6 +79,10 @@ class Status:
     def panic(self, on: bool) -> None:
         self._panic[0] = on
 
+    def put_block(self, load: float, worst: float, frame: float, peak: float) -> None:
+        """Write what changes with every block, in half of the time of a number after the other."""
+        _BLOCK.pack_into(self._block, 0, load, worst, frame, peak)
+
     def put(self, field: Field, value: float) -> None:
         """Write one number."""
         self._numbers[field] = value
@@ -95,6 +103,7 @@ class Status:
     def close(self) -> None:
         """Release the memory; its creator also removes it."""
         self._numbers.release()
+        self._block.release()
         self._panic.release()
         self._memory.close()
         if self._owned:

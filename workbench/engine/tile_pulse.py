@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import block_kernel
 
 PULSE_HZ, PULSE_S, PULSE_M_S2 = 60.0, 0.25, 8.0
 """Frequency, length and peak of the burst, whose envelope is a squared sine."""
@@ -28,7 +28,7 @@ class TilePulse:
             _add_pulses(acceleration, zero_rows, self._start_frames, frame, n, self._rate_hz)
 
 
-@kernel
+@block_kernel
 def _add_pulses(
     acceleration: NDArray[np.float64],
     zero_rows: NDArray[np.uint8],

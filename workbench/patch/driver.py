@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import SPAN
-from underfoot.kernels import call_at, inlined, kernel
+from underfoot.kernels import block_kernel, call_at, inlined, kernel
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import append, events_at
 from underfoot.patch.calls import call_tail, cycles
@@ -76,7 +76,7 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     finish_ramps(p, frame, n)
 
 
-@kernel
+@block_kernel
 def set_engine_signals(
     where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int
 ) -> None:
