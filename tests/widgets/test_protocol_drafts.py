@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import threading
 
 import pytest
 from PySide6.QtCore import Qt
@@ -51,6 +52,18 @@ def test_a_draft_outlives_a_crash_of_its_window_while_another_window_leaves_it_a
     made.qtbot.keyClick(made.protocol_editor, Qt.Key.Key_Escape)
     made.answer("Discard the changes")
     made.qtbot.waitUntil(lambda: not kept.exists())
+
+
+def test_a_level_that_is_measured_when_the_window_closes_comes_no_more(made):
+    """It came a second later, when no copy can be written: an error, as of *Restart now*."""
+    made.click(made.workspace.study_list.new)
+    made.page(2)
+    stimuli = made.protocol_editor.stimuli
+    made.click(stimuli.form.measure)
+    assert stimuli.background.is_busy
+    made.close_down(made.workspace)
+    assert not stimuli.background.is_busy
+    assert "background" not in [thread.name for thread in threading.enumerate()]
 
 
 def test_a_draft_that_cannot_be_read_is_kept_beside_the_next_one(made):

@@ -261,6 +261,13 @@ class ProtocolEditor(QWidget):
         text = "The protocol has changes that are not saved."
         ask(self.window(), "Close without saving", text, "Discard the changes", leave, "Go on with it")
 
+    def close_down(self) -> None:
+        """End what is measured, whose level would come when nothing is copied any more; copy what is unsaved."""
+        if self.draft is not None:
+            self.stimuli.background.stop()
+            self.stimuli.background.join()
+        self.copy.close()
+
     def event(self, event: QEvent) -> bool:
         # In this editor, Ctrl+S saves the protocol and Escape closes it, instead of the window's own shortcuts.
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and _is_own_key(event):

@@ -127,7 +127,7 @@ class ExperimentWorkspace(Workspace):
         for background in (self.running.background, self.findings.background):
             background.stop()
             background.join()
-        self.protocol_editor.copy.close()
+        self.protocol_editor.close_down()
 
     # --- the page that is shown ---
 
