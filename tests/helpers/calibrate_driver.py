@@ -1,6 +1,6 @@
 """The Calibrate workspace on the screen, with the small calibration of `calibrate_samples`, and its user."""
 
-from calibrate_samples import weighings
+from calibrate_samples import CALIBRATIONS, weighing
 from on_screen import show
 from PySide6.QtCore import Qt
 
@@ -21,7 +21,7 @@ class CalibrateDriver:
         self.settings = Settings()
         hardware = kind == "serial"
         self.workspace = made = CalibrateWorkspace(
-            root, self.settings, weighings(self.made, hardware, gate, failure), Pace(0.0, 0.0)
+            root, self.settings, CALIBRATIONS, Pace(0.0, 0.0), weighing(self.made, hardware, gate, failure)
         )
         qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
         made.notified.connect(self.said.append)

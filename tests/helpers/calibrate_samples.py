@@ -1,10 +1,10 @@
 """A small calibration for tests of the wizard: a scale that is loaded, and a bell that is struck."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 
+from underfoot.calibration.declaration import PRESSING, Calibration
 from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings, Sound
@@ -13,13 +13,11 @@ from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Response
 from underfoot.parameters import Choice, Number, Text, ask
-from underfoot.widgets.calibrate.catalogue import CalibrationKind
 
 TILE = default_floor().tiles[0]
 MIDDLE = (0.02, -0.05)
 HELD = 20
 """Readings for which a load must be at rest."""
-REFERENCE = ask("load_cell", Text("", doc="Where it is."))
 UNCERTAIN = [f"acceleration_{part}_percent" for part in ("repeatability", "flatness", "linearity")]
 PAGES = ("setup", "tare", "weigh", "note", "bell", "result")
 
@@ -177,19 +175,31 @@ class Scale:
         self.closed = True
 
 
-def weighing(made, by_hand=False, gate=None, failure=None):
-    """Return the calibration for the workspace; results are appended to `made`. With a `failure` it fails."""
+class Bell(Calibration):
+    """What the workspace shows of it."""
 
-    def make(target, tile, profile, reference):
+    kind, name, title, about, rig = "response", "Bell", "Bell: how loud it is", "A weight, and a bell.", PRESSING
+
+
+class Forces(Bell):
+    kind, name = "fsr", "Forces"
+
+
+class Places(Bell):
+    kind, name = "centroid", "Places"
+
+
+CALIBRATIONS = {one.kind: one for one in (Forces, Places, Bell)}
+"""The same under the names of all three parts, as the workspace shows them."""
+
+
+def weighing(made, by_hand=False, gate=None, failure=None):
+    """Return what makes it for the workspace; results are appended to `made`. With a `failure` it fails."""
+
+    def make(calibration, target, tile, profile, reference):
         if failure is not None:
             raise failure
         made.append((Weighing(gate), Scale(by_hand)))
         return made[-1]
 
-    return CalibrationKind("response", "Bell", "Bell: how loud it is", "A weight, and a bell.", make, REFERENCE)
-
-
-def weighings(made, by_hand=False, gate=None, failure=None):
-    """Return the same under the names of all three parts, as the workspace shows them."""
-    one = weighing(made, by_hand, gate, failure)
-    return (replace(one, key="fsr", name="Forces"), replace(one, key="centroid", name="Places"), one)
+    return make

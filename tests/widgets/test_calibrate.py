@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from calibrate_driver import CalibrateDriver
-from calibrate_samples import PAGES, Scale, weighing
+from calibrate_samples import PAGES, Bell, Scale, weighing
 from on_screen import show
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
@@ -345,7 +345,7 @@ def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_p
     window, made = quiet_window(qtbot, tmp_path), []
     window.workspaces.choose("Calibrate")
     tile = default_floor().tiles[0]
-    make = partial(weighing(made, by_hand=True).make, Target(default_floor()), tile, Profile(tile="t1"), "")
+    make = partial(weighing(made, by_hand=True), Bell, Target(default_floor()), tile, Profile(tile="t1"), "")
     measurement = Measurement(make, by_hand=True, pace=Pace(0.0, 0.0), parent=window)
     wizard = calibrate(window).wizard
     wizard.begin(measurement, tile, "Bell", None)

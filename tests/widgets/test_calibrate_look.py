@@ -15,7 +15,6 @@ from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile
-from underfoot.widgets.calibrate.catalogue import KINDS
 from underfoot.widgets.calibrate.overview import Overview
 from underfoot.widgets.calibrate.page_view import PageView
 
@@ -82,10 +81,10 @@ def test_what_a_calibration_is_for_is_not_scrolled_sideways_on_a_small_screen(qt
     qtbot.addWidget(view)
     view.resize(628, 526)  # beside the choice, on 900 pixels
     show(qtbot, view)
-    for kind in KINDS:
-        view.show_kind(kind.title, kind.about)
+    for one in CALIBRATIONS.values():
+        view.show_kind(one.title, one.about)
         QApplication.processEvents()
-        assert view.findChild(QScrollArea).horizontalScrollBar().maximum() == 0, kind.title
+        assert view.findChild(QScrollArea).horizontalScrollBar().maximum() == 0, one.title
 
 
 def test_a_tile_with_a_long_id_makes_the_panel_no_wider(driver):

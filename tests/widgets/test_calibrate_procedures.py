@@ -21,7 +21,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, profiles_of
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.calibrate import catalogue
-from underfoot.widgets.calibrate.catalogue import KINDS
+from underfoot.widgets.calibrate.catalogue import make_procedure
 from underfoot.widgets.calibrate.measuring import Pace
 from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
 from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog
@@ -38,7 +38,7 @@ def settings():
 
 @pytest.fixture
 def workspace(qtbot, tmp_path, settings):
-    made = CalibrateWorkspace(tmp_path, settings, KINDS, Pace(0.0, 0.0))
+    made = CalibrateWorkspace(tmp_path, settings, CALIBRATIONS, Pace(0.0, 0.0))
     qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
     made.set_target(Target(default_floor()))
     made.resize(1280, 726)
@@ -272,7 +272,7 @@ def test_a_tile_that_sends_nothing_is_said_to_do_so_in_the_time_of_the_window(mo
     monkeypatch.setattr(catalogue, "_SILENT_S", 0.0)
     line = PtySender()
     target = Target(default_floor(), kind="serial", source=line.name)
-    procedure, rig = KINDS[0].make(target, target.floor.tiles[1], Profile(tile="t2"), "")
+    procedure, rig = make_procedure(CALIBRATIONS["fsr"], target, target.floor.tiles[1], Profile(tile="t2"), "")
     try:
         assert procedure.page.questions[0].default == "known weights"  # there is no load cell
         with pytest.raises(DeviceError, match="nothing comes of tile number 1"):
@@ -295,8 +295,7 @@ def test_tab_goes_from_the_reference_to_begin_below_it(hands, workspace):
 def test_latency_suggests_the_block_set_under_audio():
     """What is measured with another one is not used by a session."""
     target = Target(default_floor(), block=512)
-    latency = next(kind for kind in KINDS if kind.key == "latency")
-    procedure, rig = latency.make(target, target.floor.tiles[0], Profile(tile="t1"), "")
+    procedure, rig = make_procedure(CALIBRATIONS["latency"], target, target.floor.tiles[0], Profile(tile="t1"), "")
     rig.close()
     assert {asked.name: asked.default for asked in procedure.page.questions}["block"] == 512
 
@@ -312,13 +311,13 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
-from underfoot.widgets.calibrate import catalogue
-from underfoot.widgets.calibrate.catalogue import KINDS
+from underfoot.calibration.procedures import CALIBRATIONS
+from underfoot.widgets.calibrate.catalogue import make_procedure
 
-floor, vibration = default_floor(), next(kind for kind in KINDS if kind.key == "response")
+floor, vibration = default_floor(), CALIBRATIONS["response"]
 target = Target(floor, kind="serial", sound="", accelerometers=(Accelerometer("t2", 1, 50.0),))
 for tile in floor.tiles[:2]:
-    procedure, rig = vibration.make(target, tile, Profile(tile=tile.id), "")
+    procedure, rig = make_procedure(vibration, target, tile, Profile(tile=tile.id), "")
     print(procedure.page.questions[0].default)
 heard = None
 while heard is None:

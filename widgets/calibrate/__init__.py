@@ -6,10 +6,10 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDe
 
 
 def _make(context: WorkspaceContext, parent: QWidget) -> Workspace:
-    from underfoot.widgets.calibrate.catalogue import KINDS
+    from underfoot.calibration.procedures import CALIBRATIONS
     from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
 
-    return CalibrateWorkspace(context.folder / "profiles", context.settings, KINDS, parent=parent)
+    return CalibrateWorkspace(context.folder / "profiles", context.settings, CALIBRATIONS, parent=parent)
 
 
 WORKSPACE = WorkspaceDeclaration(name="Calibrate", key="Ctrl+3", icon="calibrate", package=__name__, make=_make)

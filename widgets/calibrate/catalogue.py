@@ -1,13 +1,10 @@
-"""The calibrations offered by the window, and the creation of each for a tile of a target."""
+"""What a calibration asks for in the window, and the creation of its procedure for a tile of a target."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING, Calibration, MeasurementSetup
 from underfoot.calibration.procedure import Procedure
-from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import Rig
 from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.force_source import WITHOUT_HARDWARE
@@ -20,26 +17,8 @@ from underfoot.parameters import Parameter, Text, ask
 if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile
 
-MakeProcedure = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
-"""Makes a procedure from target, tile, its profile, and the reference that was entered."""
-
-
-@dataclass(frozen=True)
-class CalibrationKind:
-    """A calibration: the part of a profile that it makes, its name, its purpose, and its factory.
-
-    `reference` is the parameter that asks for the reference on hardware; on the simulator only if it `asks_always`.
-    `first` is the part that must be calibrated before.
-    """
-
-    key: str
-    name: str
-    title: str
-    about: str
-    make: MakeProcedure
-    reference: Parameter
-    first: str = ""
-    asks_always: bool = False
+MakeProcedure = Callable[[type[Calibration], Target, Tile, Profile, str], tuple[Procedure, Rig]]
+"""Makes the procedure of a calibration, and its rig, of target, tile, its profile and the entered reference."""
 
 
 def by_hand(target: Target) -> bool:
@@ -54,7 +33,14 @@ def why_not(target: Target) -> str:
     return ""
 
 
-def _make(
+def reference_asked(declared: type[Calibration], target: Target) -> Parameter | None:
+    """Return the parameter that asks for a calibration's reference; None where none is needed: the simulator asks only
+    for a plate.
+    """
+    return _REFERENCES[declared.rig] if by_hand(target) or declared.rig == STEPPING else None
+
+
+def make_procedure(
     declared: type[Calibration], target: Target, tile: Tile, profile: Profile, reference: str
 ) -> tuple[Procedure, Rig]:
     """Create the procedure of a calibration, and the rig that it needs."""
@@ -196,17 +182,3 @@ _REFERENCES = {
     ),
 }
 """Parameters that ask for a rig's reference on hardware."""
-
-KINDS = tuple(
-    CalibrationKind(
-        one.kind,
-        one.name,
-        one.title,
-        one.about,
-        partial(_make, one),
-        _REFERENCES[one.rig],
-        one.requires,
-        asks_always=one.rig == STEPPING,
-    )
-    for one in CALIBRATIONS.values()
-)

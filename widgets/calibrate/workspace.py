@@ -1,6 +1,6 @@
 """The Calibrate workspace: the choice of tile and calibration, and the wizard that runs it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from datetime import date
 from functools import cached_property, partial
 from itertools import count
@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLayout, QStackedWidget, QWidget
 
+from underfoot.calibration.declaration import Calibration
 from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Result
 from underfoot.devices.plate import SIMULATED
@@ -17,7 +18,7 @@ from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.catalogue import CalibrationKind, by_hand, why_not
+from underfoot.widgets.calibrate.catalogue import MakeProcedure, by_hand, make_procedure, reference_asked, why_not
 from underfoot.widgets.calibrate.choice import ChoicePanel
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, Snapshot
 from underfoot.widgets.calibrate.overview import Overview
@@ -41,7 +42,9 @@ SHORTCUTS = (
 
 
 class CalibrateWorkspace(ProjectingWorkspace):
-    """Runs any of `kinds` on the tiles of the target; profiles are stored below `root`, one folder per floor."""
+    """Runs calibrations, by the part that each makes, on the tiles of the target; profiles are stored below `root`, one
+    folder per floor.
+    """
 
     shortcuts = SHORTCUTS
     projection: FloorProjection | None
@@ -57,15 +60,16 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self,
         root: Path,
         settings: Settings,
-        kinds: Sequence[CalibrationKind],
+        calibrations: Mapping[str, type[Calibration]],
         pace: Pace | None = None,
+        make: MakeProcedure = make_procedure,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(settings, parent)
         theme.fill(self, "ground")
         self.pace = pace or Pace()
-        self._kinds = {kind.key: kind for kind in kinds}
-        self._kind = kinds[0]
+        self._calibrations, self._make_procedure = calibrations, make
+        self._calibration = next(iter(calibrations.values()))
         self._target: Target | None = None
         self._measurement: Measurement | None = None
         self._is_waiting = False
@@ -76,7 +80,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self.make(self._parts())
 
     def _parts(self) -> Iterator[None]:
-        self.choice = ChoicePanel([(kind.key, kind.name) for kind in self._kinds.values()], self)
+        self.choice = ChoicePanel([(kind, one.name) for kind, one in self._calibrations.items()], self)
         yield
         self._stack = QStackedWidget(self)
         self.overview = Overview(self._stack)
@@ -180,25 +184,24 @@ class CalibrateWorkspace(ProjectingWorkspace):
         if self._target is None:
             return
         profile = self.profiles.of(self.tile.id)
-        self.choice.show_profile(profile, self._kind.key, self._flags(profile, self.tile.id))
-        self.overview.show_kind(self._kind.title, self._kind.about)
+        self.choice.show_profile(profile, self._calibration.kind, self._flags(profile, self.tile.id))
+        self.overview.show_kind(self._calibration.title, self._calibration.about)
         self.overview.show_part(self.tile, self._part())
         busy = "The last measurement is still ending…" if self.is_measuring else ""
         lacks = why_not(self._target) or busy or self._lacks(profile)
         self.overview.show_availability(lacks, can_run_automatically=self._is_simulated)
-        reference = self._settings.references.get(self._kind.key, "")
-        asks = by_hand(self._target) or self._kind.asks_always
-        self.overview.show_reference(self._kind.reference if asks else None, reference)
+        reference = self._settings.references.get(self._calibration.kind, "")
+        self.overview.show_reference(reference_asked(self._calibration, self._target), reference)
 
     def _lacks(self, profile: Profile) -> str:
         """Return what must be calibrated first; "" for nothing."""
-        first = self._kinds.get(self._kind.first)
-        if first is None or profile.part(first.key) is not None:
+        first = self._calibrations.get(self._calibration.requires)
+        if first is None or profile.part(first.kind) is not None:
             return ""
         return f"{first.name} of this tile are not calibrated yet. Do that first, so that its readings are newtons."
 
     def _save_reference(self, value: str) -> None:
-        self._settings.references[self._kind.key] = value
+        self._settings.references[self._calibration.kind] = value
 
     def _show_profiles(self) -> None:
         self._show()
@@ -211,14 +214,14 @@ class CalibrateWorkspace(ProjectingWorkspace):
 
     def _compare(self, index: int) -> None:
         profile = self.profiles.of(self.tile.id)
-        earlier = getattr(profile.earlier[index], self._kind.key) if index >= 0 else None
+        earlier = getattr(profile.earlier[index], self._calibration.kind) if index >= 0 else None
         self.overview.show_part(self.tile, self._part(), earlier)
 
     def _part(self) -> Part | None:
-        return self.profiles.of(self.tile.id).part(self._kind.key)
+        return self.profiles.of(self.tile.id).part(self._calibration.kind)
 
-    def _choose_kind(self, key: str) -> None:
-        self._kind, self._is_closed = self._kinds[key], False
+    def _choose_kind(self, kind: str) -> None:
+        self._calibration, self._is_closed = self._calibrations[kind], False
         self._stack.setCurrentWidget(self.overview)
         self._show()
 
@@ -275,14 +278,14 @@ class CalibrateWorkspace(ProjectingWorkspace):
 
     def _measure(self, automatic: bool = False) -> None:
         assert self._target is not None
-        target, tile, kind = self._target, self.tile, self._kind
-        reference = self._settings.references.get(kind.key, "")
-        make = partial(kind.make, target, tile, self.profiles.of(tile.id), reference)
+        target, tile, chosen = self._target, self.tile, self._calibration
+        reference = self._settings.references.get(chosen.kind, "")
+        make = partial(self._make_procedure, chosen, target, tile, self.profiles.of(tile.id), reference)
         measurement = Measurement(make, by_hand=by_hand(target), pace=self.pace, parent=self)
         measurement.ended.connect(self._measurement_ended)
         self._measurement = measurement
         self.choice.setEnabled(False)
-        self.wizard.begin(measurement, tile, kind.name, self._part())
+        self.wizard.begin(measurement, tile, chosen.name, self._part())
         self._stack.setCurrentWidget(self.wizard)
         self.wizard.setFocus()
         measurement.start()
@@ -331,7 +334,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._settings.conditions, self._settings.conditions_on = conditions.strip(), date.today().isoformat()
 
     def _saved(self, tile: str, kind: str) -> None:
-        if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):
+        if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._calibration.kind):
             self.wizard.mark_saved()
             if self._measurement is not None:
                 self._measurement.stop()
