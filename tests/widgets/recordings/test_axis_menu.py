@@ -63,7 +63,7 @@ def test_of_marks_in_one_pixel_the_words_of_one_are_drawn_and_those_beyond_the_v
 
 def test_a_recording_that_is_opened_has_the_forces_of_its_first_sample_at_the_cursor(workspace, folder, qtbot):
     writer = Writer(folder / "begun.underfoot", ABOUT)
-    writer.put("commanded", 0, np.zeros((480, 2), np.float32))
+    writer.put("vibration", 0, np.zeros((480, 2), np.float32))
     writer.put("force", 0, np.array([[128.0, 128.0, *[100.0] * 4, *[0.0] * 4]]))  # as a session of 128 frames a block
     writer.close()
     workspace.open_file(folder / "begun.underfoot")
