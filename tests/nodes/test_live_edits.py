@@ -133,6 +133,7 @@ def engine_signals(at, walks=False):
 
 def build(patch, scopes):
     program = Program(patch, REGISTRY, ("t1",), rate=RATE, block=BLOCK, scopes=scopes)
+    program.signals = np.zeros((len(ENGINE_SIGNALS), 1, BLOCK)), np.zeros(1, np.uint8)
     for frame in range(0, FRAMES, 600):
         program.strike("", "t1", frame + 0.5, 1.0)
     return program
@@ -146,7 +147,8 @@ def played(patch, scopes, walks, edited=None):
         if edited is not None and at == EDIT:
             for move in moved_numbers(patch, edited, REGISTRY):
                 fader.set(move.node, move.name, move.value, at)
-        fader.run(engine_signals(at, walks), np.zeros(1, np.uint8), at, BLOCK)
+        fader.current.signals[0][:] = engine_signals(at, walks)
+        fader.run(at, BLOCK)
         for scope, frames in out.items():
             frames[at : at + BLOCK] = fader.current.scope[scope][0]
     return out
@@ -240,7 +242,9 @@ def heard(programs, walks):
         fader.update(at)
         if at == EDIT and len(programs) > 1:
             fader.crossfade(programs[1], at)
-        fader.run(engine_signals(at, walks), np.zeros(1, np.uint8), at, BLOCK)
+        for program in programs:
+            program.signals[0][:] = engine_signals(at, walks)
+        fader.run(at, BLOCK)
         out.append(fader.current.output[0].copy())
     return np.concatenate(out)
 

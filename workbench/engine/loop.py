@@ -118,7 +118,7 @@ class Loop:
 
     def build(self, patch: Patch, scopes: tuple[str, ...] = ()) -> Program:
         """Build the program of a patch for this loop. Allocates and loads kernels: never in the callback."""
-        return Program(
+        program = Program(
             patch if self.options.seed is None else replace(patch, seed=self.options.seed),
             self.registry,
             {tile.id: tile.centre_m for tile in self.source.floor.tiles},
@@ -128,6 +128,8 @@ class Loop:
             folder=self.options.folder,
             with_sound=self.options.sound_channel != -1,
         )
+        program.signals = self.intake.signals, self.intake.zero_rows
+        return program
 
     def send(self, action: Action, frame: int | None = None) -> None:
         """Apply a command, or a prepared action, at the first span edge from `frame` (default: now) on.
@@ -229,7 +231,7 @@ class Loop:
         """Run `n` frames into `out` from its row `at` on; due commands have been applied."""
         self.intake.take(frame + n)
         self.intake.fill(frame, n, with_centroid=bool(self.plates) or self.programs.read_centroid)
-        program = self.programs.run(self.intake.signals, self.intake.zero_rows, frame, n)
+        program = self.programs.run(frame, n)
         output, zero_rows = program.output, program.tables.silent
         self.pulse.apply(output, zero_rows, frame, n)
         if self.measures:

@@ -78,15 +78,13 @@ class ProgramFader:
         """Return the frame up to which nothing changes, at most `stop`."""
         return min(stop, self._from_frame + FADE) if self._fade else stop
 
-    def run(self, signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> Program:
-        """Run `n` frames on signals as `Program` takes them; return the program whose output is played."""
+    def run(self, frame: int, n: int) -> Program:
+        """Run `n` frames; return the program whose output is played."""
         program, old = self.current, self._old
-        program.set_engine_signals(signals, zero_rows, n)
         began = time.perf_counter()
         program.run(frame, n)
         self.spent_s += time.perf_counter() - began
         if self._fade == "cross":
-            old.set_engine_signals(signals, zero_rows, n)
             old.run(frame, n)
             _crossfade(old.output, program.output, program.tables.silent, self._from_frame, frame, n)
             if old.has_sound or program.has_sound:

@@ -78,7 +78,7 @@ class Safety:
             self._stage[f"{name}_share"] = 1.0 - math.exp(-1.0 / (seconds * rate_hz))
         self._stage["peak_fall"] = 0.5 ** (1.0 / (METER_SECONDS * rate_hz))
         self._stage["level"], self._stage["opening"] = (1.0, 1.0, 0.0, 1.0), (0.0, 0.0, -1.0, 1.0)
-        self._peak = self._stage["peak"]
+        self._peak, self._sounded_until = self._stage["peak"], self._stage["sounded_until"]
         self._level, self._opening = self._stage["level"], self._stage["opening"]
         self._memory = SafetyMemory(
             self.out, self._rows, self._stage, np.zeros((2, ROWS), np.int64), WORK.zeros().values
@@ -131,7 +131,7 @@ class Safety:
     @property
     def sounded_until(self) -> int:
         """Session frame from which on all rows have been silent: the end of the last output in which one was not."""
-        return int(self._stage["sounded_until"][0])
+        return int(self._sounded_until.item())
 
     @property
     def peak(self) -> float:

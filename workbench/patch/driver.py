@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import SPAN
-from underfoot.kernels import block_kernel, call_at, inlined, kernel
+from underfoot.kernels import call_at, inlined, kernel
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import append, events_at
 from underfoot.patch.calls import call_tail, cycles
@@ -44,9 +44,15 @@ def blocks_per_timed(block: int) -> int:
 
 
 @kernel
-def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
-    """Run `n` frames of the program whose tables are at the addresses `where`, from session frame `frame` on."""
+def run_block(
+    where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int
+) -> None:
+    """Run `n` frames of the program whose tables are at the addresses `where`, from session frame `frame` on.
+
+    The engine's `signals` are [signal, row, frame], and zero in `zero_rows`; without rows, the buffers have them.
+    """
     p = tables_at(where)
+    _take_signals(p, signals, zero_rows, n)
     fill_signal_controls(p, frame, n)
     if p.no_sound[0] == 0:
         p.sound[:] = 0.0
@@ -76,16 +82,20 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     finish_ramps(p, frame, n)
 
 
-@block_kernel
-def set_engine_signals(
-    where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int
-) -> None:
-    """Copy `n` frames of the engine's `signals` [signal, row, frame] to the buffers that nodes read.
+@kernel
+def tail(where: NDArray[np.int64], k: int) -> float:
+    """Return the output bound of a node's first row without input, from its `tail`: 0 for most."""
+    p = tables_at(where)
+    return _tail(p, k, 0) if p.nodes[k].tail != 0 and p.output.shape[0] > 0 else 0.0
+
+
+@inlined
+def _take_signals(p: Tables, signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int) -> None:
+    """Copy `n` frames of the engine's signals to the buffers that nodes read.
 
     A row marked as zero is not read, and written only if it was not zero before.
     """
-    p = tables_at(where)
-    for row in range(p.engine_zero.size):
+    for row in range(zero_rows.size):
         zero = zero_rows[row] != 0
         if zero and p.engine_zero[row] != 0:
             continue
@@ -101,13 +111,6 @@ def set_engine_signals(
             else:
                 for i in range(np.uint64(n)):
                     p.buffers[at + i] = signals[signal, row, i]
-
-
-@kernel
-def tail(where: NDArray[np.int64], k: int) -> float:
-    """Return the output bound of a node's first row without input, from its `tail`: 0 for most."""
-    p = tables_at(where)
-    return _tail(p, k, 0) if p.nodes[k].tail != 0 and p.output.shape[0] > 0 else 0.0
 
 
 @inlined

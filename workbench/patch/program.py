@@ -33,9 +33,9 @@ class Program:
     Marks are applied first (`underfoot.patch.effective`). Only nodes that reach a sink, or an output named in `scopes`
     ("node.port"), are built; the others are in `left_out`. `output` is float64 [tiles, block] in m/s^2. `sound` is
     float64 [1, block], the sum of all tiles' sound in full scale, if the program `has_sound`. Without `with_sound` the
-    patch's Sound is left out, too, and the program `lacks_sound`. `engine_signals[name]` is filled by the engine before
-    each run; `scope[name]` holds the frames of a scope. Building allocates, compiles and reads files; running does none
-    of these.
+    patch's Sound is left out, too, and the program `lacks_sound`. Each run takes the engine's `signals`; without them,
+    who runs the program fills `engine_signals[name]`. `scope[name]` holds the frames of a scope. Building allocates,
+    compiles and reads files; running does none of these.
     """
 
     def __init__(
@@ -79,9 +79,9 @@ class Program:
         for k in np.flatnonzero(nodes["sleep_rule"] == ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
-        self._run_block = driver.run_block.specialised(self._where, 0, 0)
-        signals, zero_rows = np.zeros((len(ENGINE_SIGNALS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8)
-        self._set_engine_signals = driver.set_engine_signals.specialised(self._where, signals, zero_rows, 0)
+        self.signals = np.zeros((len(ENGINE_SIGNALS), 0, 0)), np.zeros(0, np.uint8)
+        """The engine's signals, float64 [signal, row, frame], and the rows (uint8) in which all are zero; or none."""
+        self._run_block = driver.run_block.specialised(self._where, *self.signals, 0, 0)
         # An event without a receiver loads the kernel, so that the first strike need not.
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output, self.sound = self.tables.output, self.tables.sound
@@ -96,19 +96,11 @@ class Program:
 
     # --- running ---
 
-    def set_engine_signals(self, signals: np.ndarray, zero_rows: np.ndarray, n: int) -> None:
-        """Fill `engine_signals` with `n` frames of the engine's signals, float64 [signal, row, frame].
-
-        `zero_rows` marks rows in which all of these are zero. Callers of this do not write to `engine_signals`
-        themselves.
-        """
-        self._set_engine_signals(self._where, signals, zero_rows, n)
-
     def run(self, frame: int, n: int) -> None:
         """Run `n` frames, at most `block`, from session frame `frame` on."""
         if self._pending:
             self._put_strikes(frame + n)
-        self._run_block(self._where, frame, n)
+        self._run_block(self._where, *self.signals, frame, n)
         if self._struck_rows:
             for row in self._struck_rows:
                 self.tables.events[row, _COUNT] = 0.0
