@@ -105,11 +105,13 @@ class ExperimenterView(QWidget):
         self._lay_out()
         self._connect()
 
-    def begin(self, floor: Floor, title: str, *, presses: bool) -> None:
-        """Show a new session; with `presses` the mouse can step on the simulated floor."""
+    def begin(self, floor: Floor, title: str, *, presses: bool, is_blind: bool = False) -> None:
+        """Show a new session; with `presses` the mouse can step on the simulated floor. `is_blind` draws no answers."""
         self.title.setText(title)
         self.map.set_floor(floor)
-        self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
+        blind = "Double-blind: this page shows neither answers nor vibration; the level meter above does."
+        drawn = "What the answers say is drawn here, after the first few."
+        self.drawings.show_drawings((), blind if is_blind else drawn)
         self.map.can_press = presses
         self._began_s = self._shown_at = time.perf_counter()
         self._began_share, self._form_key, self._ticks = -1.0, "", 0
@@ -274,10 +276,13 @@ def _stage_text(runner: Runner) -> str:
 
 
 def _level_text(runner: Runner) -> str:
-    """Return the force on the floor, and the commanded and measured vibration, as text."""
+    """Return the force on the floor, and, unless the study is double-blind, the commanded and measured vibration."""
     presenter = runner.presenter
     peak = runner.session.health.peak * float(presenter.full_scale.max())
-    words = [f"{runner.watch.loads_n.sum():.0f} N on the floor", f"{peak:.2f} m/s² commanded"]
+    words = [f"{runner.watch.loads_n.sum():.0f} N on the floor"]
+    if runner.protocol.double_blind:
+        return words[0]
+    words.append(f"{peak:.2f} m/s² commanded")
     end = presenter.end_frame
     _, measured = presenter.measured(end - round(_LIVE_S * runner.session.target.rate), end)
     if measured.size:

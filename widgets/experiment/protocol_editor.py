@@ -47,7 +47,7 @@ from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
 """The page of a mistake, by the first word of its place."""
-_FIELDS = ("title", "about", "language", "seed", "counterbalanced", "limit_m_s2", "present_s")
+_FIELDS = ("title", "about", "language", "seed", "counterbalanced", "double_blind", "limit_m_s2", "present_s")
 _CHECK_DELAY_MS = 150
 
 

@@ -129,7 +129,10 @@ class RunningStudy(QObject):
         title = protocol.title or waiting.study.name  # as the session was begun
         is_simulated = session.target.kind == "simulator"
         self.experimenter.begin(
-            session.target.floor, f"{title}  ·  {self.runner.study.participant}", presses=is_simulated
+            session.target.floor,
+            f"{title}  ·  {self.runner.study.participant}",
+            presses=is_simulated,
+            is_blind=protocol.double_blind,
         )
         self.begun.emit()
 
@@ -226,7 +229,7 @@ class RunningStudy(QObject):
         """Analyse the answers in a thread after each new answer."""
         study, entries = runner.study, list(runner.study.entries)
         answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
-        if answered < MIN_ANSWERS or answered == self._drawn or self.background.is_busy:
+        if study.protocol.double_blind or answered < MIN_ANSWERS or answered == self._drawn or self.background.is_busy:
             return
         self._drawn = answered
         self.background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))

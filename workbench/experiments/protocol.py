@@ -157,6 +157,9 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             "number in the participant's id."
         ),
     ] = ()
+    double_blind: Annotated[
+        bool, _described("The experimenter's page shows neither vibration nor answers by stimulus while it runs.")
+    ] = False
     participant: tuple[Question, ...] = ()
     limit_m_s2: Annotated[Level, _described("Nothing is presented above this peak acceleration.")] = 20.0
     language: Annotated[
