@@ -62,8 +62,10 @@ def test_clients_of_the_page_hear_a_foot_and_get_onsets_until_it_is_told_to_end_
             end.send_message(served.cues, "/underfoot/panic")
             until(lambda times=times: len(end.received("/underfoot/played")) == times, "it is silent")
     with contextlib.closing(OscEnd(served.messages)) as end:
-        engine_runs, *_, why_silent = until(lambda: end.received("/underfoot/health"), "its health is told")[0]
-    assert (engine_runs, why_silent) == (True, "panic")
+        engine_runs, *_, why_silent, of_tiles = until(lambda: end.received("/underfoot/health"), "its health is told")[
+            0
+        ]
+    assert (engine_runs, why_silent, of_tiles) == (True, "panic", "")
     served.process.send_signal(signal.SIGINT)
     _, error = served.process.communicate(timeout=300.0)
     assert served.process.returncode == 0, error

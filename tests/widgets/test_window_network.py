@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from windows import dialog_of, noise_patch
 
 from underfoot.engine.commands import PressTile
+from underfoot.engine.reports import SensorFaults
 from underfoot.network.server import Counts
 from underfoot.widgets.design.blind_test import BlindTest
 from underfoot.widgets.design.driving import with_driver
@@ -106,7 +107,10 @@ def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, c
     window.controller.take_back()
     window.network.apply({**window.settings.network_addresses, "send": client.text}, ["send"])
     qtbot.waitUntil(lambda: bool(client.received("/underfoot/health")))
-    assert client.received("/underfoot/health")[0][-1] == "panic"
+    assert client.received("/underfoot/health")[0][-2:] == ["panic", ""]
+    window.bridge.reported.emit([SensorFaults({("t1", 3): "sensor 3 is dead"}, "nothing comes from t2")])
+    wrong = ["panic", "nothing comes from t2; tile t1: sensor 3 is dead"]
+    qtbot.waitUntil(lambda: client.received("/underfoot/health")[-1][-2:] == wrong)
 
 
 def test_a_preset_is_heard_as_it_is_and_cues_wait_for_the_patch(window, served, client, qtbot):

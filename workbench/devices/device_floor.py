@@ -117,6 +117,11 @@ class DeviceFloor:
         """What is wrong with sensors now, by tile and number (1 to 4)."""
         return self._health.faults
 
+    @property
+    def silence(self) -> str:
+        """Why nothing comes of all tiles or of some, as of the last `take_notices`; "" while all send."""
+        return self.reader.trouble or self._silence.words
+
     def take_notices(self) -> list[str]:
         """Return the notices since the last call, one line each. Not for the callback."""
         now_s, heard = time.perf_counter(), self.reader.parser.heard(len(self.floor.tiles))

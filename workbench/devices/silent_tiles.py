@@ -22,6 +22,8 @@ class SilentTiles:
     ['nothing comes from t2, while others send']
     >>> silence.take_notices(np.array([400, 101]), 3.5)
     ['frames come from t2 now']
+    >>> silence.words
+    ''
     """
 
     def __init__(self, ids: Sequence[str], since_s: float) -> None:
@@ -30,6 +32,8 @@ class SilentTiles:
         self._heard_s = np.full(len(ids), since_s)
         self._told = np.zeros(len(ids), bool)
         self._recurrences = [Recurrence() for _ in ids]
+        self.words = ""
+        """The tiles that are silent now, also where they are not named any more; "" for none."""
 
     def take_notices(self, heard: NDArray[np.int64], now_s: float) -> list[str]:
         """Return a line with the tiles that are silent now, and one with those that send again.
@@ -42,6 +46,7 @@ class SilentTiles:
             self._heard_s += now_s - self._heard_s.max()
             return []
         silent = now_s - self._heard_s > _SILENT_S
+        self.words = f"nothing comes from {', '.join(self._ids[silent])}" if silent.any() else ""
         rows, risen = np.flatnonzero(silent & ~self._told), self._told & ~silent
         fallen = [row for row in rows.tolist() if self._recurrences[row].says(now_s)]
         self._told &= silent

@@ -140,7 +140,7 @@ class CommandListener:
             self._status.put(Field.HOLD_S, max(latency_s - block_s, 0.0))
             for line in source.take_notices():
                 self._outbox.put(Notice(line))
-            self._outbox.put(SensorFaults(source.sensor_faults))
+            self._outbox.put(SensorFaults(source.sensor_faults, source.silence))
         program, load = self._loop.program, self._runner.load
         awake = program.awake()
         self._status.put(Field.AWAKE, float(max(awake.values(), default=0)))

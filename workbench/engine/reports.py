@@ -58,9 +58,22 @@ class Costs(Struct, frozen=True):
 
 
 class SensorFaults(Struct, frozen=True):
-    """What is wrong with sensors of hardware, by tile and number (1 to 4), twice a second."""
+    """What is wrong with sensors of hardware, by tile and number (1 to 4), twice a second; and which of its tiles, or
+    whether all of them, send nothing, "" for none.
+    """
 
     faults: dict[tuple[str, int], str]
+    silence: str = ""
+
+    @property
+    def in_words(self) -> str:
+        """All of it in a line; "" for nothing.
+
+        >>> SensorFaults({("t1", 3): "sensor 3 is dead"}, "nothing comes from t2").in_words
+        'nothing comes from t2; tile t1: sensor 3 is dead'
+        """
+        of_sensors = (f"tile {tile}: {what}" for (tile, _), what in self.faults.items())
+        return "; ".join(filter(None, (self.silence, *of_sensors)))
 
 
 class ProcessDied(Struct, frozen=True):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import takewhile
 
 from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
-from underfoot.engine.reports import CommandApplied, PatchRefused, Report, Started
+from underfoot.engine.reports import CommandApplied, PatchRefused, Report, SensorFaults, Started
 from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError, require
 from underfoot.network.cue_patch import CuedChanges, require_settable, with_cues
@@ -208,6 +208,8 @@ class CuePlayer:
                 if refused is not None:
                     self._restore(refused.before)
                 self._refuse(lambda one: one.edit > 0 or bool(one.held), text)
+            case SensorFaults():
+                self.server.floor_trouble = report.in_words
             case Started():
                 # A panic holds in every engine: the new one answers it.
                 again = "the engine was started again; ask again"

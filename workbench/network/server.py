@@ -121,6 +121,8 @@ class NetworkServer:
         self._sequence: int = before._sequence if before else 0
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
         self._shown = _Shown(-math.inf, 0.0, None, ())
+        self.floor_trouble = ""
+        """What is wrong with the floor's tiles, which is sent with the health."""
         self._jobs: deque[Callable[[], object]] = deque(maxlen=_WAITING)
         self._panics: deque[Received] = deque(maxlen=_WAITING)  # what else comes pushes none of them out
         self._cues: deque[Received] = deque(maxlen=_WAITING)
@@ -185,7 +187,7 @@ class NetworkServer:
         xruns, lost = (min(count, _LARGEST_INT) for count in (health.xruns, health.lost))
         self._queue_message(
             "health", health.running, Long(health.frame), float(health.load), xruns, lost,
-            float(health.latency_s), float(health.stream_latency_s), why_silent,
+            float(health.latency_s), float(health.stream_latency_s), why_silent, self.floor_trouble[:_REASON],
         )  # fmt: skip
 
     def send_mark(self, text: str, frame: int, ago_s: float) -> None:
