@@ -137,8 +137,7 @@ class FsrProcedure(Procedure):
         self, tile: "Tile", divider: "VoltageDivider | None" = None, reference: str = LOAD_CELL, cell: str = LOAD_CELL
     ) -> None:
         self._tile, self._divider, self._cell = tile, divider, cell
-        self._full_n, self._reference_percent = DEFAULT_FULL_N, OF_FORCE.default
-        self._reference = reference
+        self._reference, self._full_n, self._reference_percent = reference, DEFAULT_FULL_N, OF_FORCE.default
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
         super().__init__(Page("setup", "Forces", instruction, questions=_setup_questions(reference)))
 
@@ -185,6 +184,7 @@ class FsrProcedure(Procedure):
         from underfoot.calibration.science.foot_check import forces_over_time
         from underfoot.calibration.science.linearisation import linearise
         from underfoot.calibration.science.load_checks import drift_warnings, noise_warnings, share_warnings
+        from underfoot.calibration.science.weight_checks import weight_warnings
 
         if not self._step_data:
             raise BadMeasurement("every sensor was skipped; go back, and load one at least")
@@ -210,7 +210,8 @@ class FsrProcedure(Procedure):
             for one in self._pressed_by_foot()
         ]
         drifts, noise = drift_warnings(unloaded_n, found.full_scale_n), noise_warnings(found.curves, tares)
-        warnings = (*result.warnings, *share_warnings(shares), *drifts, *noise)
+        odd = weight_warnings(self._pairs()) if self._reference == KNOWN_WEIGHTS else ()
+        warnings = (*result.warnings, *share_warnings(shares), *drifts, *noise, *odd)
         return replace(result, warnings=warnings, raw=(*result.raw, *pressed))
 
     def without_conclusion(self, reason: str) -> Result | None:
