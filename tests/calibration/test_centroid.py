@@ -369,3 +369,13 @@ def test_a_place_that_was_pressed_elsewhere_is_named(aside_m, named):
     pressed = Presses("t1", at, load, forces)
     said = [line for line in result_of(assess(pressed, TILE), pressed).warnings if "another one pressed" in line]
     assert [line[:29] for line in said] == ["the place at x 50 mm, y 0 mm "] * named
+
+
+@pytest.mark.parametrize(("aside_m", "said"), [(0.0, []), (0.003, []), (0.012, ["x -12 mm, y +0 mm"])])
+def test_places_that_are_all_off_alike_are_told_by_calibrated_forces(aside_m, said):
+    """The correction makes up for it, so that whoever marked the tile from another edge was told 3 mm."""
+    at, load, forces = made_sensors.Robot(SENSORS, rows=3, loads=(150.0, 300.0, 600.0)).presses()
+    pressed = Presses("t1", at + np.array([aside_m, 0.0]), load, forces, np.hstack([forces, forces]))
+    calibrated = Fsr(made="2026-01-01", sensors=(line(),) * 4, figures={"foot_expanded_percent": 5.0})
+    lines = result_of(assess(pressed, TILE), pressed, None, calibrated).warnings
+    assert [line[35:52] for line in lines if line.startswith("all places are found off alike")] == said

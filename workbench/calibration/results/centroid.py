@@ -59,7 +59,7 @@ def result_of(
         quantities=quantities,
         verdict=verdict_of(found),
         good=found.good,
-        warnings=(*found.left_out, *_misplaced(found.used), *_disagreement(presses)),
+        warnings=(*found.left_out, *_misplaced(found.used), *_shifted(found, forces), *_disagreement(presses)),
         drawings=drawings_of(found),
         raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
         part=part_of(found, reference),
@@ -81,6 +81,26 @@ def _misplaced(found: CentroidAccuracy) -> tuple[str, ...]:
                 f"{usual_mm:.0f} mm: was another one pressed? Press it again, or skip it"
             )
     return tuple(lines)
+
+
+def _shifted(found: CentroidAccuracy, forces: Fsr | None) -> tuple[str, ...]:
+    """Return a line where places are off alike by more than marks and calibrated forces are uncertain by.
+
+    A force of all sensors that is uncertain by a share moves a centroid by that share of their distance, at most.
+    """
+    expanded_percent = None if forces is None else forces.figures.get("foot_expanded_percent")
+    if found.over_time is None or expanded_percent is None:
+        return ()
+    x_mm, y_mm = 1e3 * (found.over_time.before_m - found.over_time.at_m).mean(axis=0).round(3) + 0.0
+    reach_mm = 1e3 * float(np.sqrt(np.mean(np.square(found.tile.sensors_m))))
+    allowed_mm = float(np.hypot(0.01 * expanded_percent * reach_mm, found.reference_mm or 0.0))
+    if np.hypot(x_mm, y_mm) <= allowed_mm:
+        return ()
+    return (
+        f"all places are found off alike, by x {x_mm:+.0f} mm, y {y_mm:+.0f} mm, and forces and marks are uncertain by "
+        f"{allowed_mm:.0f} mm: are the marks shifted, are the sensors where the floor says, or has one changed since "
+        "forces were calibrated? The correction takes the marks to be right",
+    )
 
 
 def _disagreement(presses: Presses) -> tuple[str, ...]:
