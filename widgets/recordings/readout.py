@@ -1,16 +1,20 @@
 """The values at the cursor: as text in N, m/s², Hz and dB, and on the floor."""
 
 import math
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
+from underfoot.errors import BadValue
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.quantities import counted, fixed, quantity
+from underfoot.records.sway import sway_of
 from underfoot.widgets import theme
+from underfoot.widgets.background import BackgroundWorker
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.recordings.reader import CursorValues, OpenedRecording, RecordingReader, Vibration
@@ -24,13 +28,15 @@ class CursorReadout(QObject):
     def __init__(self, axis: Axis, reader: RecordingReader, parent: QObject) -> None:
         super().__init__(parent)
         self._axis, self._reader = axis, reader
-        self._values = ""
+        self._values, self._sway = "", ""
+        self._sways = BackgroundWorker(self)
+        self._sways.found.connect(lambda found: self._show_sway(*found))
         self.text = ElidedLabel("small")
         self.text.setFixedHeight(4 * theme.GRID)
         self.text.setContentsMargins(2 * theme.GRID, 0, 0, 0)
         self.map = FloorMap()
         axis.cursor_moved.connect(self._request)
-        axis.selected.connect(self._describe)
+        axis.selected.connect(self.describe_selection)
         axis.tile_chosen.connect(self.choose_tile)
         self.map.tile_chosen.connect(self._choose_on_map)
         reader.cursor_values_read.connect(self._show)
@@ -40,6 +46,18 @@ class CursorReadout(QObject):
         self._values = ""
         self._describe()
         self.map.clear()
+
+    def close_down(self) -> None:
+        """Wait for what is being computed."""
+        self._sways.join()
+
+    def describe_selection(self) -> None:
+        """Compute the sway in the selected stretch, if somebody stands there, and show the rest meanwhile."""
+        self._sway = ""
+        self._describe()
+        content, stretch = self._axis.content, self._axis.selection
+        if content is not None and stretch is not None:
+            self._sways.compute(lambda _: [content, stretch, _sway_text(content.balance, stretch)])
 
     def choose_tile(self, row: int) -> None:
         """Show the vibration of a tile, by its row of the floor."""
@@ -79,12 +97,19 @@ class CursorReadout(QObject):
         self.map.set_contacts(contacts, time_s)
         self.map.update()
 
+    def _show_sway(self, content: RecordingContent | None, stretch: tuple[float, float] | None, text: str) -> None:
+        if content is not self._axis.content or stretch != self._axis.selection:
+            self.describe_selection()  # another one was selected meanwhile
+            return
+        self._sway = text
+        self._describe()
+
     def _describe(self) -> None:
         """Show the selected stretch and the values at the cursor; a screen reader says them with the time axis."""
         parts = [self._values]
         if (stretch := self._axis.selection) is not None:
             begin, end, length = (time_text(time_s) for time_s in (*stretch, stretch[1] - stretch[0]))
-            parts.insert(0, f"{begin} to {end} selected, {length}")
+            parts[:0] = [f"{begin} to {end} selected, {length}", self._sway]
         self.text.set_full_text("  ·  ".join(filter(None, parts)))
         self._axis.setAccessibleDescription(self.text.full_text)
 
@@ -104,6 +129,13 @@ def facts_of(opened: OpenedRecording) -> tuple[str, str]:
     )
     details = [f"Body weight {one.weight_n:.1f} N: {one.source}" for one in weights]
     return "  ·  ".join(filter(None, facts)), "\n".join([*details, *lines_of(opened.calibrations)])
+
+
+def _sway_text(balance: bytes, stretch: tuple[float, float]) -> str:
+    """Return the sway in a stretch as text; "" if nobody stands there throughout."""
+    with suppress(BadValue):
+        return str(sway_of(balance, *stretch))
+    return ""
 
 
 def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floating], time_s: float) -> str:

@@ -57,8 +57,8 @@ class StepNotes(QObject):
         if content is None or not content.steps:
             self._notify("No step is found yet; a body weight is that of who made them.")
             return
-        contacts = content.contacts
-        self._search.compute(lambda _: [content, standing_phase(contacts)])
+        balance = content.balance
+        self._search.compute(lambda _: [content, standing_phase(balance)])
 
     def close_down(self) -> None:
         """Wait for what is being looked for."""

@@ -55,6 +55,7 @@ class Surveyor(QObject):
                 case Survey():
                     self._survey.contacts += message.contacts
                     self._survey.steps += message.steps
+                    self._survey.balance += message.balance
                     self._survey.until_s, self._survey.whole = message.until_s, message.whole
                     news = True
                 case Progress():

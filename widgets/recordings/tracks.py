@@ -53,6 +53,8 @@ class RecordingContent:
     detail: DetailEnvelopes | None = None
     contacts: Sequence[ContactSpan] = ()
     steps: Sequence[Stance] = ()
+    balance: bytes = b""
+    """As in a `Survey`."""
 
     def __post_init__(self) -> None:
         self.show_survey(self.contacts, self.steps)

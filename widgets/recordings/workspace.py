@@ -107,6 +107,7 @@ class RecordingsWorkspace(Workspace):
     def close_down(self) -> None:
         self.exporting.close_down()
         self.notes.close_down()
+        self.readout.close_down()
         self.surveyor.close()
         self.comparison.close_down()
         self.recordings.close_down()
@@ -181,7 +182,7 @@ class RecordingsWorkspace(Workspace):
         if opened.path != self._asked:
             return
         survey = opened.survey or Survey()
-        content = RecordingContent(opened, contacts=survey.contacts, steps=survey.steps)
+        content = RecordingContent(opened, contacts=survey.contacts, steps=survey.steps, balance=survey.balance)
         content.visible_steps = self.steps.matching(survey.steps)
         self.readout.map.set_floor(opened.floor)
         self.axis.show_content(content)
@@ -241,10 +242,12 @@ class RecordingsWorkspace(Workspace):
         content = self.axis.content  # to show an hour takes 0.2 s: not twice a second
         if content is not None and (survey.whole or len(survey.contacts) > 1.1 * len(content.contacts)):
             content.show_survey(list(survey.contacts), list(survey.steps))
+            content.balance = survey.balance
             self._filter()
             if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
                 self.steps.show_steps(content.steps, self.axis.view.step)
             if survey.whole:
+                self.readout.describe_selection()
                 self.recordings.refresh()
 
     def _show_marks(self, marks: list[Mark]) -> None:
@@ -257,7 +260,7 @@ class RecordingsWorkspace(Workspace):
         if content is not None and content.opened.notes != notes:
             content.opened = replace(content.opened, notes=notes)
             self.facts.set_full_text(*facts_of(content.opened))
-            self._show_survey(Survey([*content.contacts], [*content.steps], whole=True))
+            self._show_survey(Survey([*content.contacts], [*content.steps], whole=True, balance=content.balance))
 
     def _show_progress(self, progress: Progress) -> None:
         if not progress.text:

@@ -92,7 +92,7 @@ def _weigh(recording: "Recording", found: "Survey", person: int | None, weight_n
         raise BadValue(f"{recording.path} has no person {person}; allowed: {allowed}")
     source = "typed"
     if is_found:
-        phase = standing_phase(found.contacts)
+        phase = standing_phase(found.balance)
         if not phase:
             raise BadValue(
                 f"nobody stands still for {STILL_S:g} s in {recording.path}; allowed: a weight, as '71.4 kg'"

@@ -35,14 +35,14 @@ def run(connection: Connection, path: str) -> None:
 
 
 def _survey(connection: Connection, recording: Recording) -> None:
-    is_due, sent = once_in(TELL_S), [0, 0]
+    is_due, sent = once_in(TELL_S), [0, 0, 0]
     first, end = recording.span
     length_s = max((end - first) / recording.rate_hz, 1e-9)
 
     def not_sent(made: Survey) -> Survey:
-        contacts, steps = made.contacts[sent[0] :], made.steps[sent[1] :]
-        sent[:] = len(made.contacts), len(made.steps)
-        return Survey(contacts, steps, made.until_s, made.whole)
+        contacts, steps, balance = made.contacts[sent[0] :], made.steps[sent[1] :], made.balance[sent[2] :]
+        sent[:] = len(made.contacts), len(made.steps), len(made.balance)
+        return Survey(contacts, steps, made.until_s, made.whole, balance=balance)
 
     def on_share(share: float) -> bool:
         if is_due():

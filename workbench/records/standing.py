@@ -1,6 +1,5 @@
 """The body weight of a recording's standing phase."""
 
-import math
 from bisect import bisect_left
 from collections.abc import Sequence
 
@@ -8,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from underfoot.floor.footsteps import LEAST_N, Step
-from underfoot.records.survey import PLACES_S, ContactSpan
+from underfoot.records.balance import PLACES_S, loaded_times
 
 STILL_S = 2.0
 """Length of a standing phase: sway and heartbeat, of about 1 Hz, are averaged."""
@@ -41,23 +40,23 @@ class Standing(Struct, frozen=True):
         return f"standing at {self.begin_s:.1f} to {self.begin_s + STILL_S:.1f} s, ± {self.sd_n:.1f} N"
 
 
-def standing_phase(contacts: Sequence[ContactSpan]) -> Standing | None:
+def standing_phase(balance: bytes) -> Standing | None:
     """Return the stillest `STILL_S` in which anybody stands, with all that is on the floor then; None if nobody does.
 
-    >>> span = ContactSpan(1, 0.5, 6.5, (0,), ((0.0, 0.0, 698.0), (0.0, 0.0, 702.0)) * 120)
-    >>> str(standing_phase([span]))
-    'standing at 0.5 to 2.5 s, ± 2.0 N'
+    `balance` is that of a `Survey`.
     """
-    places = max((round(one.start_s / PLACES_S) + len(one.places) for one in contacts), default=0)
-    load_n, width = np.zeros(places), round(STILL_S / PLACES_S)
-    for one in contacts:
-        first = round(one.start_s / PLACES_S)
-        load_n[first : first + len(one.places)] += [force_n for _, _, force_n in one.places]
-    if places < width:
+    width = round(STILL_S / PLACES_S)
+    found = [np.zeros((4, 0))]
+    for one in loaded_times(balance):
+        if len(one.places) >= width:
+            load_n = one.places[:, 2]
+            sums = np.cumsum([np.append(0.0, load_n), np.append(0.0, load_n**2)], axis=1)
+            mean_n, square = (sums[:, width:] - sums[:, :-width]) / width
+            sd_n = np.sqrt(np.maximum(square - mean_n**2, 0.0))
+            windows = np.array([one.begin_s + PLACES_S * np.arange(len(mean_n)), mean_n, sd_n, sd_n / mean_n])
+            found.append(windows[:, (mean_n >= LEAST_N) & (windows[3] <= STILL)])
+    begin_s, mean_n, sd_n, share = np.concatenate(found, axis=1)
+    if not len(begin_s):
         return None
-    sums = np.cumsum([np.append(0.0, load_n), np.append(0.0, load_n**2)], axis=1)
-    mean_n, square = (sums[:, width:] - sums[:, :-width]) / width
-    sd_n = np.sqrt(np.maximum(square - mean_n**2, 0.0))
-    share = np.where(mean_n >= LEAST_N, sd_n / np.maximum(mean_n, LEAST_N), math.inf)
-    at, all_s = int(np.argmin(share)), PLACES_S * np.flatnonzero(share <= STILL)
-    return Standing(at * PLACES_S, float(mean_n[at]), float(sd_n[at]), all_s.tolist()) if len(all_s) else None
+    at = int(np.argmin(share))
+    return Standing(float(begin_s[at]), float(mean_n[at]), float(sd_n[at]), begin_s.tolist())

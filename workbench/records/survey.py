@@ -23,15 +23,14 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.footsteps import Step, is_step
 from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
+from underfoot.records.balance import PLACES_S, BalanceMeans
 from underfoot.records.notes import Notes
 from underfoot.records.recording import Recording
 
-FORMAT = 5
+FORMAT = 6
 """Of the files in the cache; others are made anew."""
 STANCE = 101
 """Points of a curve of stance: 0, 1, ... 100 % of the contact."""
-PLACES_S = 0.025
-"""Distance between stored places of a contact; a foot rolls by a centimetre or two."""
 KEPT = 200
 """Number of recordings whose files stay in the cache; the oldest are removed."""
 
@@ -76,6 +75,8 @@ class Survey(msgspec.Struct):
     until_s: float = 0.0
     whole: bool = False
     warnings: list[str] = []
+    balance: bytes = b""
+    """What all contacts bear together, and where, for `balance.loaded_times`."""
 
 
 def noted_stances(stances: Sequence[Stance], notes: Notes) -> list[Stance]:
@@ -126,14 +127,16 @@ def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
 
 def survey_of(stream: Iterable[Detections], length_s: float, progress: Callable[[Survey], bool]) -> Survey:
     """Collect what is found in forces of this length, as `survey` does."""
-    made = Survey()
+    made, means = Survey(), BalanceMeans()
     for found, stances in with_stances(stream):
         made.contacts += map(_span, found.finished)
         made.steps += stances
+        made.balance += means.take(found.rows)
         if len(found.rows):
             made.until_s = float(found.rows.time_s[-1])
         if not progress(made):
             return made
+    made.balance += means.rest()
     made.until_s, made.whole = length_s, True
     return made
 

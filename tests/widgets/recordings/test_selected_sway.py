@@ -1,0 +1,16 @@
+"""The sway of who stands is told of a selected range."""
+
+from swayed import swayed
+
+
+def test_the_sway_in_the_selected_range_is_told_where_somebody_stands(workspace, folder, qtbot):
+    workspace.open_file(swayed(folder / "stood.underfoot"))
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
+    told = workspace.readout.text
+    workspace.axis.select(0.0, 13.0)  # before it is known where somebody stands
+    workspace.axis.select(3.0, 13.0)
+    qtbot.waitUntil(lambda: "s selected, 10.000 s  ·  sway path 6" in told.full_text)
+    workspace.axis.select(0.0, 10.0)
+    assert "sway" not in told.full_text
+    workspace.axis.select(4.0, 9.0)
+    qtbot.waitUntil(lambda: "s selected, 5.000 s  ·  sway path 3" in told.full_text)
