@@ -12,7 +12,7 @@ from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import Wire
+from underfoot.patch.wiring import Wire, node_id, port_name
 from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.controls.menu import Shortcut, add_action
 from underfoot.widgets.design.asking_view import AskingView
@@ -306,13 +306,16 @@ class Canvas(AskingView):
             self.search.ask_for_end(at, place, (drag.end_name, drag.placed.side), drag)
             return
         drag.end()
+        adds = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         if place == self._pressed_at and (clicked := scene.wire_at(place)) is not None:
             extends = bool(event.modifiers() & _EXTENDING)
             if not extends:
                 scene.select(())
             scene.choose(clicked, extends=extends)
         elif result is not None and (wire := drag.wire()) is not None:
-            self._connect_by(drag, result, wire, adds=bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
+            self._connect_by(drag, result, wire, adds=adds)
+        elif drag.is_mapped and adds and (wire := drag.wire()) is not None:
+            self._connect_by_map(*wire)
 
     def _connect_by(self, drag: WireDrag, result: tuple[Patch, str], wire: Wire, *, adds: bool) -> None:
         """Edit the patch to the result of a drag. If the input has a wire, that gives way, unless the drag `adds`."""
@@ -327,6 +330,12 @@ class Canvas(AskingView):
             source = with_names(self.document.patch, self.registry, displaced[0])
             way = f" Let it go with Shift, and {self.registry[adding].label} adds both." if adding else ""
             self.show_message(f"The wire from {source} gave way: an input takes one.{way}")
+
+    def _connect_by_map(self, source: str, target: str) -> None:
+        """Drive a parameter by what this output gives, through a new Map, and select it: its range is set next."""
+        before = self.document.patch
+        self.driver_menus.drive(node_id(target), port_name(target), "map", source)
+        self.patch_scene.select([node.id for node in self.document.patch.nodes[len(before.nodes) :]])
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene

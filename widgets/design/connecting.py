@@ -7,7 +7,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import ROW, PlacedPort
-from underfoot.widgets.design.patch_editing import refusal, wire_at
+from underfoot.widgets.design.patch_editing import map_hint, refusal, wire_at
 from underfoot.widgets.design.rewiring import loudness_port
 from underfoot.widgets.design.scene import PatchScene
 
@@ -32,7 +32,9 @@ class WireDrag:
         self.item, self.placed = item, placed
         self.target: str = ""
         self.reason = ""
-        self._verdicts: dict[tuple[str, str], str] = {}
+        self.is_mapped = False
+        """Whether a Map can go between two units for which the wire is refused."""
+        self._verdicts: dict[tuple[str, str], tuple[str, bool]] = {}
         self._opened: NodeItem | None = None
         self._line = WireItem(("", ""), None, None, placed.colour)
         scene.addItem(self._line)
@@ -51,11 +53,12 @@ class WireDrag:
         start = self.item.port_place(self.placed.side, self.placed.name)
         end = place
         self.target = self.reason = ""
+        self.is_mapped = False
         if found is not None:
             node, port = found
             end = node.port_place(port.side, port.name)
             self.target = node.end(port)
-            self.reason = self._verdict()
+            self.reason, self.is_mapped = self._verdict()
         elif over is not None and over is not self.item:
             lacks = "input that takes" if self.placed.side == "out" else "output that gives"
             self.reason = f"{over.description.title} has no {lacks} {self.placed.port.kind}s"
@@ -146,12 +149,14 @@ class WireDrag:
     def _source_and_target(self, other: PlacedPort) -> tuple[Port, Port]:
         return (self.placed.port, other.port) if self.placed.side == "out" else (other.port, self.placed.port)
 
-    def _verdict(self) -> str:
+    def _verdict(self) -> tuple[str, bool]:
         wire = self.wire()
         assert wire is not None
         if wire not in self._verdicts:
-            patch = self._scene.patch.disconnect([self.old]) if self.old else self._scene.patch
-            self._verdicts[wire] = refusal(patch, self._scene.registry, *wire)
+            patch, registry = self._scene.patch, self._scene.registry
+            why = refusal(patch.disconnect([self.old]) if self.old else patch, registry, *wire)
+            hint = map_hint(patch, registry, *wire) if why and not self.old and "map" in registry else ""
+            self._verdicts[wire] = hint or why, bool(hint)
         return self._verdicts[wire]
 
     def _open(self, over: NodeItem | None) -> None:

@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
+from underfoot.errors import BadValue
 from underfoot.models.signals.envelopes import FULL_FORCE_N
 from underfoot.parameters import Number
 from underfoot.patch.grouping import put_into
@@ -16,6 +17,7 @@ from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, ends_of, snapped
 from underfoot.widgets.design.patch_view import PatchView
+from underfoot.widgets.design.rewiring import known_range
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
@@ -51,13 +53,20 @@ def driver_range(parameter: Number, value: float) -> tuple[float, float]:
 
 
 def with_driver(
-    patch: Patch, registry: Registry, id: str, name: str, type: str, beside: tuple[float, float] | None = None
+    patch: Patch,
+    registry: Registry,
+    id: str,
+    name: str,
+    type: str,
+    beside: tuple[float, float] | None = None,
+    source: str = "",
 ) -> Patch:
     """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
-    The node moves the parameter within `driver_range`. What follows a signal is wired to the patch's Tile force, or
-    to a new one, and moves a loudness from 0 to its value: an empty floor is silent. One of 0, of which a tenth is not
-    felt, is moved from 0 to its default by any node. `beside` is where the sub-patch stands that the driven node is in.
+    The node moves the parameter within `driver_range`. What follows a signal is wired to the output `source`, or else
+    to the patch's Tile force, or a new one, and moves a loudness from 0 to its value: an empty floor is silent. One of
+    0, of which a tenth is not felt, is moved from 0 to its default by any node. `beside` is where the sub-patch stands
+    that the driven node is in.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
@@ -70,17 +79,18 @@ def with_driver(
     else:
         ends = dict(zip(ends_of(registry[type], "out"), (low, high), strict=True))
     for port in followed:
-        ends |= dict(zip(ends_of(registry[type], port), (0.0, FULL_FORCE_N), strict=False))
+        known = known_range(patch, registry, source) if source else [0.0, FULL_FORCE_N]
+        ends |= dict(zip(ends_of(registry[type], port), known, strict=False))
     left, top = beside or node.at
     at = _free_place(patch, left - _WIDTH - _GAP, top)
     after = patch.add(type, registry, at, **ends)
     new = after.nodes[-1].id
     for port in followed:
-        force = next((node.id for node in patch.nodes if node.type == "tile-force"), "")
-        if not force:
+        followed_end = source or next((f"{node.id}.force" for node in patch.nodes if node.type == "tile-force"), "")
+        if not followed_end:
             after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDTH - _GAP, at[1]))
-            force = after.nodes[-1].id
-        after = after.connect(f"{force}.force", f"{new}.{port}", registry)
+            followed_end = f"{after.nodes[-1].id}.force"
+        after = after.connect(followed_end, f"{new}.{port}", registry)
     return after.connect(f"{new}.out", f"{id}.{name}", registry)
 
 
@@ -124,14 +134,18 @@ class DriverMenus:
             menu.insertMenu(before, into)
         menu.insertSeparator(before)
 
-    def drive(self, id: str, name: str, by: str) -> None:
-        """Drive a parameter by a new node of type `by`."""
+    def drive(self, id: str, name: str, by: str, source: str = "") -> None:
+        """Drive a parameter by a new node of type `by`; what follows a signal follows the output `source`, if given."""
         patch, registry = self._document.patch, self._scene.registry
         self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
         label = registry[patch.node(id).type].parameters[name].label.lower()
         shown = self._scene.group_view.shown_as[id]
         place = self._scene.movable()[shown].pos()
-        after = with_driver(patch, registry, id, name, by, (place.x(), place.y()))
+        try:
+            after = with_driver(patch, registry, id, name, by, (place.x(), place.y()), source)
+        except BadValue:
+            self._parent.show_message(f"{label.capitalize()} would follow itself")
+            return
         new = after.nodes[len(patch.nodes) :]
         for node in new:
             frame = self._scene.frame_around(QPointF(*node.at))

@@ -153,6 +153,22 @@ def unit_hint(patch: Patch, registry: Registry, source: str, target: str) -> str
     return f"{name} brings {brings}; {parameter.label.lower()} {wants}. Double-click the wire for a {remedy} between"
 
 
+def map_hint(patch: Patch, registry: Registry, source: str, target: str) -> str:
+    """Return how a wire that brings one unit to a parameter in another gets a Map between; "" for any other wire.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tile-force", REGISTRY).add("tone", REGISTRY)
+    >>> map_hint(patch, REGISTRY, "tile-force.force", "tone.frequency").partition(". ")[0]
+    'Tile force brings N; frequency is in Hz'
+    """
+    parameter, own = _driven(patch, registry, target), port_of(patch, registry, source, "out")
+    if parameter is None or own.kind != "signal" or "" in (own.unit, parameter.unit) or own.unit == parameter.unit:
+        return ""
+    brings, wants = pretty_unit(own.unit), f"{parameter.label.lower()} is in {pretty_unit(parameter.unit)}"
+    name = patch.node(node_id(source)).name_in(registry)
+    return f"{name} brings {brings}; {wants}. Let it go with Shift, and a Map goes between"
+
+
 def _driven(patch: Patch, registry: Registry, end: str) -> Number | None:
     """Return the number that a wire to this end drives, in its wired unit; None for one that has none yet."""
     declared = registry[patch.node(node_id(end)).type].parameters.get(port_name(end))

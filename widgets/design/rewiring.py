@@ -123,7 +123,7 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     if ports is None:
         return patch
     wires = tuple((f"{id}.{ports.output}", wire[1]) if other == wire else other for other in patch.wires)
-    node, known = patch.node(id), _known_range(patch, registry, wire[0])
+    node, known = patch.node(id), known_range(patch, registry, wire[0])
     into, out = (ends_of(registry[node.type], port) for port in ports)
     if known and into and out and not node.parameters:
         to = [0.0, 1.0] if unit_hint(patch, registry, *wire) else known
@@ -131,7 +131,7 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     return replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
 
 
-def _known_range(patch: Patch, registry: Registry, source: str) -> list[float]:
+def known_range(patch: Patch, registry: Registry, source: str) -> list[float]:
     """Return the ends of a force, or of what is set to go from low to high; of others, nothing."""
     node = patch.node(node_id(source))
     type = registry[node.type]

@@ -70,3 +70,27 @@ def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspa
     canvas.add_up("tone.out", "tile-output.acceleration")
     assert {*workspace.patch().wires} == added
     assert "mix" in workspace.patch().groups[0].members, "beside a wire that is not seen, in its sub-patch"
+
+
+def test_a_wire_to_a_parameter_in_another_unit_gets_a_map_between_with_shift(workspace):
+    """As in Max, where it needs none, it is drawn first, and was refused: the list, two wires and four numbers more."""
+    canvas, shift = workspace.canvas, Qt.KeyboardModifier.ShiftModifier
+    patch = Patch().add("tile-force", REGISTRY).add("tone", REGISTRY, (480, 0)).add("tile-output", REGISTRY, (720, 0))
+    workspace.set_patch(before := patch.connect("tone.out", "tile-output.acceleration", REGISTRY))
+    canvas.zoom_to(1.0)
+    canvas.patch_scene.nodes["tone"].show_port("frequency", wanted=True)
+    force, frequency = port(workspace, "tile-force", "out", "force"), port(workspace, "tone", "in", "frequency")
+    drag(workspace, force, frequency)
+    offer = "Tile force brings N; frequency is in Hz. Let it go with Shift, and a Map goes between"
+    assert (canvas.message, workspace.patch()) == (offer, before)
+    drag(workspace, force, frequency, modifiers=shift)
+    wires = {("tile-force.force", "map.signal"), ("map.out", "tone.frequency")}
+    assert {*workspace.patch().wires} == {*before.wires, *wires}
+    ranges = {"low": 0.0, "high": 750.0, "out_low": 45.0, "out_high": 55.0}
+    assert workspace.patch().node("map").parameters == ranges
+    assert canvas.selected_ids() == ["map"]
+    workspace.undo_action.trigger()
+    assert workspace.patch() == before, "it is one step"
+    played = port(workspace, "tile-output", "out", "played")
+    drag(workspace, played, port(workspace, "tone", "in", "frequency"), modifiers=shift)
+    assert (canvas.message, workspace.patch()) == ("Frequency would follow itself", before)
