@@ -38,7 +38,7 @@ class SessionDisplay(QObject):
         controller.released.connect(self._show_released)
         controller.playing_changed.connect(main_bar.set_playing)
         controller.playing_changed.connect(self._show_output)
-        controller.recording_changed.connect(self._show_recording)
+        controller.recording.changed.connect(self._show_recording)
         controller.target_locked.connect(main_bar.target.setDisabled)
         controller.target_locked.connect(self._show_output)
         bridge.started.connect(self._use_start)

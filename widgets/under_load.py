@@ -55,9 +55,9 @@ class TickReporter:
     def begin(self) -> None:
         """Play, record and report from now on."""
         controller = self._window.controller
-        if controller.session is not None and controller.session.recording is None:
+        if controller.session is not None and not controller.recording.is_on:
             controller.play()
-            controller.record(True)
+            controller.recording.record(True)
             self._timer.start()
 
     def _report(self) -> None:

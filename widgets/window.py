@@ -332,7 +332,9 @@ class MainWindow(QMainWindow):
             "panic": add(
                 "Panic: silence at once", PANIC_KEYS, self.panic, where=Qt.ShortcutContext.ApplicationShortcut
             ),
-            "record": add("Record", "Ctrl+R", lambda: controller.record(not self.main_bar.record.isChecked())),
+            "record": add(
+                "Record", "Ctrl+R", lambda: controller.recording.record(not self.main_bar.record.isChecked())
+            ),
             "mark": add("Mark this moment", "Ctrl+M", self.marking.mark),
             "mark with words": add("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
             "audio": add("Audio…", "Ctrl+,", self._dialogs.open_audio),
@@ -369,7 +371,7 @@ class MainWindow(QMainWindow):
         main_bar.play_requested.connect(controller.play)
         main_bar.stop_requested.connect(controller.stop)
         main_bar.panic_requested.connect(self.panic)
-        main_bar.record_requested.connect(controller.record)
+        main_bar.record_requested.connect(controller.recording.record)
         main_bar.level_chosen.connect(controller.set_level)
         main_bar.audio_requested.connect(self._dialogs.open_audio)
         controller.notified.connect(self.show_message)

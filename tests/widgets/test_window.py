@@ -432,10 +432,10 @@ def test_about_names_the_documentation_in_a_folder_whose_name_has_signs_of_rich_
 
 def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(window, qtbot, tmp_path, monkeypatch):
     control = Qt.KeyboardModifier.ControlModifier
-    monkeypatch.setattr("underfoot.widgets.session.controller.documents_folder", lambda: tmp_path)
+    monkeypatch.setattr("underfoot.widgets.session.session_recording.documents_folder", lambda: tmp_path)
     notices = []
     window.controller.notified.connect(notices.append)
-    window.controller.record(True)
+    window.controller.recording.record(True)
     path = window.controller.session.recording
     window.workspaces.choose("Monitor")
     qtbot.keyClick(monitor(window), Qt.Key.Key_M)
@@ -447,9 +447,9 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     qtbot.waitUntil(lambda: path.stat().st_size > 0, timeout=LONG_MS)  # an empty file keeps its name before
     recordings = window.workspaces["Recordings"]
     late = RecordingFollower(recordings.reader, recordings)  # of a workspace that is made only now
-    late.attach(window.controller)
+    late.attach(window.controller.recording)
     with qtbot.waitSignal(late.to_show, timeout=LONG_MS) as shown:
-        qtbot.waitUntil(lambda: window.controller.begun_recording is not None, timeout=LONG_MS)
+        qtbot.waitUntil(lambda: window.controller.recording.begun is not None, timeout=LONG_MS)
         late.show_begun()
     assert shown.args == [path]
     window.open_file(path)
@@ -467,7 +467,7 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     qtbot.waitUntil(lambda: recordings.axis.length_s > before_s, timeout=LONG_MS)
     surveyed = []
     recordings.surveyor.progressed.connect(surveyed.append)
-    window.controller.record(False)
+    window.controller.recording.record(False)
     qtbot.waitUntil(lambda: bool(surveyed) or recordings.surveyor.is_busy, timeout=LONG_MS)
     window.workspaces.choose("Design")
     recordings.close_down()

@@ -103,7 +103,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def attach(self, context: WorkspaceContext) -> None:
         controller = context.controller
         self._refuses_lent = controller.refuses_lent
-        self._is_recording = lambda: controller.is_recording
+        self._is_recording = lambda: controller.recording.is_on
         self.set_target(controller.target)
         controller.opened.connect(self.set_target)
         controller.released.connect(self.begin_released)

@@ -5,7 +5,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from underfoot.widgets.recordings.reader import RecordingReader
-from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.session_recording import SessionRecording
 
 POLL_MS = 1000
 """A recorder writes twenty times meanwhile: what has not grown has ended, or its writer waits for a disk."""
@@ -21,7 +21,7 @@ class RecordingFollower(QObject):
 
     def __init__(self, reader: RecordingReader, parent: QObject) -> None:
         super().__init__(parent)
-        self._controller: SessionController | None = None
+        self._recording: SessionRecording | None = None
         self._path: Path | None = None
         self.grows = False
         """Whether the open recording is being written."""
@@ -31,25 +31,25 @@ class RecordingFollower(QObject):
         reader.unchanged.connect(self._note_unchanged)
         reader.failed.connect(lambda _: self._timer.start())  # a disk, or who holds the file, may be slow once
 
-    def attach(self, controller: SessionController) -> None:
-        """Follow the recordings of this controller."""
-        self._controller = controller
+    def attach(self, recording: SessionRecording) -> None:
+        """Follow the recordings of the window's session."""
+        self._recording = recording
 
     def is_written(self, path: Path) -> bool:
         """Return whether the session is recording to this file, or is still closing it."""
-        return self._controller is not None and self._controller.is_written(path)
+        return self._recording is not None and self._recording.is_written(path)
 
     def follow(self, path: Path) -> None:
         """Follow this file, which has been opened."""
         self._path, self.grows = path, self.is_written(path)
-        if self._controller is not None:
-            self._controller.begun_recording = None
+        if self._recording is not None:
+            self._recording.begun = None
         self._timer.start()
 
     def show_begun(self) -> None:
         """Have the recording shown that was begun since one was opened, if any."""
-        if self._controller is not None and self._controller.begun_recording is not None:
-            self.to_show.emit(self._controller.begun_recording)
+        if self._recording is not None and self._recording.begun is not None:
+            self.to_show.emit(self._recording.begun)
 
     def _go_on(self) -> None:
         self.grows = True

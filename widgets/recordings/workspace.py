@@ -88,8 +88,8 @@ class RecordingsWorkspace(Workspace):
 
     def attach(self, context: WorkspaceContext) -> None:
         self.playback.attach(context)
-        self.follower.attach(context.controller)
-        context.controller.recording_file_changed.connect(lambda _: self._list_recorded())
+        self.follower.attach(context.controller.recording)
+        context.controller.recording.file_changed.connect(lambda _: self._list_recorded())
 
     def open_file(self, path: Path) -> None:
         """Open a recording, and add it to the list."""

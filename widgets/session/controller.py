@@ -1,7 +1,6 @@
-"""The session of the window: its target, whether its output is open, its level, and its recording."""
+"""The session of the window: its target, whether its output is open, and its level."""
 
 from collections.abc import Callable
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -10,21 +9,18 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, OutputChanged, RecordingFile, Started
+from underfoot.engine.reports import SOUND_CARD, OutputChanged, Started
 from underfoot.engine.target import Target
-from underfoot.errors import UnderfootError
-from underfoot.files import remove_file
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.patch.effective import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.records.recording_format import name_now
-from underfoot.widgets.controls.file_dialog import documents_folder
 from underfoot.widgets.session.bridge import Bridge
 from underfoot.widgets.session.previews import Previews
 from underfoot.widgets.session.profile_folder import profile_folder
 from underfoot.widgets.session.session_opener import SessionOpener
+from underfoot.widgets.session.session_recording import SessionRecording
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import numbers_beside, target_text
 
@@ -33,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class SessionController(QObject):
-    """Owns the session and its recording, and opens another session when the target changes.
+    """Owns the session, and opens another one when the target changes.
 
     The session's reports are emitted by `bridge`.
     """
@@ -47,10 +43,6 @@ class SessionController(QObject):
     playing_changed = Signal(bool)
     level_changed = Signal(float)
     """Output level in decibels of full scale."""
-    recording_changed = Signal(object)
-    """The `Path` of the recording, or None."""
-    recording_file_changed = Signal(object)
-    """The `Path` of a recording whose file is there now, or has been closed."""
     target_locked = Signal(bool)
     """`target_is_locked`, which may have changed."""
     equaliser_changed = Signal(str)
@@ -72,6 +64,7 @@ class SessionController(QObject):
         self.bridge = Bridge(self)
         self.session: Session | None = None
         self.previews = Previews(self.bridge, lambda: self.session, registry, self)
+        self.recording = SessionRecording(lambda: self.session, self)
         self._opener = SessionOpener(registry, engine, self)
         self._profiles = profiles
         self.target = self._with_profiles(target)
@@ -93,15 +86,13 @@ class SessionController(QObject):
         self._is_leaving = self._is_changing = self._is_released = False
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
-        self._written: set[Path] = set()
-        self.begun_recording: Path | None = None
-        """The recording that was begun last, which nobody has looked at yet."""
         self._opener.noted.connect(self.notified)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
         self._opener.failed.connect(self._fall_back)
-        self._opener.recording_file_changed.connect(self._use_recording_file)
-        self.bridge.recording_file_changed.connect(self._use_recording_file)
+        self._opener.recording_file_changed.connect(self.recording.take_file)
+        self.bridge.recording_file_changed.connect(self.recording.take_file)
+        self.recording.notified.connect(self.notified)
         self.bridge.started.connect(self._use_output)
         self.bridge.started.connect(self._end_silent_start)
         self.bridge.output_changed.connect(self._use_output)
@@ -138,11 +129,6 @@ class SessionController(QObject):
     def patch(self) -> Patch:
         """The patch of the last `edit`."""
         return self._patch
-
-    @property
-    def is_recording(self) -> bool:
-        """Whether the session is being recorded."""
-        return self.session is not None and self.session.recording is not None
 
     @property
     def is_released(self) -> bool:
@@ -319,7 +305,7 @@ class SessionController(QObject):
 
     def _drop(self, session: "Session") -> None:
         """Stop following a session, and end it."""
-        self.record(False)
+        self.recording.record(False)
         self.bridge.detach()
         self.session, self.transform_patch = None, unchanged
         self._opener.end(session)
@@ -406,78 +392,7 @@ class SessionController(QObject):
         self.is_playing, self._is_silent_start = playing, False
         self.playing_changed.emit(playing)
 
-    # --- recording ---
-
-    def record(self, on: bool) -> None:
-        """Begin a recording in the documents' folder, or end the present one."""
-        session = self.session
-        if session is None:
-            self.notified.emit("Nothing is recorded yet: the engine is starting.")
-            self.recording_changed.emit(None)
-            return
-        path = session.recording
-        if on and path is None:
-            try:
-                session.record(path := _reserved_recording())
-            except (UnderfootError, OSError) as error:
-                from underfoot.records.recording_writer import keeps_name
-
-                if path is not None and keeps_name(path):
-                    remove_file(path)
-                self.notified.emit(f"The recording could not be started: {error}")
-            else:
-                self._written.add(path)
-                self.notified.emit(f"Recording to {path}")
-        elif not on and path is not None:
-            session.end_recording()
-            if not self.played_s:
-                self._written.discard(path)
-                self.notified.emit("Nothing was recorded: the engine has not started.")
-        self.recording_changed.emit(session.recording)
-
-    def is_written(self, path: Path) -> bool:
-        """Return whether this file is recorded to, or was and is not closed yet."""
-        return path in self._written
-
-    def _use_recording_file(self, file: RecordingFile) -> None:
-        """Say that a recording was saved once its file is whole: one that was short begins after its end.
-
-        One that could not be continued is cut before it is ended.
-        """
-        if file.state == "begun" and file.path in self._written:
-            self.begun_recording = file.path
-        elif file.path in self._written:
-            self._written.discard(file.path)
-            if file.state == "whole":
-                saved = f"The recording was saved as {file.path}"
-                empty = "Nothing was recorded: the recording ended before its first sample."
-                self.notified.emit(saved if file.path.exists() else empty)
-        if file.state == "cut" and not self.is_recording:
-            self.recording_changed.emit(None)
-        self.recording_file_changed.emit(file.path)
-
 
 def unchanged(patch: Patch) -> Patch:
     """Return the window's patch unchanged: no other program has requests."""
     return patch
-
-
-def _reserved_recording() -> Path:
-    """Return an empty new file named by the time; it has a number, too, if that was taken in this second.
-
-    What another window records in this second may not be there yet, but its empty file is.
-    """
-    folder = documents_folder()
-    folder.mkdir(parents=True, exist_ok=True)
-    name = name_now()
-    paths = (folder / f"{name}{'' if k == 1 else f' {k}'}.underfoot" for k in count(1))
-    return next(path for path in paths if _reserves(path))
-
-
-def _reserves(path: Path) -> bool:
-    """Make an empty file; return whether nobody else had. Where none can be made, the recorder says why."""
-    try:
-        path.touch(exist_ok=False)
-    except OSError as error:
-        return not isinstance(error, FileExistsError)
-    return True

@@ -31,8 +31,6 @@ class Marking(QObject):
         self._controller.send(Mark(text[:LONGEST_TEXT], max(self._controller.played_s - at_s, 0.0)))
 
     def _notify(self, text: str, at_s: float) -> None:
-        session = self._controller.session
-        kept = session is not None and session.recording is not None
         name = f' "{text}"' if text else ""
-        where = ", also in the recording" if kept else "; nothing is being recorded"
+        where = ", also in the recording" if self._controller.recording.is_on else "; nothing is being recorded"
         self._controller.notified.emit(f"Marked{name} at {at_s:.2f} s of the session{where}.")

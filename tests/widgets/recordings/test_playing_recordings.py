@@ -104,7 +104,7 @@ def test_space_plays_and_stops_the_open_recording_and_what_was_silent_is_silent_
 
 
 def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(window, qtbot, tmp_path, monkeypatch):
-    for module in ("widgets.session.controller", "widgets.recordings.workspace"):
+    for module in ("widgets.session.session_recording", "widgets.recordings.workspace"):
         monkeypatch.setattr(f"underfoot.{module}.documents_folder", lambda: tmp_path / "recorded")
     monkeypatch.setattr("underfoot.records.renaming.PATIENCE_S", LONG_MS / 1000)  # the recorder may take its time
     said, controller = [], window.controller
@@ -112,8 +112,8 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
     controller.bridge.notified.connect(said.append)
 
     def record(on):
-        with qtbot.waitSignal(controller.recording_file_changed, timeout=LONG_MS):
-            controller.record(on)
+        with qtbot.waitSignal(controller.recording.file_changed, timeout=LONG_MS):
+            controller.recording.record(on)
         return on and controller.session.recording.absolute()
 
     window.workspaces.choose("Recordings")
@@ -139,7 +139,7 @@ def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(windo
     workspace.recordings.show_problem("")
     qtbot.keyClick(workspace.recordings.list, Qt.Key.Key_Delete)  # or the trash would have what is still written
     assert "is being recorded; stop that with Ctrl+R" in workspace.recordings.problem.text()
-    controller.record(False)
+    controller.recording.record(False)
     qtbot.waitUntil(lambda: not workspace.progress.text() and not workspace.surveyor.is_busy, timeout=LONG_MS)
     assert not any("not recorded any further" in line for line in said), said
     rename()

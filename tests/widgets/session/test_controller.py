@@ -36,7 +36,7 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     said = []
     controller.notified.connect(said.append)
-    controller.record(True)
+    controller.recording.record(True)
     assert said == ["Nothing is recorded yet: the engine is starting."]
     controller.session = Session(controller.target, noise_patch(), REGISTRY)  # its engine is not started
     now = SimpleNamespace(now=lambda: datetime(2026, 11, 29, 9, 30))
@@ -44,13 +44,13 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     other = SessionController(REGISTRY, Settings(), controller.target, tmp_path)  # another window, in the same second
     other.session = Session(controller.target, noise_patch(), REGISTRY)
     for window in (other, controller):
-        window.record(True)
+        window.recording.record(True)
     path = controller.session.recording
     assert (other.session.recording.name, path.name) == tuple(
         f"2026-11-29 09.30.00{which}.underfoot" for which in ("", " 2")
     )
     for window in (other, controller):
-        window.record(False)
+        window.recording.record(False)
     other.close()
     assert said[1:] == [f"Recording to {path}", "Nothing was recorded: the engine has not started."]
 
@@ -64,13 +64,13 @@ def test_a_recording_is_called_saved_once_its_file_is_there(controller, qtbot, t
     monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     path, said, shown = tmp_path, [], []
     controller.notified.connect(lambda line: said.append((line, path.exists())))
-    controller.recording_file_changed.connect(lambda path: shown.append((path, controller.is_written(path))))
+    controller.recording.file_changed.connect(lambda path: shown.append((path, controller.recording.is_written(path))))
     with qtbot.waitSignals([controller.opened, controller.bridge.started], timeout=LONG_MS):
         controller.start()
-    for end, name in ((lambda: controller.record(False), "09.30.00"), (controller.release, "09.30.00 2")):
-        controller.record(True)
+    for end, name in ((lambda: controller.recording.record(False), "09.30.00"), (controller.release, "09.30.00 2")):
+        controller.recording.record(True)
         path, played_s = controller.session.recording, controller.played_s
-        assert (path.name, controller.is_written(path)) == (f"2026-11-29 {name}.underfoot", True)
+        assert (path.name, controller.recording.is_written(path)) == (f"2026-11-29 {name}.underfoot", True)
         qtbot.waitUntil(lambda so_far_s=played_s: controller.played_s > so_far_s + 0.1, timeout=LONG_MS)
         end()
         qtbot.waitUntil(lambda one=path: bool(shown) and shown[-1] == (one, False), timeout=LONG_MS)
@@ -84,11 +84,11 @@ def test_a_recording_that_fails_is_not_shown_as_going_on(controller, qtbot, tmp_
     monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
     (tmp_path / "Underfoot").symlink_to("/proc")
     shown, said = [], []
-    controller.recording_changed.connect(shown.append)
+    controller.recording.changed.connect(shown.append)
     controller.bridge.notified.connect(said.append)
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
         controller.start()
-    controller.record(True)
+    controller.recording.record(True)
     path = controller.session.recording
     qtbot.waitUntil(lambda: len(shown) > 1, timeout=LONG_MS)
     assert shown == [path, None]
@@ -106,14 +106,14 @@ def refused(controller, qtbot, tmp_path, monkeypatch):
         controller.start()
 
     def begin(is_there):
-        controller.record(True)
+        controller.recording.record(True)
         path = controller.session.recording
         qtbot.waitUntil(lambda: path.stat().st_size > 0 or not is_there, timeout=LONG_MS)
         resource.prlimit(controller.session.pids["recorder"], resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
         return path
 
     never = begin(is_there=False)
-    qtbot.waitUntil(lambda: not controller.is_recording, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: not controller.recording.is_on, timeout=LONG_MS)
     assert not never.exists()
     return begin(is_there=True)
 

@@ -118,8 +118,8 @@ def test_tiles_that_a_scene_has_are_not_calibrated_and_those_that_are_recorded_a
     question = dialog_of(window, QMessageBox)
     assert question.text() == "A recording is running. It ends, and is saved, before the tile is calibrated."
     qtbot.keyClick(question, Qt.Key.Key_Return)
-    assert window.controller.is_recording
+    assert window.controller.recording.is_on
     qtbot.mouseClick(overview.begin, LEFT)
     with qtbot.waitSignal(window.controller.released):
         qtbot.mouseClick(dialog_of(window, QMessageBox).button(QMessageBox.StandardButton.Yes), LEFT)
-    assert not window.controller.is_recording
+    assert not window.controller.recording.is_on
