@@ -48,8 +48,8 @@ class Pacer:
         self._listing_s, self._is_pause_told = math.inf, False
         self._tried: set[str] = set()  # cards that were listed while the others were interrupted, since they came
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
-        self._ramped = FADE  # frames of the ramp from silence that have been played
-        self._is_ending, self._ended = False, 0  # whether it is to end in a ramp, and the frames of that played
+        self._opened = FADE  # how far the ramp from silence is played; one that ends goes back from there
+        self._is_ending = False
         self._filled_s = math.inf
         self._stood_s = 0.0  # how long no block was asked for, until it is told
         self._stream: Stream | None = None
@@ -135,21 +135,21 @@ class Pacer:
         self._runner.has_input = True
         now_s = time.perf_counter()
         if now_s - self._filled_s > _STOOD_S:
-            self._ramped, self._stood_s = 0, now_s - self._filled_s
+            self._opened, self._stood_s = 0, now_s - self._filled_s
         self._filled_s = now_s
         self._run_block()
         if self._out is not self._runner.loop.out:
             np.copyto(self._out, self._own_channels)
-        if self._ramped < FADE:
-            n = min(len(self._out), FADE - self._ramped)
-            np.multiply(self._out[:n], self._ramp[self._ramped : self._ramped + n], out=self._out[:n])
-            self._ramped += n
         if self._is_ending:
-            n = min(len(self._out), FADE - self._ended)
-            down = self._ramp[FADE - self._ended - n : FADE - self._ended]
-            np.multiply(self._out[:n], down[::-1], out=self._out[:n])
+            n = min(len(self._out), self._opened)
+            self._opened -= n
+            down = self._ramp[self._opened : self._opened + n][::-1]
+            np.multiply(self._out[:n], down, out=self._out[:n])
             self._out[n:] = 0.0
-            self._ended += n
+        elif self._opened < FADE:
+            n = min(len(self._out), FADE - self._opened)
+            np.multiply(self._out[:n], self._ramp[self._opened : self._opened + n], out=self._out[:n])
+            self._opened += n
         return self._address
 
     @property
@@ -192,7 +192,7 @@ class Pacer:
         self._late += ended.underruns
         ended.close()
         self.open()
-        self._ramped, self._filled_s = 0, math.inf
+        self._opened, self._filled_s = 0, math.inf
         if self._stream is None:
             self._tell_loss()
         self._start()
@@ -254,7 +254,7 @@ class Pacer:
 
     def _end_streams(self) -> None:
         """End all streams, in a ramp."""
-        self._ended, self._is_ending = 0, True  # in this order: a block may be filled in between
+        self._is_ending = True
         self._further.silence_all()
         if self._stream is not None or self._further.any_open:
             self.leave.wait(self.ramp_down_s)
@@ -267,7 +267,7 @@ class Pacer:
         """Play on the cards that are there now: from silence, in a ramp."""
         before, was_away = self._refusal, self._is_away
         self.open()
-        self._ramped, self._filled_s = 0, math.inf
+        self._opened, self._filled_s = 0, math.inf
         if self._first is None:
             return
         if self._stream is None and not was_away:
