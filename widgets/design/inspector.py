@@ -117,6 +117,12 @@ class Inspector(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setAccessibleName("Inspector")
         self.setMinimumWidth(MINIMUM_PX)
+        self._inside = QWidget()
+        self.setWidget(self._inside)
+        self._page = QWidget(self._inside)
+        self._pages = QVBoxLayout(self._inside)
+        self._pages.setContentsMargins(0, 0, 0, 0)
+        self._pages.addWidget(self._page)
         self.show_selection(Patch(), [])
 
     def show_selection(self, patch: Patch, ids: Sequence[str], groups: Collection[str] = ()) -> None:
@@ -197,9 +203,12 @@ class Inspector(QScrollArea):
     # --- building ---
 
     def _build(self) -> None:
+        focused = self.window().focusWidget()
+        if focused is not None and self._page.isAncestorOf(focused):
+            focused.clearFocus()  # what is typed may be an edit; with a page that is hidden Qt gives it to a neighbour
         self.editors, self.picture, self.distribution, self.errors, self._distributions = {}, None, None, None, None
         self._osc, self._ends = {}, {}
-        page = QWidget()
+        old, page = self._page, QWidget(self._inside)  # what gets another parent is styled again, with all that it has
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
         column.setContentsMargins(16, 16, 8, 16)
@@ -213,11 +222,12 @@ class Inspector(QScrollArea):
         else:
             self._build_patch(column)
         column.addStretch()
-        old = self.takeWidget()
-        self.setWidget(page)
+        old.hide()
+        self._pages.replaceWidget(old, page)
+        old.deleteLater()
+        self._page = page
         self._fit_page()
-        if old is not None:
-            old.deleteLater()
+        page.show()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -225,9 +235,7 @@ class Inspector(QScrollArea):
 
     def _fit_page(self) -> None:
         """Set the same width for every page, with space for the scroll bar, so that the layout never shifts."""
-        page = self.widget()
-        if page is not None:
-            page.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
+        self._inside.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
 
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]

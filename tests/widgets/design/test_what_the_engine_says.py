@@ -204,7 +204,8 @@ def test_a_sub_patch_of_notes_alone_has_no_cost(workspace):
     said = []
     for chosen in ([], ["words"]):
         workspace.canvas.patch_scene.select(chosen)
-        said.append([label.text() for label in workspace.inspector.widget().findChild(Facts).findChildren(QLabel)])
+        shown = next(facts for facts in workspace.inspector.findChildren(Facts) if facts.isVisible())
+        said.append([label.text() for label in shown.findChildren(QLabel)])
     assert said == [["Nodes", "4", "Wires", "1", "Cost", "30 % of a block"], ["Nodes", "0", "Cost", "–"]]
 
 
