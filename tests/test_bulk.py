@@ -11,13 +11,10 @@ from functools import partial
 
 import pytest
 import soundfile
-from dask_cluster import dask_cluster
+from process_groups import members
 
 import underfoot as uf
-from underfoot.engine.bulk import Item, rendered
-from underfoot.engine.offline import RenderJob
 from underfoot.patch import preset_files
-from underfoot.records.wav import wav_bytes
 
 SINE = preset_files.patches()["stimulus-sp"]
 GRID = ("--set", "gain.gain=0.5,1", "--set", "out.tiles=t1,all")
@@ -99,13 +96,14 @@ def test_ctrl_c_leaves_whole_files_and_a_manifest_of_them(underfoot, folder, unt
     assert underfoot("render", SINE, "--seconds", "0.01").status == 0  # kernels are there
     many = ",".join(f"{0.001 * k:g}" for k in range(400))
     command = [sys.executable, "-m", "underfoot", "render", SINE, "-o", "made", "--set", f"gain.gain={many}"]
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests that run in the background may not hear it
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True, preexec_fn=heard) as process:
         until(lambda: len(list(folder.glob("made/*.wav"))) > 3)
         os.killpg(process.pid, signal.SIGINT)
-        process.communicate(timeout=300.0)
-    assert process.returncode == 130
+        _, error = process.communicate(timeout=300.0)
+    assert (process.returncode, b"Traceback" in error) == (130, False)
+    until(lambda: not members(process.pid))
     rows = manifest(folder / "made")
     made = {path.name for path in folder.glob("made/*.wav")}
     assert {row["file"] for row in rows} <= made
@@ -114,25 +112,6 @@ def test_ctrl_c_leaves_whole_files_and_a_manifest_of_them(underfoot, folder, unt
     for row in rows:
         assert hashlib.sha256((folder / "made" / row["file"]).read_bytes()).hexdigest() == row["sha256"]
     assert {path.suffix for path in folder.glob("made/*")} == {".wav", ".csv"}
-
-
-def test_a_cluster_of_which_a_worker_is_killed_makes_the_same_files(until, tmp_path):
-    with dask_cluster(tmp_path, until) as (address, workers):
-        patch = uf.open_patch("stimulus-sp")
-        items = [
-            Item(RenderJob(patch.set("gain", "gain", 0.1 * k), seconds=1.0), "sp", {}, tmp_path / f"{k}.wav")
-            for k in range(8)
-        ]
-        made = []
-        for number, summary in rendered(items, address):
-            if not made:
-                workers[0].kill()
-            made.append(number)
-            data = wav_bytes(items[number].job.run().samples, 48_000)
-            assert (tmp_path / f"{number}.wav").read_bytes() == data
-            assert hashlib.sha256(data).hexdigest() == summary["sha256"]
-        assert sorted(made) == list(range(len(items)))
-        assert workers[0].wait() == -signal.SIGKILL
 
 
 def test_what_reads_files_of_this_computer_is_not_given_to_a_cluster(refused, folder):

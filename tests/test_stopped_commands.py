@@ -5,10 +5,10 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import suppress
 from functools import partial
 
 import pytest
+from process_groups import members
 
 from underfoot.commands.ending import Interrupted, ended_by_signals, raised_at_signals
 from underfoot.engine.worker_pool import cores
@@ -18,21 +18,17 @@ from underfoot.patch import preset_files
 SINE = preset_files.patches()["stimulus-sp"]
 
 
-@pytest.mark.parametrize(("end", "status"), [
-    (lambda pid: os.killpg(pid, signal.SIGINT), 130),  # Ctrl-C goes to all processes
-    (lambda pid: os.kill(pid, signal.SIGTERM), 143),
-], ids=["Ctrl-C", "SIGTERM"])  # fmt: skip
-def test_what_stops_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, folder, until, end, status):
+def test_what_ends_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, folder, until):
+    """Ctrl-C, which goes to all processes, is in `test_bulk.py`."""
     patches = [SINE, preset_files.patches()["gravel"], preset_files.patches()["snow"]]
     assert underfoot("render", *patches, "--seconds", "0.01").status == 0  # kernels are there
     command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests that run in the background may not hear it
     pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True, preexec_fn=heard) as process:
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True) as process:
         until(lambda: len(members(process.pid)) > min(cores(), len(patches)))
-        end(process.pid)
+        os.kill(process.pid, signal.SIGTERM)
         out, error = process.communicate(timeout=300.0)
-    assert (process.returncode, out, error.strip()) == (status, b"", b"")
+    assert (process.returncode, out, error.strip()) == (143, b"", b"")
     assert not (folder / "all").exists()
     until(lambda: not members(process.pid))
 
@@ -123,12 +119,3 @@ def test_a_command_ends_though_what_it_runs_never_returns(name, status, with_han
         assert process.stdout.readline() == b"waiting\n"
         process.send_signal(getattr(signal, name))
         assert process.wait(timeout=60.0) == status
-
-
-def members(group):
-    """The processes of a group."""
-    found = []
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        with suppress(ProcessLookupError):
-            found += [name] if os.getpgid(int(name)) == group else []
-    return found

@@ -1,11 +1,10 @@
-"""Simulated studies on processes and on a Dask cluster: the same people, also when one of those who work is killed."""
+"""Simulated studies on processes: the same people, also when one of those who work is killed."""
 
 import os
 import signal
 from multiprocessing import active_children
 
 import pytest
-from dask_cluster import dask_cluster
 from made_studies import preset_protocol
 
 from underfoot.errors import DeviceError
@@ -30,17 +29,6 @@ def test_a_process_that_is_killed_loses_nobody():
 
     assert simulate_locally(jobs(), 2, kill) == simulate_locally(jobs(), 1)
     assert killed
-
-
-def test_a_cluster_of_which_a_worker_is_killed_gives_the_same_people(until, tmp_path):
-    with dask_cluster(tmp_path, until) as (address, workers):
-
-        def kill(done):
-            if done == 1:
-                workers[0].kill()
-
-        assert simulate_on_cluster(jobs(30), address, kill) == simulate_locally(jobs(30), 1)
-        assert workers[0].wait() == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1", "tcp://127.0.0.1:x"])
