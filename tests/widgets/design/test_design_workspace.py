@@ -13,6 +13,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.design.shared_parameters import shared_parameters
 from underfoot.widgets.design.workspace import DesignWorkspace
 from underfoot.widgets.window import MainWindow
@@ -284,6 +285,19 @@ def test_undo_that_takes_the_node_of_a_field_away_leaves_the_focus_to_the_canvas
     assert field.hasFocus()
     QTest.keyClick(field, *undo)
     assert "tone" not in [node.id for node in workspace.patch().nodes]
+    assert workspace.canvas.hasFocus()
+
+
+def test_what_is_typed_when_another_node_is_selected_is_set_and_the_page_is_that_of_the_other(workspace):
+    workspace.canvas.patch_scene.select(["hum"])
+    field = workspace.inspector.editors["frequency"].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "77")
+    workspace.canvas.patch_scene.select(["step"])
+    assert workspace.patch().node("hum").parameters["frequency"] == 77.0
+    shown = [one for one in workspace.inspector.findChildren(ParameterEditor) if one.isVisible()]
+    assert shown == list(workspace.inspector.editors.values()) != []
     assert workspace.canvas.hasFocus()
 
 
