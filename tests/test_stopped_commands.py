@@ -33,16 +33,19 @@ def test_what_ends_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, fo
     until(lambda: not members(process.pid))
 
 
-def test_a_command_is_stopped_without_a_word_while_it_is_imported():
-    """It wrote a traceback of imports, for a tenth of a second after its start."""
-    script = """
+@pytest.mark.parametrize(
+    ("module", "given"), [("click", "--version"), ("underfoot.engine.child_process", "--target=simulator")]
+)
+def test_a_command_and_the_window_are_stopped_without_a_word_while_they_are_imported(module, given):
+    """It wrote a traceback of imports; the window aborted, crashed or stayed, or was said to lack libraries."""
+    script = f"""
 import os, signal, sys
 class AtImport:
     def find_spec(name, *_):
-        if name == "click":
+        if name == {module!r}:
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, AtImport)
-sys.argv = ["underfoot", "--version"]
+sys.argv = ["underfoot", {given!r}]
 from underfoot.start import main
 main()
 """

@@ -20,6 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
+from underfoot.commands.ending import ended_at_once
 from underfoot.commands.files import (
     FILE,
     FileOrPreset,
@@ -150,6 +151,7 @@ def _fail(line: str) -> None:
     sys.exit(1)
 
 
+@ended_at_once()
 def open_window(
     target: str,
     floor: Path | None,
