@@ -86,3 +86,16 @@ def test_the_experimenter_reads_that_nobody_stands_there_as_long_as_it_is_so(qap
         runner.stop("by the participant")
     with closing(SessionFile.open(tmp_path / "a")) as file:
         assert is_over(protocol, "P1", file.entries())  # though nobody went on from the word of thanks
+
+
+def test_in_a_double_blind_study_the_experimenter_is_shown_neither_vibration_nor_answers(bench):
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    bench.choose(stages=[stage], stimuli={"WC": CONSTANT, "B": CONSTANT, "C": CONSTANT, "X": {}}, double_blind=True)
+    desk = bench.workspace.experimenter
+    bench.rate(trials=4)
+    bench.until(Phase.END)
+    bench.workspace.running.background.join()
+    shown = bench.runner.watch.now_s
+    bench.wait(lambda: bench.runner.watch.now_s > shown + 0.1)  # what was drawn would be shown
+    assert not desk.drawings.plots
+    assert desk.live.text().endswith("N on the floor")
