@@ -222,6 +222,19 @@ def test_a_power_law_is_over_the_level_also_where_it_is_said_in_decibels():
     assert found.tables[0].rows[0][1:3] == ("exponent", pytest.approx(0.7, abs=1e-5))
 
 
+def test_plates_that_vibrate_alike_are_rated_and_given_numbers_by_their_stiffness():
+    """They were felt as one, so that a simulated study of stiffness found nothing, whatever the people."""
+    stimuli = {f"k{k}": {"stiffness_n_mm": k, "factors": {"stiffness_n_mm": k}} for k in (60, 120, 240)}
+    rated = made_protocol("rating", {"blocks": 2}, stimuli)
+    rows, _ = simulated_rows(rated, 0, 1, {"rating_spread": 0.0, "without": 10.0, "doubling": 20.0})
+    assert {row["stimulus"]: row["rating"] for row in rows} == {"k60": 10.0, "k120": 30.0, "k240": 50.0}
+    made = made_protocol("magnitude-estimation", {"blocks": 2}, stimuli)
+    rows, person = simulated_rows(made, 0, 1, {"numbers_spread": 0.0, "exponent": 0.7})
+    (found,) = analysed(rows, made, Settings())
+    assert found.tables[0].rows[0][1:3] == ("exponent", pytest.approx(0.7, abs=1e-5))
+    assert person.observers["main"].truths()["exponent"] == pytest.approx(0.7)
+
+
 def test_beside_silence_what_is_not_felt_is_guessed():
     """Simulated people compared the level with that of the protocol, at 0 dB, wherever their threshold was."""
     found = summary_of_staircases(

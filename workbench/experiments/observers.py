@@ -19,7 +19,7 @@ from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, ba
 from underfoot.experiments.observer import Observer
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
-from underfoot.experiments.raters import PairJudge, Rater
+from underfoot.experiments.raters import PairJudge, Rater, ratios_of
 from underfoot.experiments.study import Page
 from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
@@ -336,10 +336,13 @@ def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
 
 
 class MagnitudeEstimator(Observer):
-    """Gives numbers in proportion to a power of the level, with a modulus of the person's own."""
+    """Gives numbers in proportion to a power of the level, with a modulus of the person's own.
+
+    Where all have one level, it is a power of the number that differs, such as stiffness.
+    """
 
     methods = ("magnitude-estimation",)
-    exponent = Number(0.6, -5.0, 5.0, doc="Of the power law of magnitude over level.")
+    exponent = Number(0.6, -5.0, 5.0, doc="Of the power law of magnitude over level; of one level, over the number.")
     numbers_spread = Number(0.2, 0.0, 3.0, doc="Standard deviation of a number's logarithm from trial to trial.")
     moduli_differ = Number(1.0, 0.0, 5.0, doc="Standard deviation of the modulus's logarithm from person to person.")
 
@@ -357,7 +360,8 @@ class MagnitudeEstimator(Observer):
         return {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
 
     def _magnitude(self, stimulus: str) -> float:
-        return float(max(self.protocol.stimuli[stimulus].peak_m_s2() or 0.0, 0.01) ** self.truth["exponent"])
+        level = max(self.protocol.stimuli[stimulus].peak_m_s2() or 0.0, 0.01)
+        return float(ratios_of(self.protocol, self.given["estimated"]).get(stimulus, level) ** self.truth["exponent"])
 
 
 class Labeller(Observer):
