@@ -53,9 +53,9 @@ class Bridge(QObject):
     floor_silent = Signal(bool)
     """Whether the floor is silent, for `SILENT_S` of the session: its line is gone, or nothing sends; or the engine is
     given up. One that stands still does not make it so."""
-    vibration_read = Signal(int, object)
+    vibration_read = Signal(object, object)  # Qt's int has 32 bits, which are 12 hours of frames
     """First session frame, and samples (n, tiles), relative to full scale."""
-    response_read = Signal(int, object, object)
+    response_read = Signal(object, object, object)
     """First session frame; commanded and measured acceleration, (n, tiles) each, m/s^2."""
     steps_found = Signal(list)
     """New footsteps."""

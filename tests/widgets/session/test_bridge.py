@@ -77,6 +77,16 @@ def test_vibration_is_read_only_where_it_is_wanted(followed, qtbot):
         assert after == first + len(samples)
 
 
+def test_vibration_comes_at_its_frame_after_months_too(qtbot):
+    """An integer of Qt has 32 bits: after 12 hours Monitor's vibration stood still, with a traceback a tick."""
+    bridge, told, samples = Bridge(), [], np.ones((3, 4), np.float32)
+    bridge.vibration_read.connect(lambda *them: told.append(them))
+    bridge.response_read.connect(lambda *them: told.append(them))
+    bridge.vibration_read.emit(1 << 40, samples)
+    bridge.response_read.emit(1 << 40, samples, samples)
+    assert [(first, *map(len, rest)) for first, *rest in told] == [(1 << 40, 3), (1 << 40, 3, 3)]
+
+
 def test_a_press_is_seen_as_a_load(followed, session, qtbot):
     told = []
     followed.forces_tracked.connect(told.append)
