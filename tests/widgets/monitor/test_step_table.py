@@ -6,7 +6,7 @@ import pytest
 from made_steps import SPIKE, STEP
 from msgspec.structs import replace
 from on_screen import show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QGuiApplication
 
 from underfoot.floor.footsteps import BODY_WEIGHT_MEASURES
@@ -45,6 +45,14 @@ def test_steps_are_shown_with_their_units_and_digits(table):
         "Net, mm", "Person", "Cadence, /min", "Length, mm", "Width, mm", "Swing, ms", "Both, ms", "Heading, °",
         "Heading ±, °",
     ]  # fmt: skip
+
+
+def test_no_digit_of_a_start_is_cut_off_after_days(table):
+    """Of 100 017.03 s, after 28 hours, 00 017.03 was seen."""
+    table.steps.add([replace(STEP, start_s=start_s) for start_s in (0.0, 1_100_017.03, 9_100_017.03)])
+    height = table.rowHeight(0)
+    seen = [table.viewport().grab(QRect(0, row * height, table.width(), height)).toImage() for row in (1, 2)]
+    assert seen[0] != seen[1]
 
 
 def test_the_columns_are_those_of_the_step_table_in_files(table, tmp_path):
