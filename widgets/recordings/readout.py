@@ -55,9 +55,8 @@ class CursorReadout(QObject):
         """Compute the sway in the selected stretch, if somebody stands there, and show the rest meanwhile."""
         self._sway = ""
         self._describe()
-        content, stretch = self._axis.content, self._axis.selection
-        if content is not None and stretch is not None:
-            self._sways.compute(lambda _: [content, stretch, _sway_text(content.balance, stretch)])
+        if (asked := self._of_sway()) is not None:
+            self._sways.compute(lambda _: [asked, _sway_text(*asked)])
 
     def choose_tile(self, row: int) -> None:
         """Show the vibration of a tile, by its row of the floor."""
@@ -97,9 +96,14 @@ class CursorReadout(QObject):
         self.map.set_contacts(contacts, time_s)
         self.map.update()
 
-    def _show_sway(self, content: RecordingContent | None, stretch: tuple[float, float] | None, text: str) -> None:
-        if content is not self._axis.content or stretch != self._axis.selection:
-            self.describe_selection()  # another one was selected meanwhile
+    def _of_sway(self) -> tuple[bytes, tuple[float, float]] | None:
+        """Return what the sway is told of: what is known of the loads, and the selected stretch."""
+        content, stretch = self._axis.content, self._axis.selection
+        return None if content is None or stretch is None else (content.balance, stretch)
+
+    def _show_sway(self, asked: tuple[bytes, tuple[float, float]], text: str) -> None:
+        if asked != self._of_sway():
+            self.describe_selection()  # another one was selected meanwhile, or more is known
             return
         self._sway = text
         self._describe()
