@@ -297,6 +297,8 @@ def test_who_turns_beside_the_floor_has_the_right_sides_on_the_way_back(beside_s
     person, steps = persons_of(contacts)
     assert set(person.values()) == {1}
     assert [step.side for step in steps] == ["left", "right"] * 12
+    contacts = [*contacts[:6], contacts[6]]  # who makes one step on the way back
+    assert persons_of(contacts)[1][-1].side == {1.2: "right", 1.6: "left", 2.1: "right"}[beside_s]  # by time
 
 
 def test_who_slows_down_to_a_third_keeps_the_sides():

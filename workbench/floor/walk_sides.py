@@ -23,7 +23,8 @@ SIDE_VOTE_DECAY = 0.85
 class Sides(Struct, eq=False):
     """Votes for the sides of steps of one person, of whose numbers even ones are of one foot and odd ones of the other.
 
-    `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones.
+    `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones. `guess_m` is that
+    of steps before them, after which the numbers may be one off; it counts where there is no vote.
 
     >>> sides = Sides()
     >>> sides.vote(2, 0.1)
@@ -32,6 +33,11 @@ class Sides(Struct, eq=False):
     """
 
     votes_m: float = 0.0
+    guess_m: float = 0.0
+
+    def guessed(self) -> "Sides":
+        """Return those of steps of which it is only guessed how many were made since the last one."""
+        return Sides(guess_m=self.votes_m or self.guess_m)
 
     def vote(self, number: int, aside_m: float) -> None:
         """Add that a footfall lies to the left of the one before."""
@@ -39,7 +45,7 @@ class Sides(Struct, eq=False):
 
     def of(self, number: int) -> str:
         """Return the side of a footfall: left, right or unknown."""
-        votes_m = self.votes_m if number % 2 == 0 else -self.votes_m
+        votes_m = (self.votes_m or self.guess_m) * (1 if number % 2 == 0 else -1)
         return "left" if votes_m > 0.0 else "right" if votes_m < 0.0 else "unknown"
 
 

@@ -242,7 +242,7 @@ class _Footfall(Struct, eq=False):
 
     @property
     def is_sided(self) -> bool:
-        return self.side != "unknown"
+        return self.sides is not None and self.sides.votes_m != 0.0
 
     @property
     def side(self) -> str:
@@ -371,7 +371,7 @@ class _Walk(Struct, eq=False):
             paused = len(self.steps) > 1 and footfall.start_s - self.steps[-2].bore_until_s < SWING_STEPS * self.step_s
             footfall.number = self.last.number + (1 if paused else steps)
             if steps > 1 and not paused and self._can_be_either_foot(footfall, steps):
-                self.sides = Sides()
+                self.sides = self.sides.guessed()
             if steps == 1:
                 self._follow(footfall)
         footfall.sides = self.sides
