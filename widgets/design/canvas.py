@@ -25,7 +25,7 @@ from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, 
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.note_width import NoteWidth
-from underfoot.widgets.design.patch_editing import unit_hint, with_names
+from underfoot.widgets.design.patch_editing import with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.rewiring import sum_of
 from underfoot.widgets.design.spoken_selection import spoken_selection
@@ -317,15 +317,14 @@ class Canvas(AskingView):
         elif drag.is_mapped and adds and (wire := drag.wire()) is not None:
             self._connect_by_map(*wire)
 
-    def _connect_by(self, drag: WireDrag, result: tuple[Patch, str], wire: Wire, *, adds: bool) -> None:
+    def _connect_by(self, drag: WireDrag, result: Patch, wire: Wire, *, adds: bool) -> None:
         """Edit the patch to the result of a drag. If the input has a wire, that gives way, unless the drag `adds`."""
         displaced = drag.displaced(self.document.patch)
         adding = sum_of(self.registry, drag.placed.port.kind) if displaced else ""
         if adding and adds:
             self.add_up(*wire, drag.old)
             return
-        self.document.edit(*result)
-        self.show_message(unit_hint(self.document.patch, self.registry, *wire), alarm=False)
+        self._connect(result, *wire)
         if displaced:
             source = with_names(self.document.patch, self.registry, displaced[0])
             way = f" Let it go with Shift, and {self.registry[adding].label} adds both." if adding else ""

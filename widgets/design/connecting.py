@@ -8,7 +8,7 @@ from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import ROW, PlacedPort
 from underfoot.widgets.design.patch_editing import map_hint, refusal, wire_at
-from underfoot.widgets.design.rewiring import loudness_port
+from underfoot.widgets.design.rewiring import loudness_port, wired
 from underfoot.widgets.design.scene import PatchScene
 
 MIN_LOOSE_PX = 48.0
@@ -66,13 +66,13 @@ class WireDrag:
         self._line.set_ends(*((start, end) if self.placed.side == "out" else (end, start)))
         self._line.update()
 
-    def result(self, patch: Patch) -> tuple[Patch, str] | None:
-        """Return the patch after a release here, and the name of the undo step; None if nothing changes."""
+    def result(self, patch: Patch) -> Patch | None:
+        """Return the patch after a release here; None if nothing changes."""
         wire = self.wire()
         if wire is None or self.reason or wire == self.old:
             return None
         base = patch.disconnect([self.old]) if self.old else patch
-        return base.connect(*wire, self._scene.registry), "Connect"
+        return wired(base, self._scene.registry, *wire)
 
     def displaced(self, patch: Patch) -> Wire | None:
         """Return the wire that this one would replace; None if the input is free."""

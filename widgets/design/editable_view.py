@@ -32,7 +32,15 @@ from underfoot.widgets.design.patch_editing import (
 )
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import GAP_BESIDE, Box, backwards
-from underfoot.widgets.design.rewiring import connected, fed_alike, inserted, removed_and_bridged, replaced
+from underfoot.widgets.design.rewiring import (
+    connected,
+    fed_alike,
+    inserted,
+    removed_and_bridged,
+    replaced,
+    waiting_hint,
+    wired,
+)
 from underfoot.widgets.design.undo import Document
 
 NOTE_ROOM = 200.0, 96.0
@@ -298,8 +306,14 @@ class EditableView(PatchView):
         if reason := refusal(self.document.patch, self.registry, source, target):
             self.show_message(reason)
         else:
-            self.document.edit(self.document.patch.connect(source, target, self.registry), "Connect")
-            self.show_message(unit_hint(self.document.patch, self.registry, source, target), alarm=False)
+            self._connect(wired(self.document.patch, self.registry, source, target), source, target)
+
+    def _connect(self, after: Patch, source: str, target: str) -> None:
+        """Set the patch, which has this wire now, and say what that brings if it may not be what is wanted."""
+        before = self.document.patch
+        self.document.edit(after, "Connect")
+        hint = unit_hint(after, self.registry, source, target)
+        self.show_message(hint or waiting_hint(before, after, self.registry, node_id(target)), alarm=False)
 
     def align(self, side: str) -> None:
         """Align the selected items: "left", "right", "top", "bottom", or distribute them "across" or "down"."""

@@ -7,12 +7,15 @@ from msgspec.structs import replace
 
 from underfoot.errors import BadValue
 from underfoot.models.signals.envelopes import FULL_FORCE_N
-from underfoot.parameters import Number, Parameter
+from underfoot.models.signals.events import STARTS
+from underfoot.parameters import Choice, Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id, port_name, renamed_end, sources
-from underfoot.widgets.design.patch_editing import ends_of, port_of, refusal, unit_hint
+from underfoot.widgets.design.patch_editing import ends_of, port_of, refusal, unit_hint, wire_at
+
+_, AT_EVENTS = STARTS
 
 
 def fitting_port(type: NodeType, end: Port, side: str, taken: Collection[str] = ()) -> str:
@@ -63,6 +66,41 @@ def types_of_unit(registry: Registry, types: Iterable[str], end: Port, side: str
     return [name for name, port in fitting.items() if end.unit and port.unit == end.unit]
 
 
+def wired(patch: Patch, registry: Registry, source: str, target: str) -> Patch:
+    """Return the patch with a wire. A node that would begin by itself waits for its first events, unless how it begins
+    was chosen.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("footfall", REGISTRY).add("wav-player", REGISTRY)
+    >>> wired(patch, REGISTRY, "footfall.onset", "wav-player.start").node("wav-player").parameters
+    {'mode': 'at events'}
+    """
+    node, after = patch.node(node_id(target)), patch.connect(source, target, registry)
+    type = registry[node.type]
+    if type.input_ports[port_name(target)].kind != "event" or wire_at(patch, target):
+        return after
+    for name, parameter in type.parameters.items():
+        if isinstance(parameter, Choice) and AT_EVENTS in parameter.options and name not in node.parameters:
+            after = after.set(node.id, name, AT_EVENTS, registry)
+    return after
+
+
+def waiting_hint(before: Patch, after: Patch, registry: Registry, id: str) -> str:
+    """Return how node `id` begins since it was `wired` to events; "" if that is as before.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("footfall", REGISTRY).add("wav-player", REGISTRY)
+    >>> after = wired(patch, REGISTRY, "footfall.onset", "wav-player.start")
+    >>> waiting_hint(patch, after, REGISTRY, "wav-player")
+    'WAV player: mode is now at events; it was loop'
+    """
+    type, node = registry[after.node(id).type], after.node(id)
+    was, now = type.values(before.node(id).parameters), type.values(node.parameters)
+    changed = next((name for name in now if now[name] != was[name]), "")
+    label = type.parameters[changed].label.lower() if changed else ""
+    return f"{node.name_in(registry)}: {label} is now {now[changed]}; it was {was[changed]}" if changed else ""
+
+
 def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
     """Return the patch with a wire between the port `end`, on `side` of its node, and the fitting port of node `id`."""
     taken = [port_name(target) for _, target in patch.wires if node_id(target) == id]
@@ -70,7 +108,7 @@ def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) ->
     if not name:
         return patch
     wire = (end, f"{id}.{name}") if side == "out" else (f"{id}.{name}", end)
-    return patch if refusal(patch, registry, *wire) else patch.connect(*wire, registry)
+    return patch if refusal(patch, registry, *wire) else wired(patch, registry, *wire)
 
 
 class InsertionPorts(NamedTuple):

@@ -94,3 +94,32 @@ def test_a_wire_to_a_parameter_in_another_unit_gets_a_map_between_with_shift(wor
     played = port(workspace, "tile-output", "out", "played")
     drag(workspace, played, port(workspace, "tone", "in", "frequency"), modifiers=shift)
     assert (canvas.message, workspace.patch()) == ("Frequency would follow itself", before)
+
+
+def test_what_would_begin_by_itself_waits_for_the_first_events_that_it_is_wired_to(workspace):
+    """A sound that footfalls were to play went on in its loop, and a sequence went on at 4 Hz."""
+    canvas, patch = workspace.canvas, Patch().add("footfall", REGISTRY)
+    for place, type in enumerate(("wav-player", "step-sequence", "rhythm")):
+        patch = patch.add(type, REGISTRY, (320, 160 * place))
+    patch = patch.add("wav-player", REGISTRY, (640, 0), mode="loop")  # as was chosen
+    workspace.set_patch(patch)
+    onset = port(workspace, "footfall", "out", "onset")
+    drag(workspace, onset, middle(workspace, "wav-player"))
+    assert canvas.message == "WAV player: mode is now at events; it was loop"
+    workspace.undo_action.trigger()
+    assert workspace.patch() == patch, "it is one step"
+    drag(workspace, onset, middle(workspace, "wav-player"))
+    drag(workspace, onset, middle(workspace, "step-sequence"))
+    drag(workspace, onset, middle(workspace, "wav-player1"))
+    assert canvas.message == ""
+    canvas.patch_scene.select(["footfall"])
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    QTest.keyClicks(canvas.connection_search.field, "rhythm")
+    QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
+    assert {node.id: node.parameters for node in workspace.patch().nodes} == {
+        "footfall": {},
+        "wav-player": {"mode": "at events"},
+        "step-sequence": {"pace": "at events"},
+        "rhythm": {"begin": "at events"},
+        "wav-player1": {"mode": "loop"},
+    }
