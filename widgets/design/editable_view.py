@@ -24,6 +24,7 @@ from underfoot.widgets.design.patch_editing import (
     Place,
     aligned,
     disconnection,
+    name_of_file,
     pasted,
     readers,
     refusal,
@@ -225,13 +226,14 @@ class EditableView(PatchView):
         return bool(files) and all(any(readers(self.registry, path)) for path in files)
 
     def add_readers(self, files: Sequence[Path], place: QPointF) -> None:
-        """Add the nodes that read these files, below each other, the first at a place."""
+        """Add the nodes that read these files, with their names, below each other, the first at a place."""
         made, y = Patch(), 0.0
         try:
             for path in files:
                 type, name = next(readers(self.registry, path))
                 values = {**self.registry[type].initial, name: path.as_posix()}
                 made = made.add(type, self.registry, snapped(0.0, y), **values)
+                made = made.name(made.nodes[-1].id, name_of_file(path))
                 y += node_geometry(description_of(self.registry[type])).height + GAP_BESIDE
         except BadValue as error:
             self.show_message(str(error))

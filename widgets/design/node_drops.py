@@ -12,7 +12,7 @@ from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.grouping_view import GroupingView
 from underfoot.widgets.design.items import WireItem
 from underfoot.widgets.design.node_list import MIME
-from underfoot.widgets.design.patch_editing import readers
+from underfoot.widgets.design.patch_editing import name_of_file, readers
 
 DROP_REACH = 10.0
 """A node dropped within this distance of a wire, in pixels of the scene, is inserted into it."""
@@ -58,6 +58,8 @@ class NodeDropView(GroupingView):
         file = named_from(self.folder, files[0])
         try:
             after = self.document.patch.set(node.node.id, name, file, self.registry)
+            if node.node.label == name_of_file(Path(node.node.parameters.get(name, ""))):  # given by that file, or none
+                after = after.name(node.node.id, name_of_file(files[0]))
         except BadValue as error:
             self.show_message(str(error))
         else:

@@ -10,6 +10,7 @@ from msgspec import structs
 from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import FilePath, Number, Parameter, ask
 from underfoot.patch.file_paths import with_files_kept
+from underfoot.patch.groups import LONGEST_LABEL
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
 from underfoot.patch.wiring import Wire, downstream, node_id, port_name, upstream
@@ -65,6 +66,15 @@ def readers(registry: Registry, path: Path) -> Iterator[tuple[str, str]]:
         for name, parameter in type.parameters.items():
             if isinstance(parameter, FilePath) and path.suffix.lower() in parameter.suffixes:
                 yield type.type, name
+
+
+def name_of_file(path: Path) -> str:
+    """Return what a node is called that reads this file; its name may have spaces that a label cannot have.
+
+    >>> name_of_file(Path("steps/Heel\u202f1.wav")), name_of_file(Path())
+    ('Heel 1', '')
+    """
+    return " ".join(path.stem.split())[:LONGEST_LABEL]
 
 
 def _without_mail(text: str) -> str:

@@ -106,13 +106,14 @@ def test_sounds_that_are_dropped_on_the_canvas_or_pasted_are_nodes_of_the_patch_
     canvas, view, stack = design(window).canvas, design(window).canvas.viewport(), design(window).document.stack
     assert drop(view, heel, toe, at=QPoint(60, 40))
     players = [node for node in design(window).patch().nodes if node.type == "wav-player"]
-    assert [node.parameters["file"] for node in players] == ["sound.wav", "toe.WAV"]
+    assert [(node.label, node.parameters["file"]) for node in players] == [("sound", "sound.wav"), ("toe", "toe.WAV")]
     boxes = [canvas.patch_scene.nodes[node.id].sceneBoundingRect() for node in players]
     assert not boxes[0].intersects(boxes[1])
     assert (canvas.selected_ids(), stack.undoText()) == (["wav-player", "wav-player1"], "Add 2 nodes")
     at = canvas.mapFromScene(boxes[0].center())
     assert drop(view, toe, at=at)
-    assert design(window).patch().node("wav-player").parameters["file"] == "toe.WAV"
+    player = design(window).patch().node("wav-player")
+    assert (player.label, player.parameters["file"]) == ("toe", "toe.WAV")
     QApplication.clipboard().setMimeData(files(heel))
     QTest.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert len(design(window).patch().nodes) == 5
