@@ -161,6 +161,7 @@ class Canvas(AskingView):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         button = event.button()
         self._nudges += 1
+        self._pan = None  # the release of the middle button may have gone elsewhere
         self._cuts = button == Qt.MouseButton.RightButton and bool(event.modifiers() & _CONTROL)
         if button == Qt.MouseButton.MiddleButton or (button == Qt.MouseButton.LeftButton and self._space_state):
             self._pan = event.position().toPoint()

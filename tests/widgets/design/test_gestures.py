@@ -59,6 +59,9 @@ def test_the_view_does_not_follow_a_mouse_whose_button_is_up(workspace):
     send(canvas.viewport(), QEvent.Type.MouseMove, at, Qt.MouseButton.NoButton)
     assert canvas.mapToScene(at) == place
     assert canvas.viewport().cursor().shape() == Qt.CursorShape.ArrowCursor
+    send(canvas.viewport(), QEvent.Type.MouseButtonPress, at, Qt.MouseButton.MiddleButton)
+    drag(workspace, middle(workspace, "hum"), middle(workspace, "hum") + QPoint(0, 80))
+    assert (canvas.mapToScene(at), workspace.patch().node("hum").at) == (place, (0.0, 240.0)), "nor with the next press"
 
 
 def test_a_node_that_is_held_while_a_key_deletes_it_is_let_go(workspace):
