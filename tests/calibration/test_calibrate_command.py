@@ -11,7 +11,7 @@ import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, read_pairs, table
+from underfoot.calibration.files.measurements import PAIR_HEADER, read_pairs, table
 from underfoot.calibration.files.report import write_report
 from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.result import Result
@@ -35,7 +35,7 @@ def measured(folder):
     Path("pairs.csv").write_bytes(table(PAIR_HEADER, rows, "t1"))
     at, load, forces = made_sensors.Robot(np.array(TILE.sensors_m), moved_m=0.008, loads=(60.0, 120.0, 180.0)).presses()
     rows = np.column_stack([at, load, 32768.0 + 60.0 * forces])
-    Path("presses.csv").write_bytes(table(PRESS_HEADER, rows, "t1"))
+    Path("presses.csv").write_bytes(table("tile,x_m,y_m,force_n,r1,r2,r3,r4", rows, "t1"))
     return folder
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.measurements import PRESS_HEADER, Pairs, Presses, read_pairs, read_presses, table
+from underfoot.calibration.files.measurements import Pairs, Presses, read_pairs, read_presses, table
 from underfoot.errors import BadFile, BadValue
 
 PAIRS = "time_s,tile,sensor,reading,force_n\n"
@@ -84,7 +84,7 @@ def test_what_is_wrong_with_pairs_is_said_in_one_line(tmp_path, text, said):
 def test_presses_press(tmp_path):
     path = tmp_path / "presses.csv"
     rows = np.array([[0.01, -0.02, 100.0, 1.0, 2.0, 3.0, -4.0]])
-    path.write_bytes(table(PRESS_HEADER, rows, "t7"))
+    path.write_bytes(table("tile,x_m,y_m,force_n,r1,r2,r3,r4", rows, "t7"))
     found = read_presses(path)
     assert found.tile == "t7"
     assert np.array_equal(found.rows(), rows)

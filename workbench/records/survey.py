@@ -5,7 +5,6 @@ the window.
 """
 
 import hashlib
-import math
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
@@ -300,11 +299,3 @@ def _place(recording: Recording, suffix: str) -> Path:
     said = f"{FORMAT}|{recording.path.resolve()}|{recording.span}|{sorted(recording.about.items())}"
     name = hashlib.sha256(said.encode()).hexdigest()[:24]
     return cache_folder() / "recordings" / f"{name}.{suffix}"
-
-
-def nearest(steps: list[Stance], time_s: float) -> int | None:
-    """Return the index of the step that is on the ground at a time, or nearest to it; None without steps."""
-    away = [
-        max(step.step.start_s - time_s, time_s - step.step.start_s - 1e-3 * step.step.contact_ms, 0.0) for step in steps
-    ]
-    return int(np.argmin(away)) if away and math.isfinite(min(away)) else None

@@ -102,7 +102,6 @@ def _check_rows(measured: Pairs | Presses, **shapes: tuple[int, ...]) -> None:
 
 
 PAIR_HEADER = ",".join(_PAIRS)
-PRESS_HEADER = ",".join(_PRESSES)
 
 
 def read_pairs(path: str | Path, tile: str = "") -> Pairs:
