@@ -22,7 +22,7 @@ QUICK = {"loadings": 2, "hold_s": 2.0, "full_scale_n": 400.0}
 
 
 def test_both_procedures_run_on_the_simulator_from_first_to_last_page():
-    hand = SimulatedHand(SimulatedTile(TILE, seed=5), seed=5, rate_hz=250.0)
+    hand = SimulatedHand(SimulatedTile(TILE, seed=5), seed=5, rate_hz=100.0)
     seen = []
     result = run(FsrProcedure(TILE), hand, QUICK | {"loadings": 3}, lambda page: seen.append(page))
     assert [seen[k].key for k in (0, -2, -1)] == ["setup", "sensor4-release", "foot-hold"]
