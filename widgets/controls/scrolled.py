@@ -70,6 +70,36 @@ class Scrolled(QScrollArea):
         self.updateGeometry()
 
 
+class Pages(QScrollArea):
+    """Shows one page at a time, made within `inside`, and scrolls it.
+
+    What gets another parent, or none, is styled again with all that it has: half of what a page with twenty fields
+    takes. So a page is not taken out, but hidden, until it is deleted.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.inside = QWidget()
+        self.setWidget(self.inside)
+        self.page = QWidget(self.inside)
+        self._column = QVBoxLayout(self.inside)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.addWidget(self.page)
+
+    def show_page(self, page: QWidget) -> None:
+        """Show this page in place of the present one, which is deleted later: it may be handling a key just now."""
+        focused = self.window().focusWidget()
+        if focused is not None and self.page.isAncestorOf(focused):
+            focused.clearFocus()  # or Qt gives it to a neighbour
+        self.page.hide()
+        self._column.replaceWidget(self.page, page)
+        self.page.deleteLater()
+        self.page = page
+        page.show()
+
+
 def scroll_area() -> QScrollArea:
     """Return an area that is filled by what it will hold, and that Tab passes by."""
     area = QScrollArea()

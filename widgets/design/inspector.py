@@ -8,7 +8,7 @@ from pathlib import Path
 from msgspec.structs import replace
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
 
 from underfoot.engine.reports import Costs, Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
@@ -24,6 +24,7 @@ from underfoot.widgets.controls.fields import Field, ParameterEditor, range_text
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
+from underfoot.widgets.controls.scrolled import Pages
 from underfoot.widgets.design.distribution_view import DistributionView
 from underfoot.widgets.design.error_view import ErrorView
 from underfoot.widgets.design.facts import Facts, awake_text, cost_text
@@ -56,7 +57,7 @@ _LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
 """Line break within a paragraph, which is wrapped again."""
 
 
-class Inspector(QScrollArea):
+class Inspector(Pages):
     """Shows one or several selected nodes, or the patch. It emits new values, and edits nothing itself."""
 
     edited = Signal(list, str, object, str)
@@ -110,19 +111,11 @@ class Inspector(QScrollArea):
         self.distribution: DistributionView | None = None
         self._distributions: Distributions | None = None
         self.errors: ErrorView | None = None
-        self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setProperty("role", "panel")  # beside the page, where the scroll bar would be, too
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setAccessibleName("Inspector")
         self.setMinimumWidth(MINIMUM_PX)
-        self._inside = QWidget()
-        self.setWidget(self._inside)
-        self._page = QWidget(self._inside)
-        self._pages = QVBoxLayout(self._inside)
-        self._pages.setContentsMargins(0, 0, 0, 0)
-        self._pages.addWidget(self._page)
         self.show_selection(Patch(), [])
 
     def show_selection(self, patch: Patch, ids: Sequence[str], groups: Collection[str] = ()) -> None:
@@ -203,12 +196,9 @@ class Inspector(QScrollArea):
     # --- building ---
 
     def _build(self) -> None:
-        focused = self.window().focusWidget()
-        if focused is not None and self._page.isAncestorOf(focused):
-            focused.clearFocus()  # what is typed may be an edit; with a page that is hidden Qt gives it to a neighbour
         self.editors, self.picture, self.distribution, self.errors, self._distributions = {}, None, None, None, None
         self._osc, self._ends = {}, {}
-        old, page = self._page, QWidget(self._inside)  # what gets another parent is styled again, with all that it has
+        page = QWidget(self.inside)
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
         column.setContentsMargins(16, 16, 8, 16)
@@ -222,12 +212,8 @@ class Inspector(QScrollArea):
         else:
             self._build_patch(column)
         column.addStretch()
-        old.hide()
-        self._pages.replaceWidget(old, page)
-        old.deleteLater()
-        self._page = page
         self._fit_page()
-        page.show()
+        self.show_page(page)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -235,7 +221,7 @@ class Inspector(QScrollArea):
 
     def _fit_page(self) -> None:
         """Set the same width for every page, with space for the scroll bar, so that the layout never shifts."""
-        self._inside.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
+        self.inside.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
 
     def _build_node(self, column: QVBoxLayout, type: NodeType) -> None:
         id = self._ids[0]

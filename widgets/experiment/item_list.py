@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.key_names import with_native_keys
-from underfoot.widgets.controls.scrolled import scroll_area
+from underfoot.widgets.controls.scrolled import Pages
 
 LIST_PX = 28 * theme.GRID
 
@@ -56,7 +56,7 @@ class ItemList(QWidget):
         self.remove = self._button("Remove", "Del", f"Remove the {what}", lambda: remove(self.list.currentRow()))
         self.up = self._button("Up", "Alt+Up", f"Move the {what} up", lambda: move_by(-1))
         self.down = self._button("Down", "Alt+Down", f"Move the {what} down", lambda: move_by(1))
-        self.detail = scroll_area()
+        self.detail = Pages()
         self.detail.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         left = QVBoxLayout()
         left.addWidget(self.list, 1)
@@ -115,23 +115,17 @@ class ItemList(QWidget):
         focus, scrolled = QApplication.focusWidget(), self.detail.verticalScrollBar().value()
         name = focus.accessibleName() if focus is not None and self.detail.isAncestorOf(focus) else ""
         show()
-        form = self.detail.widget()
-        if form is None:
-            return
+        form = self.detail.page
         again = next((one for one in form.findChildren(QWidget) if name and one.accessibleName() == name), None)
         if again is not None:
             again.setFocus()
-        form.adjustSize()
+        self.detail.inside.adjustSize()
         self.detail.verticalScrollBar().setValue(scrolled)
 
     def show_detail(self, form: QWidget) -> None:
         """Show the form of the selected item."""
         theme.fill(form, "ground")
-        old = self.detail.takeWidget()
-        if old is not None:
-            old.hide()
-            old.deleteLater()
-        self.detail.setWidget(form)
+        self.detail.show_page(form)
 
     def _show_form(self, index: int) -> None:
         """Build the form of an item, and show it: each owner's."""

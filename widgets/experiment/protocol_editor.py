@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
     QPushButton,
-    QScrollArea,
     QStackedWidget,
     QToolButton,
     QVBoxLayout,
@@ -32,7 +31,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.key_names import with_native_keys
 from underfoot.widgets.controls.panels import one_of_several
 from underfoot.widgets.controls.question import ask
-from underfoot.widgets.controls.scrolled import scroll_area
+from underfoot.widgets.controls.scrolled import Pages
 from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.experiment.draft_copy import DraftCopy
 from underfoot.widgets.experiment.draft_history import DraftHistory
@@ -159,7 +158,7 @@ class ProtocolEditor(QWidget):
         self.questions = QuestionTable(raw["participant"], rows_seen=8)
         self.stimuli, self.stages = StimulusPage(draft, self._own_patches, self.ask_to_run), StagePage(draft)
         self.stimuli.notified.connect(self.notified)
-        self._study, self._sounds = scroll_area(), scroll_area()
+        self._study, self._sounds = Pages(), Pages()
         for page in (self._study, self.questions, self.stimuli, self.stages, self._sounds):
             self.pages.addWidget(page)
         for changed in (self.questions.changed, self.stimuli.changed, self.stages.changed):
@@ -338,16 +337,12 @@ def _is_own_key(event: QKeyEvent) -> bool:
     return event.matches(QKeySequence.StandardKey.Save) or event.key() == Qt.Key.Key_Escape
 
 
-def _fill(area: QScrollArea, rows: FieldRows) -> None:
+def _fill(area: Pages, rows: FieldRows) -> None:
     """Show rows at the top of a scrolling page."""
-    inside = QWidget()
+    inside = QWidget(area.inside)
     theme.fill(inside, "ground")
     column = QVBoxLayout(inside)
     column.setContentsMargins(0, 0, theme.GRID, 0)
     column.addWidget(rows)
     column.addStretch(1)
-    old = area.takeWidget()
-    if old is not None:  # it may be handling a key just now
-        old.hide()
-        old.deleteLater()
-    area.setWidget(inside)
+    area.show_page(inside)
