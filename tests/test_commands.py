@@ -291,3 +291,4 @@ def test_presets_are_named_without_a_folder(underfoot, folder):
     assert refused.error.startswith(
         "underfoot: granite cannot be read: no such file or preset; allowed: a file, or gravel,"
     )
+    assert underfoot("levels", "Gravle").error.endswith("no such file or preset; did you mean gravel?\n")

@@ -4,6 +4,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from difflib import get_close_matches
 from glob import escape, glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,7 +103,9 @@ class FileOrPreset(_Input):
         if text in presets:
             return self.coerce_path_result(presets[text])
         if self.type is Path and not os.path.exists(text):
-            raise BadFile(f"{text} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
+            like = get_close_matches(text.lower(), presets, 1, 0.7)
+            allowed = f"did you mean {like[0]}?" if like else f"allowed: a file, or {', '.join(presets)}"
+            raise BadFile(f"{text} cannot be read: no such file or preset; {allowed}")
         return named
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
