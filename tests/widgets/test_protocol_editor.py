@@ -156,6 +156,8 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
         made.click(stages.up)
     made.choose(stages.form.rows.controls["kind"], "consent")
     stages.list.setCurrentRow(1)
+    made.choose(stages.form.method.controls["method"], "Constant stimuli")
+    assert stages.form.parameters.controls["blocks"].text() == "20"  # and not the new study's one block of ratings
     made.choose(stages.form.method.controls["method"], "Up-down staircases")
     made.type(stages.form.parameters.controls["followed"], "A")
     question = stages.form.parameters.controls["question"]

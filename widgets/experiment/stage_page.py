@@ -191,9 +191,10 @@ class StageForm(QWidget):
             self._show_question()
 
     def _choose_method(self, kind: str) -> None:
-        """Change the method; parameters with the same name are kept."""
-        kept = self._stage["method"]["parameters"]
-        stays = {name: value for name, value in kept.items() if name in METHODS[kind].parameters}
+        """Change the method; parameters of both are kept: those of one name and one default, as not the blocks are."""
+        old, new = (METHODS[of].parameters if of in METHODS else {} for of in (self._stage["method"]["kind"], kind))
+        both = {name for name in old.keys() & new.keys() if old[name].default == new[name].default}
+        stays = {name: value for name, value in self._stage["method"]["parameters"].items() if name in both}
         self._stage["method"] = {"kind": kind, "parameters": stays}
         self.changed.emit()
         self.rebuilt.emit()
