@@ -18,7 +18,7 @@ _FASTEST = 0.5  # frames per frame: largest change of the delay, as on a tape
 class Delay:
     """Delay line with feedback, a comb filter: echoes get weaker with the feedback and duller with the damping."""
 
-    also_called = "echo, tapin, pipe"
+    also_called = "echo, tapin, pipe, flanger, chorus"
     accuracy = "exact: linear interpolation between frames, to 1e-12"
     signal = Input()
     time = Number(

@@ -27,7 +27,7 @@ def _q() -> Number:
 class LowPass(_Section):
     """Second-order low-pass, 12 dB per octave."""
 
-    also_called = "LPF, lop, lores, onepole, VCF, SVF, biquad, smooth, average, slew, lag, slide"
+    also_called = "LPF, lop, lores, onepole, VCF, SVF, biquad, smooth, average, slew, lag, slide, ease, portamento"
     signal = Input()
     cutoff = Number(300.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
     q = _q()

@@ -106,7 +106,7 @@ class Impact:
 class ModalBank:
     """Bank of resonators, such as a drum or a board: damped sines, a exp(-b t) sin(2 pi f t), excited by events."""
 
-    also_called = "ring, bell, metal, steel, plate, reson, resonate"
+    also_called = "ring, bell, metal, steel, plate, bubble, drop, reson, resonate"
     accuracy = "exact: the closed form, to 1e-9 after ten seconds"
     strike = Input(kind="event", doc="excites all modes; strength scales the amplitude")
     pitch = Number(1.0, 0.1, 10.0, scale="log", wire="span", doc="factor on all mode frequencies")

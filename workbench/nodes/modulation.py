@@ -157,7 +157,9 @@ class StanceCurve:
 class Map(Mapped):
     """Map a signal from one range to another along a power curve, clipped at its ends: 0 to 700 N to 100 to 900 Hz."""
 
-    also_called = "map range, color ramp, colour ramp, curve, clamp, threshold, compare, >, math"
+    also_called = (
+        "map range, color ramp, colour ramp, curve, clamp, limiter, saturate, threshold, compare, min, max, >, math"
+    )
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
 
     def design(low, high, out_low, out_high, exponent, coefficients):

@@ -12,7 +12,7 @@ FARTHEST = 1e6
 class Gain:
     """Volume: multiply a signal by a factor, which a wire may drive."""
 
-    also_called = "VCA, amplifier, fader, *, math"
+    also_called = "VCA, amplifier, fader, *, divide, math"
     accuracy = "exact: to 1e-12"
     signal = Input(doc="signal to scale")
     gain = Number(1.0, 0.0, 1000.0, scale="gain", wire="audio", doc="factor; 2 is +6 dB")
@@ -97,7 +97,7 @@ class Mapped:
 class Scale(Mapped):
     """Map a signal linearly from one range to another: low to out low, high to out high."""
 
-    also_called = "zmap, map range, offset, invert, math"
+    also_called = "zmap, map range, offset, bias, invert, math"
 
     def design(low, high, out_low, out_high, coefficients):
         ranges.design(low, high, out_low, out_high, 1.0, coefficients)

@@ -25,7 +25,7 @@ the second of silence that resampling adds.
 class Noise:
     """White noise in a band. Amplitude is its RMS; at exactly 0 the node sleeps."""
 
-    also_called = "hiss, rand, pink, brown"
+    also_called = "hiss, wind, rand, pink, brown"
     accuracy = "exact in distribution, by Kolmogorov-Smirnov at 0.1 %; filters as SciPy's, to 1e-9"
     low = Number(noise.LOW_HZ, 1.0, 10_000.0, unit="Hz", scale="log", wire="span", doc="lower edge of the band")
     high = Number(noise.HIGH_HZ, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="upper edge of the band")
@@ -88,7 +88,7 @@ class WavPlayer:
     What a start cuts off goes to 0 in 5 ms, so that it does not click.
     """
 
-    also_called = "sampler, sfplay, groove, buffer, tabread"
+    also_called = "sampler, audio, recording, sfplay, groove, buffer, tabread"
     accuracy = (
         "exact: at the file's own rate to 1e-12; otherwise band-limited resampling, to 0.2 % of a sine inside the "
         "file; a loop takes a whole number of frames"

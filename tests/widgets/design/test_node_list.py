@@ -34,6 +34,12 @@ from underfoot.widgets.design.node_list import NodeList
         ("step", ["step-sequence", "footfall", "impact", "rhythm"]),
         ("pan", ["tile-output"]),  # which has the choice of tiles
         ("clip", ["map"]),
+        ("limiter", ["map"]),
+        ("saturate", ["map"]),
+        ("max", ["map", "fibre-bundle", "fibre-grid", "high-pass", "low-pass"]),
+        ("bubble", ["modal-bank"]),
+        ("flanger", ["delay"]),
+        ("audio file", ["wav-player"]),
         ("triangle", ["lfo"]),  # one of its shapes
         ("pink", ["noise"]),  # through a Low-pass
         ("chirp", ["breakpoints"]),
