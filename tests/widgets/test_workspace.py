@@ -197,7 +197,7 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
 @pytest.mark.parametrize(
     ("name", "order"),
     [
-        ("Design", ["Nodes", "Presets", "Search nodes", "Canvas", "Loop", "Copy A to B", "Waveform", "Title"]),
+        ("Design", ["Nodes", "Search nodes", "Canvas", "Loop", "Copy A to B", "Waveform", "Title"]),
         ("Monitor", ["Walker", "Floor from above", "Follow", "Levels", "Clear", "Footsteps"]),
     ],
 )

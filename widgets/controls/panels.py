@@ -105,15 +105,21 @@ def chip(
 
 def one_of_several(text: str, tip: str, role: str = "tab", parent: QWidget | None = None) -> QPushButton:
     """Return a button of which one among several is down: a radio button to a screen reader, to which Qt calls every
-    tool button that stays down a check box.
+    tool button that stays down a check box. Tab comes to the one that is down; Qt leaves that to where the focus was.
     """
     button = QPushButton(text, parent)
     button.setProperty("role", role)
     button.setToolTip(with_native_keys(tip))
     button.setCheckable(True)
     button.setAutoExclusive(True)
-    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    button.toggled.connect(lambda down: button.setFocusPolicy(_with_tab(button.focusPolicy(), down)))
     return button
+
+
+def _with_tab(policy: Qt.FocusPolicy, has_tab: bool) -> Qt.FocusPolicy:
+    """Return how a widget takes the focus, by Tab too or not."""
+    return policy | Qt.FocusPolicy.TabFocus if has_tab else policy & ~Qt.FocusPolicy.TabFocus
 
 
 class ColourBar(QWidget):

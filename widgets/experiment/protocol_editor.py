@@ -317,7 +317,7 @@ class ProtocolEditor(QWidget):
         tabs.setSpacing(theme.GRID // 2)
         for at, text in enumerate(PAGES):
             tab = one_of_several(text, "")
-            tab.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # or a click would leave it in the page that goes
+            tab.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # or a click would leave it in the page that goes
             self.tabs.addButton(tab, at)
             tabs.addWidget(tab)
         tabs.addStretch(1)
