@@ -392,9 +392,8 @@ def test_times_in_another_unit_and_a_reference_that_lags_are_said():
     assert milliseconds[0].endswith("is time_s in seconds?")
     for j in range(4):
         rows[rows[:, 1] == j, 3] = np.roll(rows[rows[:, 1] == j, 3], 10)
-    late = linearise(pairs(rows), hysteresis=False).warnings
-    assert len(late) == 4
-    assert all("its reading runs ahead of force_n" in words for words in late)
+    (late,) = linearise(pairs(rows), hysteresis=False).warnings
+    assert late.startswith("the reference force comes ")
 
 
 def test_the_verdict_says_what_limits_a_curve_and_what_was_not_measured():

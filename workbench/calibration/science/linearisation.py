@@ -16,10 +16,10 @@ from underfoot.calibration.files.measurements import LARGEST_READING, Pairs
 from underfoot.calibration.science.foot_check import FootCheck
 from underfoot.calibration.science.hysteresis import curve_knots, fit_hysteresis
 from underfoot.calibration.science.pair_plausibility import require_plausible
+from underfoot.calibration.science.reference_lag import reference_lag_s
 from underfoot.calibration.science.sensor_characteristics import (
     SensorCharacteristics,
     characterise,
-    hysteresis_gap_percent,
     rms_percent,
 )
 from underfoot.calibration.science.sensor_pairs import SensorPairs, prepare
@@ -43,8 +43,8 @@ _LIGHT_N = 150.0
 _UNLIKE = 1.7
 """Factor from the force of the others to a sensor's, for the same reading, that is no spread of parts: these differ by
 25 % (section 4.3.2)."""
-_AHEAD_PERCENT = 2.0
-"""Mean hysteresis the wrong way round, % of full scale, at which the reference lags; less may be noise."""
+_MOST_LAG_S = 0.015
+"""Lag of the reference that makes sensors of simulated tiles err by twice as much."""
 
 
 @dataclass(frozen=True)
@@ -153,8 +153,15 @@ def linearise(pairs: Pairs, divider: VoltageDivider | None = None, *, hysteresis
         if fit.curve.uncalibrated:
             warnings.append(f"sensor {j + 1} is not calibrated: {fit.curve.uncalibrated}")
         elif fit.pairs is not None:
-            warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs, fit.curve)]
+            warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs)]
     warnings += _opposite([fit.pairs for fit in fits]) + _unlike([fit.curve for fit in fits])
+    lag_s = reference_lag_s([fit.pairs for fit in fits if fit.pairs is not None])
+    if abs(lag_s) > _MOST_LAG_S:
+        warnings.append(
+            f"the reference force comes {abs(1e3 * lag_s):.0f} ms {'after' if lag_s > 0.0 else 'before'} the readings, "
+            "which is taken for hysteresis: is the load cell filtered, slow, or its time late? Take a faster one, turn "
+            "its filter off, or raise and lower the force more slowly"
+        )
     if full < _LIGHT_N:
         warnings.append(
             f"full scale is {full:.3g} N, and what is above {(1.0 + ABOVE) * full:.3g} N is cut: a person's foot loads "
@@ -269,19 +276,13 @@ def _unlike(curves: Sequence[Curve]) -> list[str]:
     return found
 
 
-def _doubts(pairs: SensorPairs, curve: Curve) -> list[str]:
-    """Return doubts about the curve of a sensor."""
+def _doubts(pairs: SensorPairs) -> list[str]:
+    """Return doubts about the pairs of a sensor."""
     found = []
     if not pairs.has_directions:
         found.append(
             f"read every {pairs.period_s:.4g} s, too seldom to tell rising, falling and held forces apart; "
             "is time_s in seconds?"
-        )
-    gap = hysteresis_gap_percent(pairs, curve.force(pairs.reading(pairs.x)))
-    if gap.size and gap.mean() <= -_AHEAD_PERCENT and np.quantile(gap, 0.9) < 0.0:
-        found.append(
-            f"its reading runs ahead of force_n, by {-gap.mean():.1f} % of full scale, as no sensor does; is the load "
-            "cell filtered, or its time late?"
         )
     if not pairs.rested:
         found.append("the empty tile was not read; its reading there is extrapolated")
