@@ -29,9 +29,9 @@ install: .venv/ready
 run: .venv/ready
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then exec $(BIN)/underfoot; else $(MAKE) --no-print-directory tour; fi
 
-# Four processes on two cores: tests of windows, sessions and devices wait for much of their time.
+# Five processes on two cores: tests of windows, sessions and devices wait for much of their time.
 test: lint
-	$(PYTEST) --numprocesses 4 $(ONCE)
+	$(PYTEST) --numprocesses 5 $(ONCE)
 
 check: lint
 	$(PYTEST) --numprocesses 2 $(ONCE) $(QUICK)
