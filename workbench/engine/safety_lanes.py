@@ -1,11 +1,9 @@
 """The safety stage for four or eight rows at a time, which hides the latency of dependencies between frames."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.engine.safety_rows import LARGEST, along, held, is_still, limit_row, limited, limits_of
+from underfoot.engine.safety_rows import LARGEST, along, is_still, limit_row, limited, limits_of
 from underfoot.kernels import Floats, inlined, kernel
 from underfoot.lanes import (
     all_eight,
@@ -210,11 +208,11 @@ def _scatter(
 
 @kernel
 def _run(work: Memory, stage: np.record, n: int, zero: Floats) -> int:
-    """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n.
+    """Do as `limit_row`, up to the first frame at which a row is silent, not finite or too large; return it, or n.
 
     As many of the rows side by side are processed as there are numbers in `zero`.
     """
-    lanes, infinite, largest = work.lanes, full_like(zero, math.inf), full_like(zero, LARGEST)
+    lanes, largest = work.lanes, full_like(zero, LARGEST)
     scale = take_like(zero, lanes.scale, 0)
     limits = limits_of(stage, take_like(zero, lanes.most, 0), take_like(zero, lanes.square, 0))
     dc = take_like(zero, lanes.dc_in, 0), take_like(zero, lanes.dc_out, 0)
@@ -223,10 +221,10 @@ def _run(work: Memory, stage: np.record, n: int, zero: Floats) -> int:
     done = n
     for i in range(n):
         now = take_like(zero, work.given, i * ROWS) * scale
-        is_finite = magnitudes(now) < infinite
-        now = held(now, largest) * full_like(zero, work.level[i])
+        is_within = magnitudes(now) < largest
+        now = now * full_like(zero, work.level[i])
         sounds = magnitudes(now) + magnitudes(dc[0]) + magnitudes(dc[1]) > zero
-        if not everywhere(is_finite & sounds):
+        if not everywhere(is_within & sounds):
             done = i
             break
         before = take_like(zero, work.before, i * ROWS)
