@@ -96,12 +96,12 @@ class CursorReadout(QObject):
         self.map.set_contacts(contacts, time_s)
         self.map.update()
 
-    def _of_sway(self) -> tuple[bytes, tuple[float, float]] | None:
+    def _of_sway(self) -> tuple[bytearray, tuple[float, float]] | None:
         """Return what the sway is told of: what is known of the loads, and the selected stretch."""
         content, stretch = self._axis.content, self._axis.selection
         return None if content is None or stretch is None else (content.balance, stretch)
 
-    def _show_sway(self, asked: tuple[bytes, tuple[float, float]], text: str) -> None:
+    def _show_sway(self, asked: tuple[bytearray, tuple[float, float]], text: str) -> None:
         if asked != self._of_sway():
             self.describe_selection()  # another one was selected meanwhile, or more is known
             return
@@ -135,7 +135,7 @@ def facts_of(opened: OpenedRecording) -> tuple[str, str]:
     return "  ·  ".join(filter(None, facts)), "\n".join([*details, *lines_of(opened.calibrations)])
 
 
-def _sway_text(balance: bytes, stretch: tuple[float, float]) -> str:
+def _sway_text(balance: bytearray, stretch: tuple[float, float]) -> str:
     """Return the sway in a stretch as text; "" if nobody stands there throughout."""
     with suppress(BadValue):
         return str(sway_of(balance, *stretch))

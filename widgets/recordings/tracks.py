@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TypeVar
 
@@ -53,8 +53,8 @@ class RecordingContent:
     detail: DetailEnvelopes | None = None
     contacts: Sequence[ContactSpan] = ()
     steps: Sequence[Stance] = ()
-    balance: bytes = b""
-    """As in a `Survey`."""
+    balance: bytearray = field(default_factory=bytearray)
+    """As in a `Survey`, which does not grow here."""
 
     def __post_init__(self) -> None:
         self.show_survey(self.contacts, self.steps)

@@ -242,7 +242,7 @@ class RecordingsWorkspace(Workspace):
         content = self.axis.content  # to show an hour takes 0.2 s: not twice a second
         if content is not None and (survey.whole or len(survey.contacts) > 1.1 * len(content.contacts)):
             content.show_survey(list(survey.contacts), list(survey.steps))
-            content.balance = survey.balance
+            content.balance = survey.balance[:]
             self._filter()
             if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
                 self.steps.show_steps(content.steps, self.axis.view.step)

@@ -59,13 +59,13 @@ class BalanceMeans:
         return told.tobytes()
 
 
-def loaded_times(balance: bytes) -> list[Loaded]:
+def loaded_times(balance: bytearray) -> list[Loaded]:
     """Return the times in which there is a load.
 
     >>> time_s = np.arange(0.5, 1.0, 0.001)
     >>> rows = ContactRows(time_s, *np.ones((4, 500)), np.ones((500, 1), bool))
     >>> means = BalanceMeans()
-    >>> (one,) = loaded_times(means.take(rows) + means.rest())
+    >>> (one,) = loaded_times(bytearray(means.take(rows) + means.rest()))
     >>> one.begin_s, one.end_s, one.places[0].tolist()
     (0.5, 1.0, [1.0, 1.0, 1.0])
     """

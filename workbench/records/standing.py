@@ -40,7 +40,7 @@ class Standing(Struct, frozen=True):
         return f"standing at {self.begin_s:.1f} to {self.begin_s + STILL_S:.1f} s, ± {self.sd_n:.1f} N"
 
 
-def standing_phase(balance: bytes) -> Standing | None:
+def standing_phase(balance: bytearray) -> Standing | None:
     """Return the stillest `STILL_S` in which anybody stands, with all that is on the floor then; None if nobody does.
 
     `balance` is that of a `Survey`.

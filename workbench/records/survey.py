@@ -74,8 +74,8 @@ class Survey(msgspec.Struct):
     until_s: float = 0.0
     whole: bool = False
     warnings: list[str] = []
-    balance: bytes = b""
-    """What all contacts bear together, and where, for `balance.loaded_times`."""
+    balance: bytearray = msgspec.field(default_factory=bytearray)
+    """What all contacts bear together, and where, for `balance.loaded_times`. Pieces are added in place."""
 
 
 def noted_stances(stances: Sequence[Stance], notes: Notes) -> list[Stance]:

@@ -44,7 +44,7 @@ class Sway(Struct, frozen=True):
         return f"sway path {speed}, 95 % ellipse {fixed(self.ellipse_95_mm2)} mm²"
 
 
-def sway_of(balance: bytes, from_s: float, to_s: float) -> Sway:
+def sway_of(balance: bytearray, from_s: float, to_s: float) -> Sway:
     """Return the sway in a stretch; `BadValue` if it is below `STILL_S`, or nobody stands throughout.
 
     >>> from underfoot.floor.contacts import ContactRows
@@ -52,7 +52,7 @@ def sway_of(balance: bytes, from_s: float, to_s: float) -> Sway:
     >>> t = np.arange(0.0, 30.0, 0.01)
     >>> way_m = 0.3 + 0.01 * np.array([np.cos(2.0 * np.pi * 0.2 * t), np.sin(2.0 * np.pi * 0.2 * t)])
     >>> rows = ContactRows(t, t.astype(int), *way_m, 700.0 + 0.0 * t, np.ones((3000, 1), bool))
-    >>> print(sway_of(BalanceMeans().take(rows), 5.0, 25.0))
+    >>> print(sway_of(bytearray(BalanceMeans().take(rows)), 5.0, 25.0))
     sway path 251 mm, 12.6 mm/s, 95 % ellipse 942 mm²
     """
     from scipy.signal import butter, sosfiltfilt  # half a second
@@ -79,7 +79,7 @@ def sway_of(balance: bytes, from_s: float, to_s: float) -> Sway:
     )
 
 
-def standing_stretches(balance: bytes) -> list[tuple[float, float]]:
+def standing_stretches(balance: bytearray) -> list[tuple[float, float]]:
     """Return beginnings and ends, in seconds, of where somebody stands still for longer than a step may last."""
     phase = standing_phase(balance)
     begins_s = np.array(phase.all_s if phase else [])

@@ -15,7 +15,7 @@ def test_the_sway_in_the_selected_range_is_told_where_somebody_stands(workspace,
     workspace.axis.select(4.0, 9.0)
     qtbot.waitUntil(lambda: "s selected, 5.000 s  ·  sway path 3" in told.full_text)
     content = workspace.axis.content
-    known, content.balance = content.balance, b""
+    known, content.balance = content.balance, bytearray()
     workspace.axis.select(5.0, 8.0)
     content.balance = known  # which comes while it is computed without
     workspace.readout.describe_selection()
