@@ -145,7 +145,9 @@ class EditableView(PatchView):
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
         patch = with_room(self.patch_scene, patch, id, wire, around)
-        self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
+        after = inserted(patch, self.registry, id, wire)
+        self.document.edit(after, f"Insert {self._name(id)}")
+        self.show_message(waiting_hint(patch, after, self.registry, id), alarm=False)
 
     def replace(self, type: str) -> None:
         """Replace the selected node by one of another type; compatible wires and parameters are kept."""

@@ -75,14 +75,19 @@ def wired(patch: Patch, registry: Registry, source: str, target: str) -> Patch:
     >>> wired(patch, REGISTRY, "footfall.onset", "wav-player.start").node("wav-player").parameters
     {'mode': 'at events'}
     """
-    node, after = patch.node(node_id(target)), patch.connect(source, target, registry)
+    after = patch.connect(source, target, registry)
+    return after if wire_at(patch, target) else _waiting(after, registry, target)
+
+
+def _waiting(patch: Patch, registry: Registry, target: str) -> Patch:
+    """Return the patch in which the node of this input waits for its events, unless how it begins was chosen."""
+    node = patch.node(node_id(target))
     type = registry[node.type]
-    if type.input_ports[port_name(target)].kind != "event" or wire_at(patch, target):
-        return after
-    for name, parameter in type.parameters.items():
-        if isinstance(parameter, Choice) and AT_EVENTS in parameter.options and name not in node.parameters:
-            after = after.set(node.id, name, AT_EVENTS, registry)
-    return after
+    if type.input_ports[port_name(target)].kind != "event":
+        return patch
+    choices = (one for one in type.parameters.values() if isinstance(one, Choice) and AT_EVENTS in one.options)
+    begins = {one.name: AT_EVENTS for one in choices if one.default != AT_EVENTS}
+    return patch.with_item(replace(node, parameters={**begins, **node.parameters}))
 
 
 def waiting_hint(before: Patch, after: Patch, registry: Registry, id: str) -> str:
@@ -94,11 +99,13 @@ def waiting_hint(before: Patch, after: Patch, registry: Registry, id: str) -> st
     >>> waiting_hint(patch, after, REGISTRY, "wav-player")
     'WAV player: mode is now at events; it was loop'
     """
-    type, node = registry[after.node(id).type], after.node(id)
-    was, now = type.values(before.node(id).parameters), type.values(node.parameters)
-    changed = next((name for name in now if now[name] != was[name]), "")
-    label = type.parameters[changed].label.lower() if changed else ""
-    return f"{node.name_in(registry)}: {label} is now {now[changed]}; it was {was[changed]}" if changed else ""
+    node = after.node(id)
+    type = registry[node.type]
+    was = type.values(before.node(id).parameters)
+    for name, value in node.parameters.items():
+        if value == AT_EVENTS != was[name]:
+            return f"{node.name_in(registry)}: {type.parameters[name].label.lower()} is now {value}; it was {was[name]}"
+    return ""
 
 
 def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
@@ -166,7 +173,7 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     if known and into and out and not node.parameters:
         to = [0.0, 1.0] if unit_hint(patch, registry, *wire) else known
         patch = patch.with_item(replace(node, parameters=dict(zip([*into, *out], [*known, *to], strict=True))))
-    return replace(patch, wires=(*wires, (wire[0], f"{id}.{ports.input}"))).check(registry)
+    return wired(replace(patch, wires=wires), registry, wire[0], f"{id}.{ports.input}")
 
 
 def known_range(patch: Patch, registry: Registry, source: str) -> list[float]:
@@ -230,6 +237,8 @@ def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patc
     nodes = tuple(node if other.id == id else other for other in patch.nodes)
     groups = renamed([_without_published(group, id) for group in patch.groups], {id: new})
     after = replace(patch, nodes=nodes, wires=tuple(wires), groups=groups)
+    for target in (end for _, end in wires if node_id(end) == new):
+        after = _waiting(after, registry, target)
     return after.check(registry), new, lost
 
 

@@ -3,7 +3,7 @@
 import pytest
 from design_samples import drag, middle, port
 from on_screen import show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
 from underfoot.nodes import REGISTRY
@@ -123,3 +123,24 @@ def test_what_would_begin_by_itself_waits_for_the_first_events_that_it_is_wired_
         "rhythm": {"begin": "at events"},
         "wav-player1": {"mode": "loop"},
     }
+
+
+def test_what_is_put_into_a_wire_of_events_or_takes_the_place_of_what_has_one_waits_for_them(workspace):
+    """A sound in place of an impact, R, went on in its loop, and a rhythm between footfalls and an impact at once."""
+    canvas = workspace.canvas
+    patch = Patch().add("footfall", REGISTRY).add("impact", REGISTRY, (480, 0)).add("rhythm", REGISTRY, (240, 240))
+    workspace.set_patch(before := patch.connect("footfall.onset", "impact.strike", REGISTRY))
+    wire = canvas.patch_scene.wires["footfall.onset", "impact.strike"]
+    title = canvas.patch_scene.nodes["rhythm"].sceneBoundingRect().topLeft() + QPointF(40, 10)
+    drag(workspace, canvas.mapFromScene(title), canvas.mapFromScene(wire.path_middle()))
+    assert workspace.patch().node("rhythm").parameters == {"begin": "at events"}
+    assert canvas.message == "Rhythm: begin is now at events; it was at once"
+    workspace.undo_action.trigger()
+    assert workspace.patch() == before, "it is one step"
+    canvas.patch_scene.select(["impact"])
+    QTest.keyClick(canvas, Qt.Key.Key_R)
+    QTest.keyClicks(canvas.search.field, "wav player")
+    QTest.keyClick(canvas.search.field, Qt.Key.Key_Return)
+    assert workspace.patch().node("wav-player").parameters == {"mode": "at events"}
+    canvas.replace("breakpoints")
+    assert workspace.patch().node("breakpoints").parameters == {}, "which waits as it is"
