@@ -69,12 +69,12 @@ def readers(registry: Registry, path: Path) -> Iterator[tuple[str, str]]:
 
 
 def name_of_file(path: Path) -> str:
-    """Return what a node is called that reads this file; its name may have spaces that a label cannot have.
+    """Return what a node is called that reads this file; its name may have spaces and marks that a label cannot have.
 
-    >>> name_of_file(Path("steps/Heel\u202f1.wav")), name_of_file(Path())
-    ('Heel 1', '')
+    >>> name_of_file(Path("steps/Heel\u202f1 \u200e(left).wav")), name_of_file(Path())
+    ('Heel 1 (left)', '')
     """
-    return " ".join(path.stem.split())[:LONGEST_LABEL]
+    return "".join(filter(str.isprintable, " ".join(path.stem.split())))[:LONGEST_LABEL]
 
 
 def _without_mail(text: str) -> str:
