@@ -169,6 +169,16 @@ def test_the_inverse_gives_back_what_was_pressed():
     np.testing.assert_array_equal(Fsr().counts(grid), Fsr().counts(grid.copy()))
 
 
+def test_the_best_scale_is_found_at_the_end_of_those_that_are_allowed():
+    """Of readings that tell nothing of the force but at the last: a second scale is nearly as good."""
+    x, f = np.linspace(0.0, 1000.0, 21), np.r_[0.0, np.full(19, 100.0), 555.0]
+    shapes = np.expm1(np.geomspace(0.05, 14.0, 1000)[:, None] * x / 1000.0)
+    factors = shapes @ f / (shapes**2).sum(1)
+    best = ((factors[:, None] * shapes - f) ** 2).sum(1).argmin()
+    found = exponential(x, f, np.ones(21)).parameters
+    assert (best, found["scale"], found["factor"]) == (999, pytest.approx(1000.0 / 14.0), pytest.approx(factors[best]))
+
+
 def test_arrays_of_unequal_lengths_are_refused_in_a_line():
     nothing, three = HysteresisModel(0.0, False, np.empty(0), np.ones(1)), np.arange(3.0)
     with pytest.raises(BadValue, match=r"the shape of time_s is \(2,\); allowed: \(3,\), as apparent_n"):

@@ -209,7 +209,7 @@ def _best_of(
 ) -> FittedCurve | None:
     """Return the best F = a h(x) over one shape constant: a is linear, so a scan and one golden-section search do.
 
-    The scan is of every fourth of `shapes`, and then of those around the best one.
+    The scan is of every fourth of `shapes` and the last, and then of those around the best one.
     """
 
     def error(s: float) -> tuple[float, float]:
@@ -220,7 +220,8 @@ def _best_of(
         left = f - a * h
         return float((w * left) @ left), a
 
-    near = _COARSE * int(np.argmin([error(float(one))[0] for one in shapes[::_COARSE]]))
+    coarse = np.append(np.arange(0, shapes.size - 1, _COARSE), shapes.size - 1)
+    near = coarse[np.argmin([error(float(one))[0] for one in shapes[coarse]])]
     s = least_at(lambda s: error(s)[0], shapes[max(near - _COARSE, 0) : near + _COARSE + 1], 40)
     _, a = error(s)
     if a <= 0.0:
