@@ -4,6 +4,7 @@ import builtins
 import errno
 import gc
 import os
+import signal
 import stat
 import sys
 from collections.abc import Mapping
@@ -20,7 +21,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
-from underfoot.commands.ending import ended_at_once
 from underfoot.commands.files import (
     FILE,
     FileOrPreset,
@@ -151,7 +151,6 @@ def _fail(line: str) -> None:
     sys.exit(1)
 
 
-@ended_at_once()
 def open_window(
     target: str,
     floor: Path | None,
@@ -161,6 +160,10 @@ def open_window(
     scene: tuple[str, Mapping[str, object]] | None = None,
 ) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # a shell's background ignores it
+        # Until the window ends in order at signals, Ctrl-C ends the process as the system ends any: Qt aborts, crashes
+        # or goes on at what Python would raise while it is imported, and nothing is there yet that is to be kept.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     from underfoot.engine.child_process import engine_process
 
     gc.disable()  # until the window is there, which collects by itself

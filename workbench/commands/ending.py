@@ -27,22 +27,6 @@ def ended_by_signals(end: Callable[[], object]) -> Iterator[None]:
 
 
 @contextmanager
-def ended_at_once() -> Iterator[None]:
-    """Let Ctrl-C end the process in this block as the system ends any, where nothing is there yet that is to be kept.
-
-    While Qt is imported, and widgets are made, it aborts, crashes or goes on at what Python would raise there.
-    """
-    is_heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # a shell's background ignores it
-    if is_heard:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    try:
-        yield
-    finally:
-        if is_heard:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@contextmanager
 def raised_at_signals() -> Iterator[None]:
     """Raise `Interrupted` in this block at these signals.
 
