@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 from swayed import RADII_M, ROUND_S, WEIGHT_N, swayed
 
+from underfoot.floor.contacts import ContactRows
+from underfoot.records.balance import BalanceMeans
+from underfoot.records.sway import standing_stretches
+
 
 def test_the_sway_is_that_of_the_way_of_the_centre_of_pressure(underfoot, refused, folder):
     """The figures are the closed forms of an ellipse, of whose places x and y are 1/sqrt(2) of the radii (RMS)."""
@@ -29,3 +33,14 @@ def test_the_sway_is_that_of_the_way_of_the_centre_of_pressure(underfoot, refuse
         said = refused("sway", stood, "--from", stretch[0], "--to", stretch[1])
         assert "allowed: a stretch of 2 s or more throughout which somebody stands" in said
     assert "allowed: both --from and --to" in refused("sway", stood, "--to", 20.0)
+
+
+@pytest.mark.parametrize(("change_n", "ends"), [(32.0, [(0.0, 20.0)]), (200.0, [(0.0, 10.0), (10.0, 20.0)])])
+def test_no_second_is_in_two_stretches(change_n, ends):
+    """Somebody takes up a thing at 10 s: two seconds around it vary by up to 2.2 % or 12 %, those beside do not."""
+    time_s = np.arange(0.0, 20.0, 0.01)
+    load_n = 700.0 + change_n * (time_s >= 10.0)
+    rows = ContactRows(time_s, *np.ones((3, 2000)), load_n, np.ones((2000, 1), bool))
+    means = BalanceMeans()
+    found = standing_stretches(bytearray(means.take(rows) + means.rest()))
+    assert found == [pytest.approx(stretch, abs=0.2) for stretch in ends]

@@ -83,7 +83,7 @@ def standing_stretches(balance: bytearray) -> list[tuple[float, float]]:
     """Return beginnings and ends, in seconds, of where somebody stands still for longer than a step may last."""
     phase = standing_phase(balance)
     begins_s = np.array(phase.all_s if phase else [])
-    parts = np.split(begins_s, np.flatnonzero(np.diff(begins_s) > 1.5 * PLACES_S) + 1)
+    parts = np.split(begins_s, np.flatnonzero(np.diff(begins_s) > STILL_S - 0.5 * PLACES_S) + 1)
     ends = [(round(float(part[0]), 3), round(float(part[-1]) + STILL_S, 3)) for part in parts if len(part)]
     return [(from_s, to_s) for from_s, to_s in ends if to_s - from_s > LONGEST_S]
 
