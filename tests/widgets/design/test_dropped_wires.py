@@ -102,6 +102,7 @@ def test_what_would_begin_by_itself_waits_for_the_first_events_that_it_is_wired_
     for place, type in enumerate(("wav-player", "step-sequence", "rhythm")):
         patch = patch.add(type, REGISTRY, (320, 160 * place))
     patch = patch.add("wav-player", REGISTRY, (640, 0), mode="loop")  # as was chosen
+    patch = patch.add("wav-player", REGISTRY, (640, 160)).connect("footfall.onset", "wav-player2.start", REGISTRY)
     workspace.set_patch(patch)
     onset = port(workspace, "footfall", "out", "onset")
     drag(workspace, onset, middle(workspace, "wav-player"))
@@ -112,6 +113,7 @@ def test_what_would_begin_by_itself_waits_for_the_first_events_that_it_is_wired_
     drag(workspace, onset, middle(workspace, "step-sequence"))
     drag(workspace, onset, middle(workspace, "wav-player1"))
     assert canvas.message == ""
+    drag(workspace, port(workspace, "footfall", "out", "lift_off"), port(workspace, "wav-player2", "in", "start"))
     canvas.patch_scene.select(["footfall"])
     QTest.keyClick(canvas, Qt.Key.Key_C)
     QTest.keyClicks(canvas.connection_search.field, "rhythm")
@@ -122,6 +124,7 @@ def test_what_would_begin_by_itself_waits_for_the_first_events_that_it_is_wired_
         "step-sequence": {"pace": "at events"},
         "rhythm": {"begin": "at events"},
         "wav-player1": {"mode": "loop"},
+        "wav-player2": {},  # which had events before, and went on in its loop
     }
 
 

@@ -100,29 +100,36 @@ def test_of_several_dropped_files_none_is_said_to_be_open_before_the_question_ab
 
 def test_sounds_that_are_dropped_on_the_canvas_or_pasted_are_nodes_of_the_patch_and_replace_nothing(window, tmp_path):
     """As in Max, Blender and TouchDesigner: the patch was left for one that plays the sound at each footfall."""
-    heel, work = made.put(tmp_path, "wav"), noise_patch("Footsteps")
+    work = noise_patch("Footsteps").add("wav-player", REGISTRY, (0.0, 240.0)).name("wav-player", "Crunch")
+    heel = made.put(tmp_path, "wav")
     toe = shutil.copy(heel, tmp_path / "toe.WAV")
     window.open_patch.open(work.save(tmp_path / "footsteps.json") or tmp_path / "footsteps.json")
     canvas, view, stack = design(window).canvas, design(window).canvas.viewport(), design(window).document.stack
-    assert drop(view, heel, toe, at=QPoint(60, 40))
-    players = [node for node in design(window).patch().nodes if node.type == "wav-player"]
+
+    def box(id):
+        return canvas.patch_scene.nodes[id].sceneBoundingRect()
+
+    def middle(id):
+        return canvas.mapFromScene(box(id).center())
+
+    assert drop(view, heel, toe, at=middle("wav-player"))
+    players = design(window).patch().nodes[len(work.nodes) :]
     assert [(node.label, node.parameters["file"]) for node in players] == [("sound", "sound.wav"), ("toe", "toe.WAV")]
-    boxes = [canvas.patch_scene.nodes[node.id].sceneBoundingRect() for node in players]
-    assert not boxes[0].intersects(boxes[1])
-    assert (canvas.selected_ids(), stack.undoText()) == (["wav-player", "wav-player1"], "Add 2 nodes")
-    at = canvas.mapFromScene(boxes[0].center())
-    assert drop(view, toe, at=at)
-    player = design(window).patch().node("wav-player")
-    assert (player.label, player.parameters["file"]) == ("toe", "toe.WAV")
+    assert not box("wav-player1").intersects(box("wav-player2"))
+    assert (canvas.selected_ids(), stack.undoText()) == (["wav-player1", "wav-player2"], "Add 2 nodes")
+    assert drop(view, toe, at=middle("wav-player1"))
+    assert drop(view, toe, at=middle("wav-player"))
+    names = [(node.label, node.parameters["file"]) for node in design(window).patch().nodes[len(work.nodes) - 1 :]]
+    assert names == [("Crunch", "toe.WAV"), ("toe", "toe.WAV"), ("toe", "toe.WAV")], "a name that was given stays"
     QApplication.clipboard().setMimeData(files(heel))
     QTest.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
-    assert len(design(window).patch().nodes) == 5
-    for _ in range(3):
+    assert len(design(window).patch().nodes) == 6
+    for _ in range(4):
         design(window).undo_action.trigger()
     assert design(window).patch() == work
     QApplication.clipboard().clear()
     noise_patch("Opened").save(tmp_path / "a.json")
-    assert drop(view, tmp_path / "a.json")
+    assert drop(view, tmp_path / "a.json", heel)
     assert design(window).patch().title == "Opened", "what no node reads is left to the window"
 
 
