@@ -44,7 +44,7 @@ class Multiply:
 class Rectify:
     """Absolute value of a signal. Behind it, a Low-pass of 10 Hz follows how strong a vibration or a sound is."""
 
-    also_called = "abs, absolute, full wave, envelope follower, amplitude, env, math"
+    also_called = "abs, absolute, full wave, envelope follower, math"
     accuracy = "exact: to 1e-12"
     signal = Input()
     out = Output()
