@@ -313,20 +313,23 @@ class Canvas(AskingView):
             if not extends:
                 scene.select(())
             scene.choose(clicked, extends=extends)
-        elif result is not None and (wire := drag.wire()) is not None:
+        elif (wire := drag.wire()) is not None and (result is not None or (drag.is_mapped and adds)):
             self._connect_by(drag, result, wire, adds=adds)
-        elif drag.is_mapped and adds and (wire := drag.wire()) is not None:
-            self._connect_by_map(*wire)
 
-    def _connect_by(self, drag: WireDrag, result: Patch, wire: Wire, *, adds: bool) -> None:
-        """Edit the patch to the result of a drag. If the input has a wire, that gives way, unless the drag `adds`."""
+    def _connect_by(self, drag: WireDrag, result: Patch | None, wire: Wire, *, adds: bool) -> None:
+        """Edit the patch to the result of a drag, or without one by a Map. If the input has a wire, that gives way,
+        unless the drag `adds`.
+        """
         displaced = drag.displaced(self.document.patch)
-        adding = sum_of(self.registry, drag.placed.port.kind) if displaced else ""
+        adding = sum_of(self.registry, drag.placed.port.kind) if displaced and result else ""
         if adding and adds:
             self.add_up(*wire, drag.old)
             return
-        self._connect(result, *wire)
-        if displaced:
+        if result is None:
+            self._connect_by_map(*wire)
+        else:
+            self._connect(result, *wire)
+        if displaced and displaced not in self.document.patch.wires:
             source = with_names(self.document.patch, self.registry, displaced[0])
             way = f" Let it go with Shift, and {self.registry[adding].label} adds both." if adding else ""
             self.show_message(f"The wire from {source} gave way: an input takes one.{way}")

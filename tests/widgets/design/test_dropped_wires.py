@@ -91,6 +91,12 @@ def test_a_wire_to_a_parameter_in_another_unit_gets_a_map_between_with_shift(wor
     assert canvas.selected_ids() == ["map"]
     workspace.undo_action.trigger()
     assert workspace.patch() == before, "it is one step"
+    workspace.set_patch(patch.add("lfo", REGISTRY, (0, 240)).connect("lfo.out", "tone.frequency", REGISTRY))
+    force, frequency = port(workspace, "tile-force", "out", "force"), port(workspace, "tone", "in", "frequency")
+    drag(workspace, force, frequency, modifiers=shift)
+    assert canvas.message == "The wire from LFO.out gave way: an input takes one."
+    workspace.set_patch(before)
+    canvas.patch_scene.nodes["tone"].show_port("frequency", wanted=True)
     played = port(workspace, "tile-output", "out", "played")
     drag(workspace, played, port(workspace, "tone", "in", "frequency"), modifiers=shift)
     assert (canvas.message, workspace.patch()) == ("Frequency would follow itself", before)
