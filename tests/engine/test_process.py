@@ -281,6 +281,9 @@ def test_a_standstill_is_told_of_a_card_and_of_the_clock(monkeypatch):
 
         engine.runner.run = run_block
         engine.pacer.run()
+        engine.pacer.leave.clear()
+        engine.pacer.fill()  # as of a card that has come: before it, the clock played
+        engine.pacer.run()
         monkeypatch.undo()
         told = [notice.text[:9] for notice in engine.listener.notices]
     assert told == ["for 2.0 s", "for 3.0 s"]

@@ -192,7 +192,6 @@ class Pacer:
         self._late += ended.underruns
         ended.close()
         self.open()
-        self._opened, self._filled_s = 0, math.inf
         if self._stream is None:
             self._tell_loss()
         self._start()
@@ -264,10 +263,9 @@ class Pacer:
         self._stream, self._is_ending = None, False
 
     def _return(self) -> None:
-        """Play on the cards that are there now: from silence, in a ramp."""
+        """Play on the cards that are there now."""
         before, was_away = self._refusal, self._is_away
         self.open()
-        self._opened, self._filled_s = 0, math.inf
         if self._first is None:
             return
         if self._stream is None and not was_away:
@@ -303,7 +301,8 @@ class Pacer:
 
         What opening cards takes is caught up: the session's clock would lose it, every time.
         """
-        due, late_s, self._filled_s = time.perf_counter(), _LATE_S, math.inf
+        due, late_s = time.perf_counter(), _LATE_S
+        self._opened, self._filled_s = 0, math.inf  # the next stream plays from silence
         self._runner.has_input = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
