@@ -103,6 +103,35 @@ def test_a_method_and_its_numbers_come_back_and_what_is_edited_then_is_the_draft
     assert stages.form.parameters.controls["blocks"].hasFocus()
 
 
+def test_another_kind_of_stage_is_one_step_and_the_focus_goes_to_the_list_where_its_field_is_gone(made):
+    made.page(3)
+    stages = made.protocol_editor.stages
+    before = raw(made)["stages"][0].copy()
+    made.choose(stages.form.rows.controls["kind"], "pause")
+    stages.form.further.controls["seconds"].setFocus()
+    undo(made)
+    assert raw(made)["stages"][0] == before
+    assert stages.list.hasFocus()
+    assert not made.protocol_editor.is_changed
+
+
+def test_a_stage_is_renamed_back_and_again_wherever_it_is_named(made):
+    made.page(3)
+    stages = made.protocol_editor.stages
+    made.click(stages.add)
+    new = stages.form.rows.controls["id"].text()
+    stages.list.setCurrentRow(0)
+    made.choose(stages.form.order.controls["next"], new)
+    stages.list.setCurrentRow(1)
+    stages.form.rows.controls["id"].setFocus()
+    made.type(stages.form.rows.controls["id"], "thanks")
+    assert raw(made)["stages"][0]["next"] == "thanks"
+    undo(made)
+    assert (raw(made)["stages"][0]["next"], raw(made)["stages"][1]["id"]) == (new, new)
+    redo(made)
+    assert (raw(made)["stages"][0]["next"], raw(made)["stages"][1]["id"]) == ("thanks", "thanks")
+
+
 def test_a_stimulus_is_renamed_back_wherever_it_is_named(made):
     made.page(2)
     stimuli = made.protocol_editor.stimuli

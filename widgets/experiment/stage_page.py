@@ -122,7 +122,6 @@ class StageForm(QWidget):
                 parameters[name] = declared[name]
         first = {name: parameters.pop(name) for name in _FIRST if name in parameters}
         self.rows = self._rows(first, stage)
-        self.rows.changed.connect(self._set)
         self.method: FieldRows | None = None
         self.parameters: FieldRows | None = None
         self.foot: QCheckBox | None = None
@@ -142,7 +141,7 @@ class StageForm(QWidget):
 
     def _rows(self, parameters: dict[str, Parameter], values: dict[str, Any]) -> FieldRows:
         rows = FieldRows(parameters, values, list(self._stimuli))
-        rows.changed.connect(lambda _: self.changed.emit())
+        rows.changed.connect(self._set)
         self._column.addWidget(rows)
         return rows
 
@@ -155,6 +154,7 @@ class StageForm(QWidget):
         return choice
 
     def _set(self, name: str) -> None:
+        """Tell an edit once all that follows from it is done: it is one step of undo."""
         if name == "id" and (new := str(self._stage["id"])) not in {"", END, *self._others}:
             self.renamed.emit(self._id, new)
             self._id = new
@@ -164,7 +164,8 @@ class StageForm(QWidget):
                 self._stage.pop(field, None)
             if kind == "trials":
                 self._stage["method"] = {"kind": _DEFAULT_KIND, "parameters": {}}
-            self.changed.emit()
+        self.changed.emit()
+        if name == "kind":
             self.rebuilt.emit()
 
     def _show_questions(self) -> None:
