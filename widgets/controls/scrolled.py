@@ -94,8 +94,8 @@ class Pages(QScrollArea):
         if focused is not None and self.page.isAncestorOf(focused):
             focused.clearFocus()  # or Qt gives it to a neighbour
         self.page.hide()
-        self._column.replaceWidget(self.page, page)
         self.page.deleteLater()
+        self._column.addWidget(page)
         self.page = page
         page.show()
 

@@ -381,8 +381,8 @@ class DesignWorkspace(Workspace):
 
     def _change_focus(self) -> None:
         """Give the focus to the inspector's first control, which is many Tabs away; from there, to the canvas."""
-        page, reason = self.inspector.widget(), Qt.FocusReason.TabFocusReason
-        if page is None or page.isAncestorOf(self.window().focusWidget() or self):
+        page, reason = self.inspector.page, Qt.FocusReason.TabFocusReason
+        if page.isAncestorOf(self.window().focusWidget() or self):
             self.canvas.setFocus(reason)
             return
         at = page.nextInFocusChain()
