@@ -321,7 +321,7 @@ QPushButton[role="alarm"] {{
     color: {PALETTE["alarming text"]}; }}
 QPushButton[role="alarm"]:hover {{ background: {PALETTE["alarming hover"]}; }}
 QPushButton[role="alarm"]:focus {{ border: 1px solid {TEXT}; }}
-QPushButton[role="primary"] {{ background: {PALETTE["primary"]}; }}
+QPushButton[role="primary"]:enabled {{ background: {PALETTE["primary"]}; }}
 QPushButton[role="tab"], QToolButton[role="tab"] {{
     background: transparent; border-color: transparent; color: {MUTED}; }}
 QPushButton[role="tab"]:hover, QToolButton[role="tab"]:hover {{ color: {TEXT}; }}

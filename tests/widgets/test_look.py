@@ -261,6 +261,20 @@ def test_all_of_a_scale_to_answer_on_is_seen(qtbot):
     assert {picture.pixelColor(x, 8).name() for x in (4, 100, 195)} == {theme.FAINT}
 
 
+def test_a_button_that_cannot_be_used_is_as_grey_if_it_is_the_first_one_to_press(qtbot):
+    """On its colour the word could hardly be read: a contrast of 1.7 to 1, of others 3.5."""
+    pictures = []
+    for role in ("", "primary"):
+        button = QPushButton("Begin")
+        qtbot.addWidget(button)
+        button.setProperty("role", role)
+        for enabled in (False, True):
+            button.setEnabled(enabled)
+            pictures.append(button.grab().toImage())
+    grey, plain, also_grey, coloured = pictures
+    assert (also_grey, coloured == plain) == (grey, False)
+
+
 def names():
     made = QListWidget()
     made.addItems(["one", "two"])

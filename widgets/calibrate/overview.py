@@ -107,7 +107,6 @@ class Overview(QWidget):
     def show_availability(self, why_not: str, *, can_run_automatically: bool) -> None:
         """Show whether it can begin, or `why_not`, and whether it can run automatically."""
         self.begin.setEnabled(not why_not)
-        theme.set_role(self.begin, "" if why_not else "primary")
         self.begin_automatic.setVisible(can_run_automatically)
         self.begin_automatic.setEnabled(not why_not)
         self.note.setText(why_not)

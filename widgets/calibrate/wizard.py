@@ -289,8 +289,6 @@ class Wizard(QWidget):
         self.reporting.setVisible(is_last or (snapshot is not None and snapshot.inconclusive is not None))
         self.saving.setEnabled(is_last and not self._is_saved)
         self.saving.setText("Saved" if self._is_saved else "Save to the profile")
-        for button in (self.going, self.saving):
-            theme.set_role(button, "primary" if button.isEnabled() else "")
 
     def _build(self) -> None:
         self._heading = theme.label("", "muted")
