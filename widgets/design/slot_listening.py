@@ -299,6 +299,7 @@ class SlotListening(QObject):
         test = BlindTest(self._listening, (a, b), documents_folder(), self._canvas.window())
         if not changed_nodes(other.patch, self._patch) and not changed_nodes(self._patch, other.patch):
             test.warn("A and B are the same: one can only guess. Change one of them, then compare.")
+        test.destroyed.connect(self._canvas.setFocus)  # or keys go to the first button of the window
         test.open()
 
     def _show(self) -> None:

@@ -29,6 +29,7 @@ def test_escape_leaves_the_first_page_and_enter_begins(window, qtbot):
     window.controller.panic = lambda: panics.append(1)
     press(begun(window), Qt.Key.Key_Escape)
     qtbot.waitUntil(lambda: window.findChild(BlindTest) is None)
+    assert window.focusWidget() is design(window).canvas  # it was the menu's button
     assert not panics
     window.listening.match_levels(False)
     test = begun(window)
