@@ -235,6 +235,16 @@ def test_plates_that_vibrate_alike_are_rated_and_given_numbers_by_their_stiffnes
     assert person.observers["main"].truths()["exponent"] == pytest.approx(0.7)
 
 
+@pytest.mark.parametrize(("louder", "found"), [((80, 1.0), 33.0), ((320, 3.0), 41.0)])
+def test_where_no_number_differs_or_the_level_does_too_it_is_the_level_that_is_rated(louder, found):
+    stimuli = {
+        name: {**TD, "level_m_s2": level, "factors": {"frequency_hz": hz, "place": name}}
+        for name, (hz, level) in {"heel": (80, 1.0), "toe": louder}.items()
+    }
+    rows, _ = simulated_rows(made_protocol("rating", {"blocks": 1}, stimuli), 0, 1, {"rating_spread": 0.0})
+    assert {row["stimulus"]: row["rating"] for row in rows} == {"heel": 33.0, "toe": found}
+
+
 def test_beside_silence_what_is_not_felt_is_guessed():
     """Simulated people compared the level with that of the protocol, at 0 dB, wherever their threshold was."""
     found = summary_of_staircases(

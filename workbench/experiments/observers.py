@@ -6,6 +6,7 @@ Parameters are the true values; their defaults are the thesis's results, where i
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from underfoot.experiments.methods.staircases import GUESSED, PSE, THRESHOLD, ba
 from underfoot.experiments.observer import Observer
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
-from underfoot.experiments.raters import PairJudge, Rater, ratios_of
+from underfoot.experiments.raters import PairJudge, Rater, ratios_of, rows_of_stimuli
 from underfoot.experiments.study import Page
 from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
@@ -231,7 +232,7 @@ class Discriminator(Observer):
     def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
         super().__init__(truth, protocol, stage, place)
         self._axis = self._condition = ""
-        rows: list[Row] = _rows_of_stimuli(protocol, self.given["comparisons"])
+        rows: list[Row] = rows_of_stimuli(protocol, self.given["comparisons"])
         with suppress(BadMeasurement):  # no factor is a number
             rows, self._axis, self._condition = constant.prepared(rows)
         self._places = {str(row["stimulus"]): row for row in rows if self._axis}
@@ -328,13 +329,6 @@ _OF_STIFFNESS = ("pse_0", "pse_half", "pse_full", "slope_0", "slope_1")
 """What is true of comparisons of stiffness, with vibration and without."""
 
 
-def _rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
-    """Return a row of each stimulus, as in the table of trials, without answers."""
-    stimuli = {name: protocol.stimuli[name] for name in names}
-    levels = {name: {} if (peak := one.peak_m_s2()) is None else {LEVEL: peak} for name, one in stimuli.items()}
-    return [{"stimulus": name, **one.factors, **levels[name]} for name, one in stimuli.items()]
-
-
 class MagnitudeEstimator(Observer):
     """Gives numbers in proportion to a power of the level, with a modulus of the person's own.
 
@@ -349,19 +343,19 @@ class MagnitudeEstimator(Observer):
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
         modulus = 10.0 * math.exp(self.truth["moduli_differ"] * self.place)
         noise = math.exp(self.truth["numbers_spread"] * random.standard_normal())
-        return {"magnitude": min(max(modulus * noise * self._magnitude(trial.intervals[-1].stimulus), 1e-6), 1e6)}
+        return {"magnitude": min(max(modulus * noise * self._magnitudes[trial.intervals[-1].stimulus], 1e-6), 1e6)}
 
     def truths(self) -> dict[str, float]:
         """Return what the analysis finds where every answer is the true magnitude."""
-        rows = [
-            {**row, "magnitude": self._magnitude(str(row["stimulus"]))}
-            for row in _rows_of_stimuli(self.protocol, self.given["estimated"])
-        ]
+        felt = rows_of_stimuli(self.protocol, self.given["estimated"])
+        rows = [{**row, "magnitude": self._magnitudes[row["stimulus"]]} for row in felt]
         return {one.name: one.value for one in magnitudes.estimates(rows, Settings())}
 
-    def _magnitude(self, stimulus: str) -> float:
-        level = max(self.protocol.stimuli[stimulus].peak_m_s2() or 0.0, 0.01)
-        return float(ratios_of(self.protocol, self.given["estimated"]).get(stimulus, level) ** self.truth["exponent"])
+    @cached_property
+    def _magnitudes(self) -> dict[str, float]:
+        rows = rows_of_stimuli(self.protocol, self.given["estimated"])
+        ratios = ratios_of(rows) or {row["stimulus"]: max(row.get(LEVEL, 0.0), 0.01) for row in rows}
+        return {name: ratio ** self.truth["exponent"] for name, ratio in ratios.items()}
 
 
 class Labeller(Observer):

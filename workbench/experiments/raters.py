@@ -2,14 +2,19 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
+from underfoot.errors import BadMeasurement
+from underfoot.experiments.analysis.constant import axis_and_condition
 from underfoot.experiments.methods.pairs import DISSIMILARITY, SAME
 from underfoot.experiments.observer import Observer
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES
+from underfoot.experiments.table import LEVEL, Row
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Number
 
@@ -28,16 +33,18 @@ class Rater(Observer):
     rating_spread = Number(10.0, 0.0, 50.0, doc="Standard deviation from trial to trial.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        place = self._place(trial.intervals[0].stimulus) + self.truth["rating_spread"] * random.standard_normal()
+        place = self._places[trial.intervals[0].stimulus] + self.truth["rating_spread"] * random.standard_normal()
         return {"rating": _on_slider(place)}
 
     def truths(self) -> dict[str, float]:
-        return {f"rating {name}": self._place(name) for name in self.given["rated"]}
+        return {f"rating {name}": place for name, place in self._places.items()}
 
-    def _place(self, stimulus: str) -> float:
-        level = self.protocol.stimuli[stimulus].peak_m_s2() or 0.0
-        ratio = ratios_of(self.protocol, self.given["rated"]).get(stimulus, 1.0 + level)
-        return float(self.truth["without"] + self.truth["doubling"] * math.log2(ratio))
+    @cached_property
+    def _places(self) -> dict[str, float]:
+        rows = rows_of_stimuli(self.protocol, self.given["rated"])
+        ratios = ratios_of(rows) or {row["stimulus"]: 1.0 + row.get(LEVEL, 0.0) for row in rows}
+        without, doubling = self.truth["without"], self.truth["doubling"]
+        return {name: without + doubling * math.log2(ratio) for name, ratio in ratios.items()}
 
 
 class PairJudge(Observer):
@@ -70,24 +77,28 @@ class PairJudge(Observer):
         return ("apart", "tolerance") if is_same else ("dissimilar", "dissimilar_spread")
 
 
-def ratios_of(protocol: Protocol, names: Sequence[str]) -> dict[str, float]:
-    """Return the factor by which stimuli of one level differ, such as stiffness, re its least value, by their names.
+def rows_of_stimuli(protocol: Protocol, names: Sequence[str]) -> list[Row]:
+    """Return a row of each stimulus, as in the table of trials, without answers."""
+    stimuli = {name: protocol.stimuli[name] for name in names}
+    levels = {name: {} if (peak := one.peak_m_s2()) is None else {LEVEL: peak} for name, one in stimuli.items()}
+    return [{"stimulus": name, **one.factors, **levels[name]} for name, one in stimuli.items()]
 
-    It is the one with most values, all of them numbers above 0; {} without one, or where levels differ.
 
-    >>> from underfoot.experiments.stimuli import Stimulus
-    >>> stimuli = {f"k{k}": Stimulus(stiffness_n_mm=k, factors={"stiffness_n_mm": k}) for k in (60.0, 120.0)}
-    >>> ratios_of(Protocol(stimuli=stimuli), ["k60.0", "k120.0"])
+def ratios_of(rows: Sequence[Row]) -> dict[str, float]:
+    """Return the number in which stimuli of one level differ, such as stiffness, re its least value, by their names.
+
+    It is the one that the analysis draws along; {} without one above 0, or where levels differ.
+
+    >>> ratios_of([{"stimulus": f"k{k}", "stiffness_n_mm": k} for k in (60.0, 120.0)])
     {'k60.0': 1.0, 'k120.0': 2.0}
     """
-    several = [protocol.stimuli[name] for name in names]
-    if len({one.peak_m_s2() for one in several}) > 1:
-        return {}
-    cells = [[one.factors.get(factor) for one in several] for factor in protocol.factors]
-    numbers = [[float(one) for one in found if isinstance(one, int | float) and one > 0] for found in cells]
-    whole = [found for found in numbers if len(found) == len(several)]
-    most = max(whole, key=lambda found: len(set(found)), default=[])
-    return {name: value / min(most) for name, value in zip(names, most, strict=False)}
+    with suppress(BadMeasurement):  # no factor is a number
+        axis, _ = axis_and_condition(rows)
+        numbers = {row["stimulus"]: float(row.get(axis, 0.0)) for row in rows}
+        least = min(numbers.values())
+        if least > 0.0 and len({row.get(LEVEL) for row in rows}) == 1:
+            return {name: number / least for name, number in numbers.items()}
+    return {}
 
 
 def _on_slider(place: float) -> float:
