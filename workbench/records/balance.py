@@ -62,12 +62,12 @@ class BalanceMeans:
 def loaded_times(balance: bytearray) -> list[Loaded]:
     """Return the times in which there is a load.
 
-    >>> time_s = np.arange(0.5, 1.0, 0.001)
-    >>> rows = ContactRows(time_s, *np.ones((4, 500)), np.ones((500, 1), bool))
+    >>> time_s = np.arange(0.5, 1.0, 0.05)
+    >>> rows = ContactRows(time_s, *np.ones((4, 10)), np.ones((10, 1), bool))
     >>> means = BalanceMeans()
     >>> (one,) = loaded_times(bytearray(means.take(rows) + means.rest()))
-    >>> one.begin_s, one.end_s, one.places[0].tolist()
-    (0.5, 1.0, [1.0, 1.0, 1.0])
+    >>> one.begin_s, round(one.end_s, 6), one.places[0].tolist()
+    (0.5, 0.975, [1.0, 1.0, 1.0])
     """
     rows = np.frombuffer(balance, _ROW)
     found = []

@@ -57,8 +57,11 @@ def sway_of(balance: bytearray, from_s: float, to_s: float) -> Sway:
     """
     from scipy.signal import butter, sosfiltfilt  # half a second
 
-    stood = next((one for one in loaded_times(balance) if one.begin_s < to_s and from_s < one.end_s), None)
-    if stood is None or not stood.begin_s - PLACES_S <= from_s <= to_s - STILL_S <= stood.end_s + PLACES_S - STILL_S:
+    stood = next(
+        (one for one in loaded_times(balance) if one.begin_s - PLACES_S <= from_s and to_s <= one.end_s + PLACES_S),
+        None,
+    )
+    if stood is None or not to_s - from_s > STILL_S - 1e-6:
         raise _refusal(from_s, to_s)
     first, end = math.ceil((from_s - stood.begin_s) / PLACES_S - 1e-6), round((to_s - stood.begin_s) / PLACES_S)
     places = stood.places[max(first, 0) : end]
