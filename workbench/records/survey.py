@@ -73,7 +73,6 @@ class Survey(msgspec.Struct):
     steps: list[Stance] = []
     until_s: float = 0.0
     whole: bool = False
-    warnings: list[str] = []
     balance: bytearray = msgspec.field(default_factory=bytearray)
     """What all contacts bear together, and where, for `balance.loaded_times`. Pieces are added in place."""
 
