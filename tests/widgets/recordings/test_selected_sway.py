@@ -2,9 +2,12 @@
 
 from swayed import swayed
 
+from underfoot.records.recording import Recording
+
 
 def test_the_sway_in_the_selected_range_is_told_where_somebody_stands(workspace, folder, qtbot):
-    workspace.open_file(swayed(folder / "stood.underfoot"))
+    path = swayed(folder / "stood.underfoot")
+    workspace.open_file(path)
     qtbot.waitUntil(lambda: workspace.axis.content is not None)
     told = workspace.readout.text
     workspace.axis.select(0.0, 13.0)  # before it is known where somebody stands
@@ -19,4 +22,8 @@ def test_the_sway_in_the_selected_range_is_told_where_somebody_stands(workspace,
     workspace.axis.select(5.0, 8.0)
     content.balance = known  # which comes while it is computed without
     workspace.readout.describe_selection()
+    qtbot.waitUntil(lambda: "s selected, 3.000 s  ·  sway path 1" in told.full_text)
+    with Recording(path) as recording:
+        recording.note_body_weight(0, 700.0, "typed")
+        workspace.reader.notes_read.emit(recording.notes())  # with which all is shown anew
     qtbot.waitUntil(lambda: "s selected, 3.000 s  ·  sway path 1" in told.full_text)
