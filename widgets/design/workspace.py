@@ -46,8 +46,6 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
 
-_BY_TAB = Qt.FocusPolicy.TabFocus
-
 UNDO_FILE = "undo.json"
 
 
@@ -385,14 +383,12 @@ class DesignWorkspace(Workspace):
         if page.isAncestorOf(self.window().focusWidget() or self):
             self.canvas.setFocus(reason)
             return
-        at = page.nextInFocusChain()
-        while at is not None and at is not page:
-            if page.isAncestorOf(at) and at.isVisible() and at.isEnabled() and at.focusPolicy() & _BY_TAB:
-                at.setFocus(reason)
-                self.inspector.ensureWidgetVisible(at)
-                return
-            at = at.nextInFocusChain()
-        self.canvas.show_message("What is selected has no parameters to change")
+        # By Qt: PySide makes what `nextInFocusChain` returns a child of what it was asked of, and invalid with that.
+        page.setFocus(reason)
+        self.inspector.focusNextChild()
+        if not page.isAncestorOf(self.window().focusWidget() or self):
+            self.canvas.setFocus(reason)
+            self.canvas.show_message("What is selected has no parameters to change")
 
     def _publish(self, group: str, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"

@@ -6,7 +6,8 @@ from on_screen import show
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from windows import quiet_window
+from shiboken6 import isValid
+from windows import delete_widgets, quiet_window
 
 from underfoot import nodes
 from underfoot.engine.target import Target
@@ -314,8 +315,13 @@ def test_a_key_leads_from_the_canvas_to_the_parameters_and_back(workspace):
     assert workspace.canvas.hasFocus()
     assert workspace.patch().node("hum").parameters == {"frequency": 60.0}
     workspace.canvas.patch_scene.select(["hum", "push"])
+    view = workspace.canvas.viewport()
     QTest.keyClick(workspace.canvas, Qt.Key.Key_F6)
     assert workspace.canvas.message == "What is selected has no parameters to change"
+    assert workspace.canvas.hasFocus()
+    workspace.canvas.patch_scene.select(["hum"])
+    delete_widgets()
+    assert isValid(view), "none but the page is gone"
 
 
 # --- copies in other folders ---
