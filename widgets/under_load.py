@@ -1,14 +1,15 @@
 """The window as a separate program that reports each second, for `bench --stress whole_floor`."""
 
 import json
-import signal
 import time
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import asdict
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
+from underfoot.commands.ending import ended_by_signals
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
@@ -29,8 +30,6 @@ def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> N
     target = Target(Floor.load(here / "floor.json"), kind, source, sound, block=256, simulation=tiles)
     window = MainWindow(here / "kept", target, here / "patch.json")
     window.settings.first_steps_done = True
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: window.leave())
     window.resize(1280, 800)
     window.show()
     collect_in_this_thread(window)
@@ -39,35 +38,35 @@ def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> N
     reporter = TickReporter(window)
     window.bridge.started.connect(reporter.begin)
     window.start()
-    app.exec()
+    with ended_by_signals(lambda: QTimer.singleShot(0, window.leave)):
+        app.exec()
 
 
-class TickReporter:
-    """Counts how far apart the window's ticks are, and prints a line of JSON a second."""
+class TickReporter(QTimer):
+    """Prints a line of JSON a second: the engine's health, and how far apart the window's ticks were."""
 
     def __init__(self, window: MainWindow) -> None:
-        self._window = window
+        super().__init__(window, interval=REPORT_MS)
+        self._controller = window.controller
         self._ticks_s: list[float] = []
-        self._timer = QTimer(window, interval=REPORT_MS)
-        self._timer.timeout.connect(self._report)
-        window.bridge.ticked.connect(lambda: self._ticks_s.append(time.perf_counter()))
+        self.timeout.connect(self._report)
+        window.bridge.ticked.connect(self._note_tick)
 
     def begin(self) -> None:
-        """Play, record and report from now on."""
-        controller = self._window.controller
-        if controller.session is not None and not controller.recording.is_on:
-            controller.play()
-            controller.recording.record(True)
-            self._timer.start()
+        """Play, record and report from now on; where that is so already, as after another engine has started, go on."""
+        if not self._controller.recording.is_on:
+            self._controller.play()
+            self._controller.recording.record(True)
+            self.start()
+
+    def _note_tick(self) -> None:
+        self._ticks_s.append(time.perf_counter())
 
     def _report(self) -> None:
-        session = self._window.controller.session
+        session = self._controller.session
         if session is None:
             return
-        health = session.health
-        intervals_s = np.diff(self._ticks_s)
+        ticks_ms = [round(1e3 * one, 2) for one in np.diff(self._ticks_s).tolist()]
         self._ticks_s = self._ticks_s[-1:]
-        figures = {name: getattr(health, name) for name in health.__struct_fields__}
-        recording = str(session.recording or "")
-        ticks_ms = [round(1e3 * one, 2) for one in intervals_s.tolist()]
-        print(json.dumps(figures | {"ticks_ms": ticks_ms, "pids": session.pids, "recording": recording}), flush=True)
+        more = {"ticks_ms": ticks_ms, "pids": session.pids, "recording": str(session.recording or "")}
+        print(json.dumps(asdict(session.health) | more), flush=True)

@@ -1,5 +1,9 @@
-"""The window serves its session: contacts of the floor under the mouse go out, cues are played and edit nothing."""
+"""The window serves its session: contacts of the floor under the mouse go out, cues are played and edit nothing.
 
+The stress test of a whole floor is served, too.
+"""
+
+import json
 import math
 import os
 from contextlib import closing
@@ -9,8 +13,9 @@ from free_ports import free_port
 from osc_ends import LOOPBACK, CursorDecoder, OscEnd
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from windows import dialog_of, noise_patch
+from windows import LONG_MS, dialog_of, noise_patch
 
+from underfoot.bench.stress import whole_floor
 from underfoot.engine.commands import PressTile
 from underfoot.engine.reports import SensorFaults
 from underfoot.network.server import Counts
@@ -20,6 +25,7 @@ from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.session import network_link
 from underfoot.widgets.session.network_link import HEARD_MESSAGE, LENT_MESSAGE
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
+from underfoot.widgets.under_load import TickReporter
 
 
 @pytest.fixture
@@ -301,3 +307,29 @@ def test_the_first_of_many_refused_messages_is_said(window, served, client, qtbo
         qtbot.waitUntil(lambda: bool(said))
     (only,) = said
     assert only.startswith("Network: a message was refused: parameter is 'hihg'; allowed: low")
+
+
+def test_what_the_window_under_load_reports_is_what_the_stress_test_reads(window, qtbot, tmp_path, monkeypatch, capsys):
+    """In one process, on the simulator, and with a report a tick in place of one a second."""
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
+    watched, reporter = whole_floor.Watched(), TickReporter(window)
+    reporter.setInterval(1)
+    reporter.begin()
+    path = window.controller.session.recording
+
+    def has_settled():
+        for line in map(json.loads, capsys.readouterr().out.splitlines()):
+            watched.add(line, line["pids"])
+        return path.exists() and sum(map(len, (line["ticks_ms"] for line in watched.lines[10:]))) > 10
+
+    qtbot.waitUntil(has_settled, timeout=LONG_MS)
+    reporter.stop()
+    reporter.deleteLater()
+    window.controller.recording.record(False)
+    qtbot.waitUntil(lambda: not window.controller.recording.is_written(path), timeout=LONG_MS)
+    _, _, samples, ticks, memory, recorded = whole_floor.judged(watched, has_cards=False)
+    assert samples.found == "0 lost"
+    assert ticks.times > 10
+    assert "engine" in memory.found
+    assert recorded.times > 0
+    assert recorded.passed, recorded.found

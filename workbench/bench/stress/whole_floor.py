@@ -77,7 +77,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
         watched = _watch(window, sender.pid, seconds, progress)
         window.terminate()
         window.wait(60.0)
-        yield from _judged(watched, bool(sinks))
+        yield from judged(watched, bool(sinks))
 
 
 def send(folder: str, port: int) -> None:
@@ -126,7 +126,8 @@ def _watch(window: "subprocess.Popen[str]", sender: int, seconds: float, progres
     return found
 
 
-def _judged(watched: Watched, has_cards: bool) -> Iterator[Outcome]:
+def judged(watched: Watched, has_cards: bool) -> Iterator[Outcome]:
+    """Yield what the window's reports say, and whether that is within the limits."""
     lines = watched.lines
     if len(lines) <= _SETTLED + 1:
         yield Outcome("the whole floor", len(lines), "the window did not play", passed=False)
