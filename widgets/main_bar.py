@@ -193,11 +193,11 @@ class MainBar(QWidget):
             f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at most"
         )
         self.asleep.show_value(f"{tiles - health.awake} of {counted(tiles, 'tile')}" if running else "–")
-        before = self.xruns.text(), self.lost.text()
+        before = self._losses()
         self.xruns.show_count(health.xruns)
         self.xruns.setToolTip(_XRUNS + _jumps(health))
         self.lost.show_count(health.lost)
-        if "0" in before and before != (self.xruns.text(), self.lost.text()):
+        if self._losses() != before:
             self._make_room()
         own, stream = 1e3 * health.latency_s, 1e3 * health.stream_latency_s
         self.latency.show_value(f"{own:.1f} + {stream:.1f} ms" if running else "–")
@@ -223,9 +223,8 @@ class MainBar(QWidget):
 
         Before a figure goes, tabs become pictures: first of the other workspaces, then of all.
         """
-        losses = [figure for figure in (self.xruns, self.lost) if figure.text() not in ("0", "–")]
         others = (self.engine, self.latency, self.xruns, self.lost, self.asleep)
-        figures = list(dict.fromkeys((*losses, *others)))
+        figures = list(dict.fromkeys((*self._losses(), *others)))
         for figure in figures:
             figure.show()
         for with_names in (list(self.tabs), [name for name, tab in self.tabs.items() if tab.isChecked()], []):
@@ -239,6 +238,9 @@ class MainBar(QWidget):
         # A figure that was shown for a moment has laid out the line with itself in it.
         self._layout.invalidate()
         self._layout.activate()
+
+    def _losses(self) -> "list[Readout]":
+        return [figure for figure in (self.xruns, self.lost) if figure.count]
 
     def _has_room(self, hidden: "Readout | None" = None) -> bool:
         """Return whether everything fits, without the readout `hidden`."""
@@ -373,7 +375,7 @@ class Readout(QFrame):
     def __init__(self, name: str, widest_text: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
-        self._count, self._red_until = 0, 0.0
+        self.count, self._red_until = 0, 0.0
         self._name, self._value = theme.label(name, "small"), theme.label("–")
         self._value.setFont(theme.font(theme.TEXT_PX - 1))
         layout = QVBoxLayout(self)
@@ -398,9 +400,9 @@ class Readout(QFrame):
 
     def show_count(self, count: int) -> None:
         """Show a count of errors, red for a while after it has grown; none is no alarm, as in a new session."""
-        if count > self._count:
+        if count > self.count:
             self._red_until = time.perf_counter() + ALARM_S
-        self._count = count
+        self.count = count
         self.show_value(str(count), alarm=count > 0 and time.perf_counter() < self._red_until)
 
     @property

@@ -210,6 +210,9 @@ def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):
     bar.set_health(replace(WELL, xruns=2), 4)
     assert bar.xruns.isVisible()
     assert bar.xruns.text() == "2"
+    bar.set_health(replace(WELL, xruns=2, lost=3), 4)
+    bar.set_health(WELL, 4)  # of another session
+    assert not bar.xruns.isVisible()
 
 
 def test_a_target_is_not_cut_off_where_there_is_room(qtbot):
