@@ -375,7 +375,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         With the part that is in use already, the same profile. `BadValue` if it was measured on another `tile`.
         """
         require(tile in ("", self.tile), "the measured tile", tile, f"{self.tile}, whose profile this is")
-        kind = _kind(part)
+        kind = _KINDS[type(part)]
         day = (date.today() if today is None else today).isoformat()
         old = self.part(kind)
         if old == part:
@@ -464,9 +464,8 @@ def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:
     return array(name, values, "numbers with a last axis of 4, one for each sensor", 4)
 
 
-def _kind(part: Part) -> str:
-    kinds = dict(zip((Fsr, Centroid, Response, Latency, PlateStiffness), PARTS, strict=True))
-    return kinds[type(part)]
+_KINDS = {Fsr: "fsr", Centroid: "centroid", Response: "response", Latency: "latency", PlateStiffness: "plate"}
+"""The names in `PARTS` of parts, by their types."""
 
 
 def _require_date(name: str, given: str) -> None:
