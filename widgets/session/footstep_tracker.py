@@ -56,9 +56,9 @@ class FootstepTracker:
     `rate_hz` are session frames a second, `force_hz` force samples a second.
     """
 
-    def __init__(self, floor: Floor, rate_hz: float, force_hz: float, chunk: int = CHUNK) -> None:
+    def __init__(self, floor: Floor, rate_hz: float, force_hz: float) -> None:
         self.floor, self.rate_hz, self.force_hz = floor, rate_hz, force_hz
-        self._length = max(64, chunk // len(floor.tiles))
+        self._length = max(64, CHUNK // len(floor.tiles))
         self._pending: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
         self._tracking: tuple[ContactTracker, LossConcealment] | None = None
         self._counter = WalkTracker(floor)

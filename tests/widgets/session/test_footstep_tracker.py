@@ -5,7 +5,7 @@ import pytest
 from measured import needs_data, walk
 
 from underfoot.floor.contacts import ContactTracker
-from underfoot.widgets.session.footstep_tracker import FootstepTracker
+from underfoot.widgets.session.footstep_tracker import CHUNK, FootstepTracker
 
 pytestmark = needs_data
 LONG_S = 120.0
@@ -17,8 +17,8 @@ def recorded():
     return walk("adult/walk1")
 
 
-def ready(floor, forces, **options):
-    tracker = FootstepTracker(floor, 48_000.0, forces.rate_hz, **options)
+def ready(floor, forces):
+    tracker = FootstepTracker(floor, 48_000.0, forces.rate_hz)
     assert tracker.wait_for_kernels(LONG_S)
     return tracker
 
@@ -67,14 +67,15 @@ def test_a_foot_on_a_tile_that_falls_silent_is_lifted(recorded):
 
 def test_a_long_backlog_is_tracked_in_chunks(recorded):
     floor, forces = recorded
-    tracker = ready(floor, forces, chunk=512)
-    tracker.add(forces.time_s * 48_000.0, forces.force_n)
+    tracker = ready(floor, forces)
+    force_n = np.tile(forces.force_n, (4, 1, 1))
+    tracker.add(np.arange(len(force_n)) * 48_000.0 / forces.rate_hz, force_n)
     lengths = []
     while (told := tracker.track(1)[0]) is not None:
         lengths.append(len(told.time_s))
     assert len(lengths) > 1
-    assert max(lengths) <= 512 // len(floor.tiles)
-    assert sum(lengths) == len(forces.time_s)
+    assert max(lengths) <= CHUNK // len(floor.tiles)
+    assert sum(lengths) == len(force_n)
 
 
 def test_what_waits_is_caught_up_with_while_more_comes(recorded):
