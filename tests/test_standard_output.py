@@ -9,33 +9,24 @@ from io import TextIOWrapper
 import pytest
 
 COMMANDS = [["nodes"], ["convert", "--formats"], ["-h"], ["monitor", "corridor"]]
-"""More than is kept before it is written, less, what click prints, and steps one by one."""
-MODES = [*((command, "") for command in COMMANDS), (["nodes"], "1")]
-"""Buffered, what is printed is refused as the process ends or, of steps, at each; else at the first line."""
+"""More than is kept before it is written, less, what click prints, and steps one by one, of which none is kept."""
 
 
-def in_modes(modes):
-    return pytest.mark.parametrize(
-        ("arguments", "unbuffered"), modes, ids=lambda value: " ".join(value) if isinstance(value, list) else value
-    )
-
-
-def started(arguments, unbuffered, **streams):
-    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
-    return subprocess.Popen(
-        [sys.executable, "-m", "underfoot", *arguments], stderr=subprocess.PIPE, text=True, env=environment, **streams
-    )
+def started(arguments, stdout):
+    command = [sys.executable, "-m", "underfoot", *arguments]
+    buffered = os.environ | {"PYTHONUNBUFFERED": ""}
+    return subprocess.Popen(command, stdout=stdout, stderr=subprocess.PIPE, text=True, env=buffered)
 
 
 def lines_of(error):
     return [line for line in error.splitlines() if not line.startswith(("underfoot: first use", "underfoot: person"))]
 
 
-@in_modes(MODES)
-def test_a_pipe_that_ends_is_no_error_to_be_told(arguments, unbuffered):
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_a_pipe_that_ends_is_no_error_to_be_told(arguments):
     read, write = os.pipe()
     os.close(read)
-    process = started(arguments, unbuffered, stdout=write)
+    process = started(arguments, write)
     os.close(write)
     _, error = process.communicate()
     assert process.returncode == 1
@@ -63,10 +54,10 @@ def test_nor_is_a_pipe_that_ends_on_windows():
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
-@in_modes(MODES[:2] + MODES[3:4])
-def test_a_full_disk_is_one_line(arguments, unbuffered):
+@pytest.mark.parametrize("arguments", [one for one in COMMANDS if one != ["-h"]], ids=" ".join)
+def test_a_full_disk_is_one_line(arguments):
     with open("/dev/full", "w") as full:
-        process = started(arguments, unbuffered, stdout=full)
+        process = started(arguments, full)
     _, error = process.communicate()
     assert process.returncode == 1
     found = [line for line in lines_of(error) if "kernels compiled" not in line]
