@@ -7,6 +7,7 @@ from made_recordings import ABOUT
 
 from underfoot.engine import recorder as recorder_module
 from underfoot.engine.recorder import Begin, EndRecording, Job, Recorder
+from underfoot.engine.recorder_supervisor import RecorderSupervisor
 from underfoot.engine.rings import Ring
 from underfoot.records.recording import Gap, Recording
 from underfoot.records.recording_writer import Writer
@@ -54,6 +55,24 @@ def test_what_is_overwritten_while_the_recorder_loads_is_said_too(tmp_path, unti
     ring.close()
     said += recorder.last_notices
     assert [line.partition(": ")[0] for line in said] == [f"{recorder.path} has gaps"]
+
+
+def test_that_a_file_is_there_is_told_also_of_a_recording_that_ends_while_the_recorder_loads(tmp_path, until):
+    """The window opens a recording once it is: a short one, or one on a busy machine, was only listed."""
+    ring, told = Ring.create(2, 1024), []
+    recorders = RecorderSupervisor({"vibration": ring})
+    recorders.begin(tmp_path / "short.uf", ABOUT)
+    ring.write(np.ones((100, 2), np.float32), 100)
+    recorders.end(100)
+
+    def is_whole():
+        assert not recorders.receive()
+        told.extend(file.state for file in recorders.take_files())
+        return "whole" in told
+
+    until(is_whole, "the file is closed")
+    ring.close()
+    assert told == ["begun", "whole"]
 
 
 def test_what_a_recorder_that_stood_still_writes_first_does_not_cost_the_rest(tmp_path, monkeypatch):

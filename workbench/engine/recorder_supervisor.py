@@ -62,13 +62,11 @@ class RecorderSupervisor:
 
     def receive(self) -> list[str]:
         """Return the recorders' notices, one line each."""
-        said: list[str] = []
-        if self._recorder is not None:
-            awaited_file = self.awaits_file
-            said = self._recorder.receive()
-            if awaited_file and not self.awaits_file:
-                self._files.append(RecordingFile(self._recorder.path, "begun"))
-        for recorder in [one for one in self._ending if one.has_ended()]:
+        awaited = [one for one in (self._recorder, *self._ending) if one is not None and not one.has_begun]
+        said = self._recorder.receive() if self._recorder is not None else []
+        ended = [one for one in self._ending if one.has_ended()]
+        self._files += [RecordingFile(one.path, "begun") for one in awaited if one.has_begun]
+        for recorder in ended:
             said += self._close(recorder)
             self._ending.remove(recorder)
         return said
