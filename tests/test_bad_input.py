@@ -259,6 +259,7 @@ BAD_OPTIONS = [
     ("render PATCH --rate nan", "rate is nan"),
     ("render PATCH --rate 44100.5", "rate is 44100.5; allowed: whole numbers"),
     ("render PATCH --set gain.gain=1,,2", "--set is 'gain.gain=1,,2'; allowed: a value before and after each comma"),
+    ("plate --port /dev/null --stiffness 90", "give --footsteps, or --port with --calibration and --stiffness, or"),
     ("plate --emulate --port simulated", "--port is given with --emulate; allowed: --emulate alone"),
     ("plate --port simulated --stiffness 90 -o a.json", "--output is given with --port; allowed: --calibration, --st"),
     ("plate --footsteps a.csv --port simulated", "--port is given with --footsteps; allowed: --output, --report"),

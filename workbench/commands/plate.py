@@ -34,7 +34,7 @@ def plate(options: PlateOptions) -> None:
     elif options.footsteps is not None:
         require_only(options, "--footsteps", "--output --report --json")
         _calibrate(options, options.footsteps)
-    elif options.port and options.stiffness is not None:
+    elif options.stiffness is not None and options.port and (options.calibration or options.port == "simulated"):
         require_only(options, "--port", "--calibration --stiffness")
         _move(f"{options.port}:{options.calibration or ''}".removesuffix(":"), options.stiffness)
     else:
