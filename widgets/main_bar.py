@@ -182,17 +182,17 @@ class MainBar(QWidget):
             self.level.setValue(round(10 * db))
         self._show_level(round(10 * db))
 
-    def set_health(self, health: Health, tiles: int) -> None:
-        """Show the engine's state, and how many of `tiles` are asleep."""
-        self.level.show_peak(health.peak if health.running else 0.0)
-        running = health.running
+    def set_health(self, health: Health, tiles: int, *, is_blind: bool = False) -> None:
+        """Show the engine's state and, unless it `is_blind`, the level and how many of `tiles` are asleep."""
+        running, is_shown = health.running, health.running and not is_blind
+        self.level.show_peak(health.peak if is_shown else 0.0)
         self.engine.show_value(
             f"{100 * health.load:.0f} %" if running else "off", alarm=running and health.load > BUSY_LOAD
         )
         self.engine.setToolTip(
             f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at most"
         )
-        self.asleep.show_value(f"{tiles - health.awake} of {counted(tiles, 'tile')}" if running else "–")
+        self.asleep.show_value(f"{tiles - health.awake} of {counted(tiles, 'tile')}" if is_shown else "–")
         before = self._losses()
         self.xruns.show_count(health.xruns)
         self.xruns.setToolTip(_XRUNS + _jumps(health))

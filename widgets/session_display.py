@@ -90,7 +90,8 @@ class SessionDisplay(QObject):
             )
 
     def _show_health(self, health: Health) -> None:
-        self._main_bar.set_health(health, len(self._controller.target.floor.tiles))
+        tiles, is_blind = len(self._controller.target.floor.tiles), self._controller.is_blind
+        self._main_bar.set_health(health, tiles, is_blind=is_blind)
 
     def _show_recording(self, path: Path | None) -> None:
         self._main_bar.set_recording(f"Recording to {path}" if path else "")

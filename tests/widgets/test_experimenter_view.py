@@ -1,5 +1,6 @@
 """What the experimenter is shown of a study on a floor of hardware, here tiles that send over UDP."""
 
+import math
 from contextlib import closing
 
 import numpy as np
@@ -47,11 +48,11 @@ def tile():
 
 def test_the_experimenter_reads_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until, tmp_path):
     view = ExperimenterView()
-    view.begin(tile.floor, "a study", presses=False)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, title="How soft?")
     protocol = structs.replace(protocol, stages=(*protocol.stages, Stage(id="thanks", kind="read")))
     with open_session(until, tile.target) as session, taking_part(session, protocol, tmp_path / "a", until) as person:
         runner = person.runner
+        view.begin(runner, "a study")
 
         def shown():
             view.show_runner(runner)
@@ -99,3 +100,7 @@ def test_in_a_double_blind_study_the_experimenter_is_shown_neither_vibration_nor
     bench.wait(lambda: bench.runner.watch.now_s > shown + 0.1)  # what was drawn would be shown
     assert not desk.drawings.plots
     assert desk.live.text().endswith("N on the floor")
+    level, asleep = bench.window.main_bar.level, bench.window.main_bar.asleep
+    assert (level.peak_db, asleep.text()) == (-math.inf, "–")
+    bench.workspace.running.leave()
+    bench.wait(lambda: level.peak_db > -math.inf and "of 4 tiles" in asleep.text())

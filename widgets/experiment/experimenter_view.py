@@ -8,7 +8,6 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.experiments.duration import about
-from underfoot.floor.layout import Floor
 from underfoot.studies.empty_floor import empty_floor_text
 from underfoot.studies.page_words import questions_of
 from underfoot.studies.phase import Phase
@@ -105,14 +104,15 @@ class ExperimenterView(QWidget):
         self._lay_out()
         self._connect()
 
-    def begin(self, floor: Floor, title: str, *, presses: bool, is_blind: bool = False) -> None:
-        """Show a new session; with `presses` the mouse can step on the simulated floor. `is_blind` draws no answers."""
-        self.title.setText(title)
-        self.map.set_floor(floor)
-        blind = "Double-blind: this page shows neither answers nor vibration; the level meter above does."
+    def begin(self, runner: Runner, name: str) -> None:
+        """Show a new session of the study `name`; the mouse can step on a simulated floor."""
+        target, protocol = runner.session.target, runner.protocol  # as the session was begun
+        self.title.setText(f"{protocol.title or name}  ·  {runner.study.participant}")
+        self.map.set_floor(target.floor)
+        self.map.can_press = target.kind == "simulator"
+        blind = "Double-blind: neither vibration nor answers are shown; Monitor shows what is played."
         drawn = "What the answers say is drawn here, after the first few."
-        self.drawings.show_drawings((), blind if is_blind else drawn)
-        self.map.can_press = presses
+        self.drawings.show_drawings((), blind if protocol.double_blind else drawn)
         self._began_s = self._shown_at = time.perf_counter()
         self._began_share, self._form_key, self._ticks = -1.0, "", 0
 

@@ -96,6 +96,7 @@ class RunningStudy(QObject):
                     raise BadFile(f"{other}; rename the file, or type another id")
                 file.hold()  # before equipment is opened, which another window may use with this session
                 protocol, folder = file.as_begun(study.folder)
+                controller.is_blind = protocol.double_blind
                 run = partial(Runner, session, file, protocol, folder)
                 self._waiting = _Waiting(controller, study, run, unless_begun.pop_all())
         except UnderfootError as error:
@@ -122,18 +123,11 @@ class RunningStudy(QObject):
         except UnderfootError as error:
             self.failed.emit(str(error))
             return
-        session, protocol = self.runner.session, self.runner.protocol
+        session = self.runner.session
         self._controller, self._study = waiting.controller, waiting.study
         self._walked, self._drawn = session.target.walker, 0
         session.send(Walk(False))
-        title = protocol.title or waiting.study.name  # as the session was begun
-        is_simulated = session.target.kind == "simulator"
-        self.experimenter.begin(
-            session.target.floor,
-            f"{title}  ·  {self.runner.study.participant}",
-            presses=is_simulated,
-            is_blind=protocol.double_blind,
-        )
+        self.experimenter.begin(self.runner, waiting.study.name)
         self.begun.emit()
 
     def _give_up(self, why: str) -> None:

@@ -86,6 +86,8 @@ class SessionController(QObject):
         self._is_leaving = self._is_changing = self._is_released = False
         self._lent: Literal["", "patch", "all"] = ""
         """What of the session a study or a scene has."""
+        self.is_blind = False
+        """Whether a double-blind study has it, of which the main bar shows no vibration."""
         self._opener.noted.connect(self.notified)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
@@ -203,7 +205,7 @@ class SessionController(QObject):
         """Restore the patch and level from before `lend`, with the changes made since."""
         if not self._lent:
             return
-        lent, self._lent = self._lent, ""
+        lent, self._lent, self.is_blind = self._lent, "", False
         self.target_locked.emit(False)
         if self.session is not None:
             if lent == "all":

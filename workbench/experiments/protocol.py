@@ -158,7 +158,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         ),
     ] = ()
     double_blind: Annotated[
-        bool, _described("The experimenter's page shows neither vibration nor answers by stimulus while it runs.")
+        bool, _described("The experimenter's page and the level meter show neither vibration nor answers by stimulus.")
     ] = False
     participant: tuple[Question, ...] = ()
     limit_m_s2: Annotated[Level, _described("Nothing is presented above this peak acceleration.")] = 20.0
