@@ -122,6 +122,8 @@ def test_of_two_windows_that_begin_a_session_in_one_moment_one_has_it(tmp_path):
             found = sorted(windows.map(begun, [both] * 2), key=lambda one: isinstance(one, str))
             with closing(found[0]) as file:
                 assert "is there already" in found[1] or "file exists" in found[1]
+                with closing(SessionFile.open(path)) as third, pytest.raises(BadFile, match="in another window"):
+                    third.hold()  # before anything is written
                 file.add_note("it is the one that is there")
             path.unlink()
 

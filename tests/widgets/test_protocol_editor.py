@@ -158,15 +158,16 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     stages.list.setCurrentRow(1)
     made.choose(stages.form.method.controls["method"], "Constant stimuli")
     assert stages.form.parameters.controls["blocks"].text() == "20"  # and not the new study's one block of ratings
+    made.choose(stages.form.parameters.controls["standard"], "A")
     made.choose(stages.form.method.controls["method"], "Up-down staircases")
+    assert stages.form.parameters.controls["followed"].placeholderText() == "all that vibrate"
     made.type(stages.form.parameters.controls["followed"], "A")
     question = stages.form.parameters.controls["question"]
-    assert question.placeholderText() == "Did you feel it?"
-    made.choose(stages.form.parameters.controls["standard"], "A")
-    assert question.placeholderText() == "Which was stronger?"
+    assert question.placeholderText() == "Which was stronger?"  # the standard is kept
     made.choose(stages.form.parameters.controls["standard"], "nothing")
     assert question.placeholderText() == "In which one did you feel it?"
     made.choose(stages.form.parameters.controls["standard"], "(none)")
+    assert question.placeholderText() == "Did you feel it?"
     made.type(stages.form.parameters.controls["steps_db"], "8, 2")
     made.type(stages.form.parameters.controls["highest_db"], "12 dB")
     made.type(stages.form.parameters.controls["above_db"], "6, 10")

@@ -358,7 +358,7 @@ def _turned_around(lines: Sequence[tuple[str, Estimate]], axis: str) -> list[str
     >>> lines = [(who, Estimate("slope", at, at - 0.2, at + 0.2)) for who, at in slopes]
     >>> _turned_around(lines, "stiffness_n_mm")
     ['The answers of P3 go the other way than most, and count: keys or question may be mistaken.']
-    >>> _turned_around(lines[2:], "stiffness_n_mm")
+    >>> _turned_around(lines[1:3], "stiffness_n_mm")  # of one who is right and one who is not
     ['The curves of P3 fall with stiffness: question, keys or judged_more may be mistaken.']
     """
     sure = [(who, one.value) for who, one in lines if one.name.split(" ")[0] == "slope" and one.low * one.high > 0.0]
