@@ -7,11 +7,11 @@ depend on methods, and methods do not depend on them.
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.arguments import choice
 from underfoot.errors import BadFile, BadValue, require
@@ -53,8 +53,7 @@ class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     facts: Mapping[str, Any] = {}
 
 
-@dataclass(frozen=True)
-class Page:
+class Page(msgspec.Struct, frozen=True):
     """The current page. `kind` is the stage's, or "end"; `questions` are to be answered.
 
     In trials, `trial` is presented at its `attempt`, at most `plays` times, started by `start`. `seconds` is the
@@ -196,7 +195,7 @@ class Study:
         if not self.can_repeat:
             raise BadValue("the last page was no trial that was answered; only such can be repeated")
         require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
-        changed = msgspec.structs.replace(self.entries[-1], spoiled=reason)
+        changed = replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
 
     def _spoiled(self, reason: str, facts: Mapping[str, Any]) -> Entry:
@@ -300,7 +299,7 @@ class Study:
         """Replay a stored entry; raise an error if it does not fit the page."""
         page, trial = self._page, entry.trial
         if trial is not None and page.trial is not None and not trial.correct:  # an earlier version noted fewer
-            trial = msgspec.structs.replace(trial, correct=page.trial.correct)
+            trial = replace(trial, correct=page.trial.correct)
         if (entry.stage, entry.kind, trial, entry.attempt) != (page.stage, page.kind, page.trial, page.attempt):
             raise BadFile(
                 f"entry {number} is of {entry.stage!r} ({entry.kind}), and the protocol asks for {page.stage!r} "
