@@ -339,11 +339,10 @@ def test_sessions_count_if_their_protocol_differs_in_words_alone(tmp_path):
             file.add(study.answer(answer))
     stages = tuple(structs.replace(stage, title="Softness", text="Cross it.") for stage in before.stages)
     asked = (Question("age", "How old are you?", "number"),)
-    now = structs.replace(before, title="Study", about="It is.", stages=stages, participant=asked)
+    now = structs.replace(before, title="Study", about="It is.", double_blind=True, stages=stages, participant=asked)
     (found, *_) = results_of(paths, now).findings(Settings(bootstrap=0))
     assert (
-        found.remarks[-1]
-        == "Begun with other words in titles, texts or questions, or for the other foot, and counted: P1."
+        found.remarks[-1] == "Begun with other titles, texts or words of questions, blinding, or foot, and counted: P1."
     )
     assert found.tables
     with pytest.raises(BadMeasurement, match=r"^Begun with another version of the protocol, left out: P1\. Analyse"):

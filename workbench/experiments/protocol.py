@@ -223,7 +223,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     def without_words(self) -> "Protocol":
         """Return this protocol without what changes no row of a trial: titles, texts, language, words of questions,
-        and the foot from which the places of its buttons are counted.
+        whether it is double-blind, and the foot from which the places of its buttons are counted.
         """
 
         def unread(questions: tuple[Question, ...]) -> tuple[Question, ...]:
@@ -239,8 +239,8 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             )
             for stage in self.stages
         )
-        asked = unread(self.participant)
-        return msgspec.structs.replace(self, title="", about="", language=EN, participant=asked, stages=stages)
+        none = {"title": "", "about": "", "language": EN, "double_blind": False}
+        return msgspec.structs.replace(self, **none, participant=unread(self.participant), stages=stages)
 
     # --- checks ---
 

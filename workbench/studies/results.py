@@ -38,10 +38,10 @@ SUFFIX = ".session"
 class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
-    `left_out` names sessions of another version of the protocol, and `reworded` those that differ in words alone, or in
-    the preferred foot, which count; `unfinished` those that lack answers, and count as far as they go; `notes` those of
-    the experimenter: participant, time, number of the entry before, text. `excluded` are the participants whom the
-    experimenter has left out, with why; their rows are spoiled. `unread` says of damaged sessions what is wrong.
+    `left_out` names sessions of another version of the protocol, and `reworded` those that differ in words, preferred
+    foot or blinding alone, which count; `unfinished` those that lack answers, and count as far as they go; `notes`
+    those of the experimenter: participant, time, number of the entry before, text. `excluded` are the participants whom
+    the experimenter has left out, with why; their rows are spoiled. `unread` says of damaged sessions what is wrong.
     """
 
     title: str
@@ -66,7 +66,7 @@ class Results:
         found = [f"Cannot be read, and does not count: {why}." for why in self.unread]
         for how, labels in (
             ("Begun with another version of the protocol, left out", self.left_out),
-            ("Begun with other words in titles, texts or questions, or for the other foot, and counted", self.reworded),
+            ("Begun with other titles, texts or words of questions, blinding, or foot, and counted", self.reworded),
             ("Not finished, and counted as far as they go", self.unfinished),
         ):
             if labels:
