@@ -4,54 +4,62 @@ While a force rises, a sensor with hysteresis and creep follows it at once, trem
 force and reading fits best where both are of one moment. Falling forces do not tell it from hysteresis.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
-from underfoot.calibration.science.sensor_pairs import RISING, SensorPairs
+from underfoot.calibration.science.sensor_pairs import RISING, SensorPairs, smoothed
+from underfoot.kernels import Floats
 
 _STEP_S = 0.01
 _LAGS_S = _STEP_S * np.arange(-10.0, 31.0)
 _DEGREE, _MOST_SAMPLES = 7, 300
-_MOST_OF, _RISEN, _LEAST_RISES = 0.6, 0.97, 4
-_BY_CHANCE = 1e-4
-"""Chance that rises agree as much (Student's t) on a lag that is none."""
+_MOST_OF, _RISEN, _LEAST_RISES, _LEAST_SPREAD = 0.6, 0.97, 4, 0.01
+_LEAST_ERROR_S, _BY_CHANCE = 0.001, 1e-4
+"""Error of a lag at least, and chance that rises agree as much (Student's t) on one that is none."""
 
 
 def reference_lag_s(sensors: Sequence[SensorPairs]) -> float:
-    """Return by how much the reference is late, s, below 0 if it is early; 0 where rises do not agree."""
+    """Return by how much the reference is late, s, below 0 if it is early; 0 where rises do not agree.
+
+    It is the lag that leaves least of all rises together; how uncertain it is, each rise that is left out tells
+    (jackknife: Efron, The Jackknife, the Bootstrap and Other Resampling Plans, 1982, 3).
+    """
     from scipy.special import stdtr  # scipy.stats takes half a second to load
 
     timed = [pairs for pairs in sensors if pairs.timed and pairs.has_directions]
-    found = np.array([_lag_s(pairs, rise) for pairs in timed for rise in _rises(pairs)])
-    if found.size < _LEAST_RISES:
+    left = np.array([one for pairs in timed for one in _left_of_rises(pairs)])
+    if len(left) < _LEAST_RISES:
         return 0.0
-    error_s = max(float(found.std(ddof=1)), 0.1 * _STEP_S) / np.sqrt(found.size)
-    chance = 2.0 * float(stdtr(found.size - 1, -abs(found.mean()) / error_s))
-    return float(found.mean()) if chance < _BY_CHANCE else 0.0
+    total, free = left.sum(axis=0), len(left) - 1
+    lag_s, without_s = _least_s(total), [_least_s(total - one) for one in left]
+    error_s = max(float(np.sqrt(free) * np.std(without_s)), _LEAST_ERROR_S)
+    return lag_s if 2.0 * stdtr(free, -abs(lag_s) / error_s) < _BY_CHANCE else 0.0
 
 
-def _rises(pairs: SensorPairs) -> list[slice]:
-    """Return the samples of each rise over most of full scale."""
+def _left_of_rises(pairs: SensorPairs) -> Iterator[Floats]:
+    """Yield, of each rise over most of full scale, the share of the force that a polynomial of the reading leaves, by
+    lag. Both are means over 50 ms: a cell's noise is no tremor.
+    """
+    x, force_n = smoothed(pairs.x, pairs.time_s), smoothed(pairs.force_n, pairs.time_s)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (pairs.direction == RISING).astype(int), [0]])))
-    runs = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-    high = _MOST_OF * pairs.full_scale_n
-    return [run for run in runs if run.stop - run.start > 3 * _DEGREE and np.ptp(pairs.force_n[run]) > high]
+    for start, stop in edges.reshape(-1, 2):
+        # At its top the true force falls already, where the reference lags.
+        top = start + int(np.argmax(x[start:stop] > _RISEN * x[start:stop].max()))
+        chosen = np.arange(start, top + 1, max(1, (top - start) // _MOST_SAMPLES))
+        chosen = chosen[pairs.usable[chosen]]
+        if chosen.size <= 3 * _DEGREE or np.ptp(pairs.force_n[start:stop]) <= _MOST_OF * pairs.full_scale_n:
+            continue
+        later_n = np.interp(pairs.time_s[chosen] + _LAGS_S[:, None], pairs.time_s, force_n)
+        spread = np.var(later_n, axis=1)
+        if spread.min() > _LEAST_SPREAD * spread.max():  # a rise that is shorter than a lag tells nothing
+            terms = np.linalg.qr(chebvander(2.0 * x[chosen] / x.max() - 1.0, _DEGREE))[0]
+            yield np.var(later_n - later_n @ terms @ terms.T, axis=1) / spread
 
 
-def _lag_s(pairs: SensorPairs, rise: slice) -> float:
-    """Return the lag at which a polynomial from forces to readings leaves least, between steps by a parabola."""
-    x = pairs.x[rise]  # at its top the true force falls already, where the reference lags
-    top = rise.start + int(np.argmax(x > _RISEN * x.max()))
-    chosen = np.arange(rise.start, top + 1, max(1, (top - rise.start) // _MOST_SAMPLES))
-    chosen = chosen[pairs.usable[chosen]]
-    if chosen.size <= 3 * _DEGREE:
-        return 0.0
-    later = np.interp(pairs.time_s[chosen] + _LAGS_S[:, None], pairs.time_s, pairs.force_n)
-    terms = chebvander(2.0 * later / pairs.full_scale_n - 1.0, _DEGREE)
-    explained = np.einsum("lnk,n->lk", np.linalg.qr(terms)[0], pairs.x[chosen])
-    left = pairs.x[chosen] @ pairs.x[chosen] - (explained**2).sum(axis=1)
+def _least_s(left: Floats) -> float:
+    """Return the lag at which least is `left` (lags,), between steps by a parabola."""
     k = int(np.clip(np.argmin(left), 1, left.size - 2))
     bend = left[k - 1] - 2.0 * left[k] + left[k + 1]
     between = 0.5 * (left[k - 1] - left[k + 1]) / bend if bend > 0.0 else 0.0
