@@ -181,8 +181,9 @@ def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_pa
     assert not window.open_patch.is_all_saved
     assert window.open_patch.path is not None
     assert not bench.undo_action.isEnabled() or bench.document.stack.undoText() != "Set amplitude"
-    QTest.mouseClick(bench.listen_bar.slots["B"], LEFT)
-    assert bench.patch() == louder
+    for _ in range(2):  # the slot that is edited stays
+        QTest.mouseClick(bench.listen_bar.slots["B"], LEFT)
+        assert bench.patch() == louder
     bench.undo_action.trigger()
     assert bench.patch() == a
     bench.redo_action.trigger()
