@@ -24,7 +24,7 @@ def test_what_is_sent_late_has_the_time_of_its_samples_and_events(until):
     assert told_of.get_channel_labels() == ["t1", "t2", "t3"]
     assert told_of.get_channel_units() == ["newtons"] * 3
     assert told_of.get_channel_types() == ["Force"] * 3
-    began_s, late_s, stamps_s = pylsl.local_clock() - 2.0, itertools.cycle((0.0, 0.01, 0.02)), [[], []]
+    began_s, late_s, stamps_s = pylsl.local_clock() - 2.0, itertools.cycle((0.0, 0.1, 0.2)), [[], []]
 
     def told():
         ago_s = pylsl.local_clock() - began_s - 2.0 - next(late_s)
@@ -36,7 +36,7 @@ def test_what_is_sent_late_has_the_time_of_its_samples_and_events(until):
 
     until(told, "forces and markers come")
     for stamps, inlet in zip(stamps_s, inlets, strict=True):
-        assert stamps == pytest.approx([began_s + 2.0] * len(stamps), abs=1e-3)
+        assert stamps == pytest.approx([began_s + 2.0] * len(stamps), abs=0.05)  # a busy machine delays a call too
         inlet.close_stream()
     markers.close()
 
