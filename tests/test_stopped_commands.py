@@ -8,11 +8,13 @@ import sys
 from functools import partial
 
 import pytest
+from long_recording import write_recording
 from process_groups import members
 
 from underfoot.commands.ending import Interrupted, ended_by_signals, raised_at_signals
 from underfoot.engine.worker_pool import cores
 from underfoot.errors import BadFile
+from underfoot.floor.layout import default_floor
 from underfoot.patch import preset_files
 
 SINE = preset_files.patches()["stimulus-sp"]
@@ -31,6 +33,26 @@ def test_what_ends_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, fo
     assert (process.returncode, out, error.strip()) == (143, b"", b"")
     assert not (folder / "all").exists()
     until(lambda: not members(process.pid))
+
+
+EXPORTED = """
+import os, signal, sys
+def hear(event, given):
+    if event == "open" and os.path.basename(str(given[0])).startswith(".walk.csv"):
+        os.kill(os.getpid(), signal.SIGTERM)
+sys.addaudithook(hear)
+sys.argv = ["underfoot", "export", "walk.underfoot", "-o", "walk.csv"]
+from underfoot.start import main
+main()
+"""
+
+
+def test_an_export_that_is_ended_as_it_writes_leaves_no_part_of_a_file(folder):
+    """An hour of a floor as C3D left 12 GB behind, under a name that `ls` does not show."""
+    write_recording(folder / "walk.underfoot", 1.0, default_floor(1, 1))
+    run = subprocess.run([sys.executable, "-c", EXPORTED], check=False, capture_output=True)
+    assert (run.returncode, run.stdout, run.stderr.strip()) == (143, b"", b"")
+    assert os.listdir(folder) == ["walk.underfoot"]
 
 
 @pytest.mark.parametrize(

@@ -107,8 +107,9 @@ _LOADING = [number for number, column in enumerate(COLUMNS) if column.heading ==
 _OF_BODY_WEIGHT = [number for number, column in enumerate(COLUMNS) if column.name in BODY_WEIGHT_MEASURES]
 _MARGIN_PX = 4
 _MAX_PICTURES = 200
-_WIDEST_NUMBER, _LATEST_S = 9999.0, 9_999_999.0
-"""What a column fits, unless the user widens it, and what that of the start does: of more, digits are cut off."""
+_WIDEST_NUMBER, _WIDEST_GROWN = 9999.0, 9_999_999.0
+"""What a column fits, unless the user widens it, and what those do whose numbers grow with the session's age: of more,
+digits are cut off."""
 _Index = QModelIndex | QPersistentModelIndex
 
 
@@ -210,7 +211,7 @@ class StepTable(QTableView):
         header = self.horizontalHeader()
         header.setMinimumSectionSize(5 * theme.GRID)
         for number, column in enumerate(COLUMNS):  # once: fitting to visible rows takes as long as painting
-            most = _LATEST_S if column.name == "start_s" else _WIDEST_NUMBER
+            most = _WIDEST_GROWN if column.name in ("step", "start_s") else _WIDEST_NUMBER
             widest = "right" if column.name in TEXT_COLUMNS else _cell_text(most, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))

@@ -121,7 +121,7 @@ class NetworkServer:
         self._sequence: int = before._sequence if before else 0
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
         self._shown = _Shown(-math.inf, 0.0, None, ())
-        self.floor_trouble = ""
+        self.floor_trouble: str = before.floor_trouble if before else ""
         """What is wrong with the floor's tiles, which is sent with the health."""
         self._jobs: deque[Callable[[], object]] = deque(maxlen=_WAITING)
         self._panics: deque[Received] = deque(maxlen=_WAITING)  # what else comes pushes none of them out
