@@ -33,7 +33,8 @@ def test_the_sway_is_that_of_the_way_of_the_centre_of_pressure(underfoot, refuse
     for stretch in ((0.0, 10.0), (10.0, 16.5), (5.0, 6.0), (10.0, 5.0), (5.0, "inf")):
         said = refused("sway", stood, "--from", stretch[0], "--to", stretch[1])
         assert "allowed: a stretch of 2 s or more throughout which somebody stands" in said
-    assert "allowed: both --from and --to" in refused("sway", stood, "--to", 20.0)
+    assert "0 to 13 s" in refused("sway", stood, "--to", 13.0)
+    assert "from 3 to 16.99" in refused("sway", stood, "--from", 3.0), "the recording's end"
 
 
 def balance_of(time_s, load_n, way_m=0.0):

@@ -13,29 +13,27 @@ from underfoot.errors import BadValue
 
 @click.command()
 @click.argument("recording", type=FILE)
-@click.option("--from", "from_s", type=float, metavar="S", help="Second at which the stretch begins; with --to.")
-@click.option("--to", "to_s", type=float, metavar="S", help="Second at which it ends.")
+@click.option("--from", "from_s", type=float, metavar="S", help="Second at which a stretch begins; by default 0.")
+@click.option("--to", "to_s", type=float, metavar="S", help="Second at which it ends; by default the last.")
 def sway(recording: Path, from_s: float | None, to_s: float | None) -> None:
     """Print the sway of who stands in RECORDING as CSV: path, velocity, 95 % ellipse, standard deviations and ranges.
 
-    A line is a stretch of more than 5 s in which somebody stands still, or the one from --from to --to.
+    A line is a stretch of more than 5 s in which somebody stands still, or the one that --from, --to or both give.
     """
     from underfoot.records.recording import Recording
     from underfoot.records.sway import Sway, standing_stretches, sway_of
     from underfoot.records.tables import csv_line
 
-    if (from_s is None) != (to_s is None):
-        raise BadValue("a stretch has a beginning and an end; allowed: both --from and --to, or none of them")
     with Recording(recording) as opened, report_compiling(None):
-        balance = survey_told(opened).balance
-    if from_s is None or to_s is None:
-        stretches = standing_stretches(balance)
+        survey = survey_told(opened)
+    if from_s is None and to_s is None:
+        stretches = standing_stretches(survey.balance)
         if not stretches:
             raise BadValue(
                 f"nobody stands still for more than 5 s in {recording}; allowed: a stretch, by --from and --to"
             )
     else:
-        stretches = [(from_s, to_s)]
-    found = [sway_of(balance, *stretch) for stretch in stretches]
+        stretches = [(0.0 if from_s is None else from_s, survey.until_s if to_s is None else to_s)]
+    found = [sway_of(survey.balance, *stretch) for stretch in stretches]
     lines = (csv_line(f"{value:.3f}" for value in astuple(one)) for one in found)
     print("\n".join([csv_line(Sway.__struct_fields__), *lines]))
