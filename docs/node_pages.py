@@ -4,7 +4,7 @@ What a node takes comes from the plainest source of its kind: a force from the t
 strike, any other signal from a tone. The picture is computed as the page is built.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,20 +39,28 @@ def page() -> str:
         if node.family != family:
             family = node.family
             parts.append(f"## {family}")
-        parts += [f"### {node.label}", f"`{node.type}`. {node.doc}", *_picture(node), *_tables(data)]
+        parts += [f"### {node.label}", f"`{node.type}`. {node.doc}", *_picture(node), *tables(data)]
     return "\n\n".join(parts) + "\n"
 
 
-def _tables(data: Mapping[str, Any]) -> list[str]:
-    ports = [(way, port) for way, key in (("in", "inputs"), ("out", "outputs")) for port in data[key]]
-    rows = [f"| {way} | {p['name']} | {p['kind']} | {p['unit']} | {_cell(p['doc'])} |" for way, p in ports]
-    tables = ["\n".join(["| | port | kind | unit | |", "| --- | --- | --- | --- | --- |", *rows])] if rows else []
-    rows = [
-        f"| {p['name']} | {_cell(p['default'])} | {_cell(p['allowed'])} | {_cell(p['doc'])} |"
-        for p in data["parameters"]
+def tables(data: Mapping[str, Any]) -> list[str]:
+    """The ports and the parameters of a node, each as a table in Markdown if there are any."""
+    ports = [
+        (way, port["name"], port["kind"], port["unit"], port["doc"])
+        for way, key in (("in", "inputs"), ("out", "outputs"))
+        for port in data[key]
     ]
-    head = ["| parameter | default | allowed | |", "| --- | --- | --- | --- |"]
-    return [*tables, "\n".join([*head, *(f"| {row} |" for row in rows)])] if rows else tables
+    parameters = [(one["name"], one["default"], one["allowed"], one["doc"]) for one in data["parameters"]]
+    tables = (
+        _table(("", "port", "kind", "unit", ""), ports),
+        _table(("parameter", "default", "allowed", ""), parameters),
+    )
+    return [table for table in tables if table]
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    lines = [head, ["---"] * len(head), *rows] if rows else []
+    return "\n".join(f"| {' | '.join(map(_cell, line))} |" for line in lines)
 
 
 def _cell(value: object) -> str:

@@ -12,9 +12,12 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from pygments.formatters import HtmlFormatter
 
+import underfoot
+
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "workbench"
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+NAMES = "reference/names.md"
 NOT_FOR_SCRIPTS = ("bench", "commands", "nodes")
 """Packages without a page: two are reached from the command line, and `underfoot nodes` prints the third."""
 
@@ -25,6 +28,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     names = [path.stem for path in NOTEBOOKS]
     config.nav.append({"Notebooks": [{name[2:].replace("-", " ").capitalize(): _notebook(name)} for name in names]})
     config.nav.append({"Nodes": "reference/nodes.md"})
+    config.nav.append({"Names for scripts": NAMES})
     config.nav.append({"Reference": [{name: _page(name)} for name in _modules()]})
     return config
 
@@ -37,6 +41,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     import node_pages
 
     made["reference/nodes.md"] = node_pages.page()
+    made[NAMES] = _names()
     made |= {_notebook(path.stem): cells.markdown(path) for path in NOTEBOOKS}
     for name, modules in _modules().items():
         made[_page(name)] = f"# {name}\n\n" + "\n\n".join(f"::: {module}" for module in modules) + "\n"
@@ -60,6 +65,15 @@ def _notebook(name: str) -> str:
 
 def _page(name: str) -> str:
     return f"reference/{name}.md"
+
+
+def _names() -> str:
+    """The page of the names that `import underfoot` provides, each from where it is written."""
+    parts = ["# Names for scripts", "What `import underfoot` provides ([scripting](../scripting.md))."]
+    for name in underfoot.__all__[1:]:  # the first is the version
+        place = getattr(underfoot, name).__module__
+        parts.append(f"::: {place}.{name}\n    options:\n      show_root_full_path: false")
+    return "\n\n".join(parts) + "\n"
 
 
 def _modules() -> dict[str, list[str]]:

@@ -18,6 +18,7 @@ from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.transport import Sender, Transport, made
 from underfoot.devices.transport_reader import TransportReader
 from underfoot.nodes import REGISTRY
+from underfoot.patch.reference import reference
 from underfoot.plugins import require_declared
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -120,6 +121,16 @@ def test_a_list_has_a_blank_line_before_it_or_the_site_takes_it_for_more_of_the_
     item = re.compile(r" *(- |\d+\. )")
     for first, *others in (block.split("\n") for block in re.split(r"\n{2,}", text.strip())):
         assert item.match(first) or not [line for line in others if item.match(line)], first
+
+
+def test_the_tables_of_a_node_have_its_names_under_their_heads(module_of):
+    pages = module_of((ROOT / "docs" / "node_pages.py").read_text())
+    (low_pass,) = reference({"low-pass": REGISTRY["low-pass"]})
+    _, parameters = pages.tables(low_pass)
+    head, _, *rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in parameters.splitlines()]
+    assert head == ["parameter", "default", "allowed", ""]
+    assert [row[0] for row in rows] == ["cutoff", "q"]
+    assert {len(row) for row in rows} == {len(head)}
 
 
 def test_the_readme_leads_to_every_page():
