@@ -5,7 +5,7 @@ from PySide6.QtCore import QPointF, Qt
 from underfoot.patch.node import Port, can_connect
 from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import Wire
-from underfoot.widgets.design.items import NodeItem, WireItem
+from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import ROW, PlacedPort
 from underfoot.widgets.design.patch_editing import map_hint, refusal, wire_at
 from underfoot.widgets.design.rewiring import loudness_port, wired
@@ -118,7 +118,11 @@ class WireDrag:
             return found
         if over is None or over is self.item:
             return None
-        y = over.mapFromScene(place).y()
+        at = over.mapFromScene(place)
+        is_legible = self._scene.zoom >= MIN_LEGIBLE_SCALE
+        if is_legible and (named := over.geometry.port_named_at(at, side)) is not None:
+            return over, named
+        y = at.y()
         near = sorted((p for p in over.geometry.ports if p.side == side), key=lambda port: abs(y - port.at.y()))
         meant = self._meant(over, near, y) or near
         return (over, meant[0]) if meant else None

@@ -12,6 +12,8 @@ from underfoot.patch.node import NodeType, Port
 from underfoot.widgets import theme
 
 TITLE, ROW, PAD, PLOT = 24.0, 20.0, 8.0, 40.0
+NAME_AT = PAD + 4.0
+"""Distance of a port's name from its side of the node."""
 FIRST_PORT = TITLE + PAD / 2 + ROW / 2
 """Height of the first ports, below the top of a node."""
 NARROWEST = 136.0
@@ -94,6 +96,12 @@ class NodeGeometry(Struct, frozen=True):
 
         return min(filter(is_hit, self.ports), key=lambda placed: QLineF(at, placed.at).length(), default=None)
 
+    def port_named_at(self, at: QPointF, side: str) -> PlacedPort | None:
+        """Return the port on this side whose name is written at this position; None if none is."""
+        inwards = at.x() if side == "in" else self.width - at.x()
+        names = (p for p in self.ports if p.side == side and abs(at.y() - p.at.y()) <= ROW / 2)
+        return next((p for p in names if 0.0 <= inwards <= NAME_AT + _name_width(p.row)), None)
+
 
 def accent(type: NodeType) -> str:
     """Return the colour of a node: that of its output signal, or of its input if it has no output."""
@@ -114,12 +122,8 @@ def description_of(type: NodeType, label: str = "") -> NodeDescription:
 @lru_cache(maxsize=4096)
 def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow, ...], hidden: int) -> NodeGeometry:
     """Return the layout of a node with these ports and `hidden` further parameters."""
-    metrics = QFontMetricsF(theme.font())
     title_px = min(QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title), WIDEST_TITLE)
-    left, right = (
-        min(max((metrics.horizontalAdvance(row.text) for row in rows), default=0.0), WIDEST_PORT)
-        for rows in (inputs, outputs)
-    )
+    left, right = (max(map(_name_width, rows), default=0.0) for rows in (inputs, outputs))
     wanted = max(title_px + 2 * PAD + COST_ROOM, left + right + 5 * PAD, NARROWEST)
     width = math.ceil(wanted / theme.GRID) * theme.GRID
     rows = max(len(inputs), len(outputs))
@@ -136,6 +140,11 @@ def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow,
         more=QPointF(0.0, below + PLOT / 2) if hidden else None,
         plot=QRectF(PAD, below, width - 2 * PAD, PLOT),
     )
+
+
+def _name_width(row: PortRow) -> float:
+    """Return the width of a port's name; a longer one is cut short."""
+    return min(QFontMetricsF(theme.font()).horizontalAdvance(row.text), WIDEST_PORT)
 
 
 def node_geometry(

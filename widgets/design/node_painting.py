@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
 from underfoot.widgets import theme
-from underfoot.widgets.design.node_geometry import COST_ROOM, PAD, TITLE, WIDEST_PORT, NodeGeometry, PlacedPort
+from underfoot.widgets.design.node_geometry import COST_ROOM, NAME_AT, PAD, TITLE, WIDEST_PORT, NodeGeometry, PlacedPort
 
 MIN_ZOOM = 0.3
 """Below this zoom not even a node's name has room."""
@@ -136,7 +136,7 @@ def paint_port(painter: QPainter, geometry: NodeGeometry, placed: PlacedPort, *,
         painter.drawEllipse(placed.at, PORT_RADIUS, PORT_RADIUS)
     painter.setFont(theme.font())
     painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
-    rect = QRectF(PAD + 4, placed.at.y() - 10, geometry.width - 2 * PAD - 8, 20)
+    rect = QRectF(NAME_AT, placed.at.y() - 10, geometry.width - 2 * NAME_AT, 20)
     painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, _port_text(placed.row.text))
 
 

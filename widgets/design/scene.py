@@ -308,16 +308,20 @@ class PatchScene(QGraphicsScene):
         hits = [frame for frame in frames if frame.frame_rect().contains(place)]
         return max(hits, key=GroupFrameItem.zValue, default=None)
 
+    @property
+    def zoom(self) -> float:
+        """The scale at which the scene is drawn."""
+        return min((view.transform().m11() for view in self.views()), default=1.0)
+
     def port_at(self, place: QPointF, side: str = "") -> tuple[NodeItem, PlacedPort] | None:
         """Return the node and port at a mouse position: on a node one of its own, elsewhere the nearest within reach of
         the hand, whatever the zoom; of one `side` only, if that is given.
         """
-        zoom = min((view.transform().m11() for view in self.views()), default=1.0)
-        reach = max(REACH, REACH_ON_SCREEN / zoom)
+        reach = max(REACH, REACH_ON_SCREEN / self.zoom)
         area = QRectF(place.x() - reach, place.y() - reach, 2 * reach, 2 * reach)
         over = self.node_at(place)
         nodes = [item for item in self.items(area) if isinstance(item, NodeItem)] if over is None else [over]
-        hits = [(item, placed) for item in nodes if (placed := item.port_at(place, REACH_ON_SCREEN / zoom))]
+        hits = [(item, placed) for item in nodes if (placed := item.port_at(place, REACH_ON_SCREEN / self.zoom))]
         hits = [hit for hit in hits if side in ("", hit[1].side)]
         return min(hits, key=lambda hit: QLineF(place, hit[0].mapToScene(hit[1].at)).length(), default=None)
 

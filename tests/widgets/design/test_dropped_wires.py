@@ -34,6 +34,37 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
     assert "gave way" in workspace.canvas.message
 
 
+def name_of(workspace, id, name):
+    """Return the middle of a port's name, at most; a parameter's is below the inputs while a wire is over its node."""
+    item = workspace.canvas.patch_scene.nodes[id]
+    item.set_ports(item.driven, shows_all=True)
+    at = item.geometry.port("in", name).at + QPointF(24, 0)
+    item.set_ports(item.driven, shows_all=False)
+    return workspace.canvas.mapFromScene(item.mapToScene(at))
+
+
+def test_a_wire_that_is_dropped_on_the_name_of_a_port_takes_that(workspace):
+    """An LFO that was let go on the name of a cutoff took the filter's signal away, and a force on that of a frequency
+    drove the loudness.
+    """
+    canvas = workspace.canvas
+    patch = Patch().add("noise", REGISTRY).add("lfo", REGISTRY, (0, 200)).add("tile-force", REGISTRY, (0, 400))
+    patch = patch.add("low-pass", REGISTRY, (300, 0)).add("tone", REGISTRY, (300, 300))
+    workspace.set_patch(patch.connect("noise.out", "low-pass.signal", REGISTRY))
+    canvas.zoom_to(1.0)
+    lfo, force = port(workspace, "lfo", "out", "out"), port(workspace, "tile-force", "out", "force")
+    drag(workspace, lfo, name_of(workspace, "low-pass", "cutoff"))
+    drag(workspace, force, name_of(workspace, "tone", "frequency"))
+    wires = [("noise.out", "low-pass.signal"), ("lfo.out", "low-pass.cutoff")]
+    assert list(workspace.patch().wires) == wires
+    assert canvas.message.startswith("Tile force brings N; frequency is in Hz")
+    drag(workspace, force, name_of(workspace, "tone", "amplitude"))
+    assert list(workspace.patch().wires) == [*wires, ("tile-force.force", "tone.amplitude")]
+    canvas.zoom_to(0.3)
+    drag(workspace, port(workspace, "lfo", "out", "out"), name_of(workspace, "low-pass", "q"))
+    assert ("lfo.out", "low-pass.signal") in workspace.patch().wires, "no name is shown where it is too small"
+
+
 def test_a_second_wire_is_added_by_a_mix_or_a_join_with_shift_or_by_keys(workspace):
     """It took seven gestures: as Max adds what comes to an inlet, everybody draws the second wire first."""
     outputs, canvas = ("noise", "tone", "texture"), workspace.canvas
