@@ -5,8 +5,9 @@ from typing import TypeVar
 
 from PySide6.QtCore import QPoint, QPointF
 
-from underfoot.patch.wiring import Wire, node_id
+from underfoot.patch.wiring import Wire, node_id, port_name
 from underfoot.widgets.design.connection_search import Answers, ConnectionSearch
+from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.item_search import ItemSearch
 from underfoot.widgets.design.node_drops import NodeDropView
 from underfoot.widgets.design.node_search import NodeSearch
@@ -42,7 +43,7 @@ class AskingView(NodeDropView):
     @cached_property
     def connection_search(self) -> ConnectionSearch:
         """The list of inputs to connect to, and of wires to take away."""
-        answers = Answers(self.connect_ports, self.add_up, self._ask_for_fed, self.cut_wire)
+        answers = Answers(self.connect_ports, self.add_up, self.connect_by_map, self._ask_for_fed, self.cut_wire)
         return self._made(ConnectionSearch(self.patch_scene, self, answers))
 
     def add_up(self, source: str, target: str, old: Wire | None = None) -> None:
@@ -60,6 +61,17 @@ class AskingView(NodeDropView):
             middle = drawn.path_middle() if drawn is not None else (ends[0] + ends[1]) / 2.0
             adding = sum_of(self.registry, port_of(patch, self.registry, source, "out").kind)
             self.add(adding, middle, (source, "out"), old, wire)
+
+    @cached_property
+    def driver_menus(self) -> DriverMenus:
+        """The menus of what can drive a parameter."""
+        return DriverMenus(self.document, self.patch_scene, self)
+
+    def connect_by_map(self, source: str, target: str) -> None:
+        """Drive a parameter by what this output gives, through a new Map, and select it: its range is set next."""
+        before = self.document.patch
+        self.driver_menus.drive(node_id(target), port_name(target), "map", source)
+        self.patch_scene.select([node.id for node in self.document.patch.nodes[len(before.nodes) :]])
 
     def _made(self, search: _Search) -> _Search:
         search.closed.connect(self.setFocus)

@@ -12,13 +12,12 @@ from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import Wire, node_id, port_name
+from underfoot.patch.wiring import Wire
 from underfoot.widgets.controls.arrow_keys import ARROWS
 from underfoot.widgets.controls.menu import Shortcut, add_action
 from underfoot.widgets.design.asking_view import AskingView
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.context_menu import Selection, context_menu
-from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.edge_scrolling import EdgeScrolling
 from underfoot.widgets.design.frame_drag import FrameDrag
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
@@ -61,7 +60,6 @@ class Canvas(AskingView):
         self._space_state = ""
         self._stepping = Stepping(self)
         self.edge_scrolling = EdgeScrolling(self, self._is_held)
-        self.driver_menus = DriverMenus(document, self.patch_scene, self)
         self.actions_by_name = self._make_actions()
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
@@ -326,19 +324,13 @@ class Canvas(AskingView):
             self.add_up(*wire, drag.old)
             return
         if result is None:
-            self._connect_by_map(*wire)
+            self.connect_by_map(*wire)
         else:
             self._connect(result, *wire)
         if displaced and displaced not in self.document.patch.wires:
             source = with_names(self.document.patch, self.registry, displaced[0])
             way = f" Let it go with Shift, and {self.registry[adding].label} adds both." if adding else ""
             self.show_message(f"The wire from {source} gave way: an input takes one.{way}")
-
-    def _connect_by_map(self, source: str, target: str) -> None:
-        """Drive a parameter by what this output gives, through a new Map, and select it: its range is set next."""
-        before = self.document.patch
-        self.driver_menus.drive(node_id(target), port_name(target), "map", source)
-        self.patch_scene.select([node.id for node in self.document.patch.nodes[len(before.nodes) :]])
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene

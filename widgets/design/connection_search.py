@@ -12,7 +12,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.named_list import NamedList
 from underfoot.widgets.design.node_geometry import accent, display_name
-from underfoot.widgets.design.patch_editing import open_targets
+from underfoot.widgets.design.patch_editing import open_targets, targets_by_map
 from underfoot.widgets.design.rewiring import sum_of
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.search_popup import SearchPopup
@@ -28,6 +28,8 @@ class Answers(NamedTuple):
     """Takes the output and the input, "node.port"."""
     add_up: Callable[[str, str], object]
     """Takes the same, for an input that has a wire, which stays."""
+    connect_by_map: Callable[[str, str], object]
+    """Takes the same, for a parameter in another unit."""
     add: Callable[[str], object]
     """Takes the output, for which a new node is asked."""
     disconnect: Callable[[Wire], object]
@@ -101,18 +103,25 @@ class _ConnectionList(NamedList):
             return f"{names[node_id(end)]}: {display_name(port_name(end))}"
 
         outputs = [port for port in item.geometry.ports if port.side == "out"]
-        wired = {target for _, target in patch.wires}
         for port in outputs:
             source, own = item.end(port), port.row.text if len(outputs) > 1 else ""
-            adding = sum_of(registry, port.port.kind)
             yield _Row("A new node…", theme.MUTED, own, partial(do.add, source))
-            for target in open_targets(patch, registry, source):
+            for target, by, answer in self._offers(source, port.port.kind):
                 colour = accent(registry[patch.node(node_id(target)).type])
-                yield _Row(name(target), colour, own, partial(do.connect, source, target))
-                if adding and target in wired:
-                    by = f"{name(target)}, by {registry[adding].label}"
-                    yield _Row(by, colour, own, partial(do.add_up, source, target))
+                text = f"{name(target)}, by {registry[by].label}" if by else name(target)
+                yield _Row(text, colour, own, partial(answer, source, target))
         for wire in [shown.wire for shown in item.wires]:
             is_out = node_id(wire[0]) in self._scene.members([item.node.id])
             other, own = wire[is_out], display_name(port_name(wire[not is_out]))
             yield _Row(f"Disconnect {name(other)}", theme.ALARM, own, partial(do.disconnect, wire), removes=True)
+
+    def _offers(self, source: str, kind: str) -> Iterator[tuple[str, str, Callable[[str, str], object]]]:
+        """Yield the inputs for an output of this kind, the type of the node that is put between, and what does it."""
+        patch, registry, do = self._scene.patch, self._scene.registry, self._answers
+        adding, wired = sum_of(registry, kind), {target for _, target in patch.wires}
+        for target in open_targets(patch, registry, source):
+            yield target, "", do.connect
+            if adding and target in wired:
+                yield target, adding, do.add_up
+        for target in targets_by_map(patch, registry, source):
+            yield target, "map", do.connect_by_map

@@ -13,6 +13,7 @@ from underfoot.parameters import Number
 from underfoot.patch.grouping import put_into
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import node_id
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, ends_of, snapped
@@ -139,8 +140,10 @@ class DriverMenus:
         patch, registry = self._document.patch, self._scene.registry
         self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
         label = registry[patch.node(id).type].parameters[name].label.lower()
-        shown = self._scene.group_view.shown_as[id]
-        place = self._scene.movable()[shown].pos()
+        shown_as = self._scene.group_view.shown_as
+        # What is outside of the open sub-patch is driven from here, by a node behind the one that is followed.
+        shown = shown_as[id if id in shown_as else node_id(source)]
+        place = self._scene.movable()[shown].pos() + QPointF(0.0 if id in shown_as else 2.0 * (_WIDTH + _GAP), 0.0)
         try:
             after = with_driver(patch, registry, id, name, by, (place.x(), place.y()), source)
         except BadValue:

@@ -287,6 +287,21 @@ def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
     return [end for *_, end in sorted(found, key=lambda one: one[:2])]
 
 
+def targets_by_map(patch: Patch, registry: Registry, source: str) -> list[str]:
+    """Return the unwired parameters in other units than that of an output, which drives them through a Map.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("tile-force", REGISTRY).add("tone", REGISTRY)
+    >>> targets_by_map(patch, REGISTRY, "tile-force.force")
+    ['tone.frequency']
+    """
+    behind = upstream(patch.wires, [node_id(source)])
+    wired = {target for _, target in patch.wires}
+    nodes = [node for node in patch.nodes if node.id not in behind] if "map" in registry else []
+    ends = (f"{node.id}.{port.name}" for node in nodes for port in registry[node.type].drivable_ports)
+    return [end for end in ends if end not in wired and map_hint(patch, registry, source, end)]
+
+
 def changed_nodes(before: Patch, after: Patch) -> set[str]:
     """Return the ids of nodes that are new, or whose parameters or wires differ; moved nodes are not included."""
     old = {node.id: node for node in before.nodes}

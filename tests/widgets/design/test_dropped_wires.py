@@ -122,6 +122,13 @@ def test_a_wire_to_a_parameter_in_another_unit_gets_a_map_between_with_shift(wor
     assert canvas.selected_ids() == ["map"]
     workspace.undo_action.trigger()
     assert workspace.patch() == before, "it is one step"
+    canvas.patch_scene.select(["tile-force"])
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    QTest.keyClicks(canvas.connection_search.field, "frequency")
+    assert [row.name for row in canvas.connection_search.list.rows()][-1] == "Waveshaped tone: frequency, by Map"
+    QTest.keyClick(canvas.connection_search.field, Qt.Key.Key_Return)
+    assert ({*workspace.patch().wires}, workspace.patch().node("map").parameters) == ({*before.wires, *wires}, ranges)
+    workspace.undo_action.trigger()
     workspace.set_patch(patch.add("lfo", REGISTRY, (0, 240)).connect("lfo.out", "tone.frequency", REGISTRY))
     force, frequency = port(workspace, "tile-force", "out", "force"), port(workspace, "tone", "in", "frequency")
     drag(workspace, force, frequency, modifiers=shift)
@@ -131,6 +138,21 @@ def test_a_wire_to_a_parameter_in_another_unit_gets_a_map_between_with_shift(wor
     played = port(workspace, "tile-output", "out", "played")
     drag(workspace, played, port(workspace, "tone", "in", "frequency"), modifiers=shift)
     assert (canvas.message, workspace.patch()) == ("Frequency would follow itself", before)
+
+
+def test_a_map_to_what_is_outside_of_the_open_sub_patch_goes_beside_what_it_follows(workspace):
+    canvas, patch = workspace.canvas, Patch().add("tile-force", REGISTRY).add("gain", REGISTRY, (240, 0))
+    workspace.set_patch(patch.add("tone", REGISTRY, (960, 400)))
+    canvas.patch_scene.select(["tile-force", "gain"])
+    canvas.collapse()
+    group = workspace.patch().groups[0].id
+    canvas.open_group(group)
+    canvas.connect_by_map("tile-force.force", "tone.frequency")
+    assert workspace.patch().wires == (("tile-force.force", "map.signal"), ("map.out", "tone.frequency"))
+    assert "map" in workspace.patch().group(group).members
+    assert canvas.selected_ids() == ["map"]
+    left = {id: item.pos().x() for id, item in canvas.patch_scene.nodes.items()}
+    assert left["tile-force"] < left["map"]
 
 
 def test_what_would_begin_by_itself_waits_for_the_first_events_that_it_is_wired_to(workspace):
