@@ -70,6 +70,18 @@ def test_two_sensors_that_read_alike_are_told_where_one_of_them_is_loaded():
         weighed(40.0, change=9000.0, other=6600.0)
 
 
+def test_light_weights_stand_beside_a_sensor_that_goes_back_from_heavy_ones():
+    """It had crept, and went back by as much as 5 N change the next one's reading: both were 'nearly alike', at once of
+    half of all good series."""
+    crept = REST + np.array([600.0, -700.0, 0.0, 0.0])
+    require_weight(0, 5.0, crept, REST, 200.0, (2.0, 0.0), None, (0, 1, 0, 0))
+    with pytest.raises(BadMeasurement, match=r"sensor 2 responds nearly as sensor 1"):  # as loads of its own move it
+        require_weight(0, 5.0, crept, REST, 200.0, (2.0, 0.0), None, (0, -1, 0, 0))
+    hand = SimulatedHand(SimulatedTile(TILE, seed=1), rate_hz=100.0)
+    weights = {"reference": "known weights", "weights_n": (5.0, 50.0, 200.0)}
+    assert run(FsrProcedure(TILE), hand, weights).part is not None
+
+
 def test_who_stood_on_the_tile_that_was_to_be_empty_is_asked_about():
     """The next weight was said to be missing, or wires to be swapped."""
     readings = REST + np.array([2000.0, 100.0, 300.0, 100.0])

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -358,7 +358,8 @@ class FsrProcedure(Procedure):
             return PageProgress("The reading changes; wait until it is steady.", 0.5, shown)
         given, weights = float(self._answers[self._at]["weight_n"]), self._weights(j)
         before = weights[-1] if weights else (self._drift(j), 0.0)
-        require_weight(j, given, medians, rest, self._full_n, before, self._apparent_load_n(j, change))
+        ways = [np.sign(sum(moved for moved, _ in self._moved(k))) for k in range(4)]
+        require_weight(j, given, medians, rest, self._full_n, before, self._apparent_load_n(j, change), ways)
         return None
 
     def _load_cell(self, readings: Readings) -> Floats:
@@ -385,13 +386,16 @@ class FsrProcedure(Procedure):
 
     def _weights(self, j: int) -> list[tuple[float, float]]:
         """Return change of reading and newtons of the weights that a sensor has carried."""
+        return [(abs(moved), weight_n) for moved, weight_n in self._moved(j) if moved != 0.0]
+
+    def _moved(self, j: int) -> list[tuple[float, float]]:
+        """Return how far each weight has moved the sensor's reading, up or down, and its newtons."""
         rest = float(self._rest_readings()[j])
-        carried = [
-            (abs(_steady_reading(readings, j) - rest), float(answers["weight_n"]))
+        return [
+            (_steady_reading(readings, j) - rest, float(answers["weight_n"]))
             for _, readings, answers in self._step_data_of(j)
             if answers.get("weight_n", 0.0) > 0.0
         ]
-        return [(change, weight_n) for change, weight_n in carried if change > 0.0]
 
     def _rest_readings(self) -> Floats:
         """Return the readings (4,) at the latest tare; NaN before the first."""
@@ -409,7 +413,7 @@ class FsrProcedure(Procedure):
 
         Of a load over a sensor the others carry its share of `shares` (4,), which is subtracted from the reference.
         """
-        times, sensors, values, forces = [], [], [], []
+        columns: list[tuple[Floats, Floats, Floats, Floats]] = []
         zero_n = 0.0
         for step, readings, answers in self._step_data_of_sensors():
             j = step.sensor
@@ -424,11 +428,8 @@ class FsrProcedure(Procedure):
             else:
                 time_s, value = readings.time_s, readings.values[:, j]
                 force = (self._load_cell(readings) - zero_n) * (1.0 - shares[j])
-            times.append(time_s)
-            sensors.append(np.full(time_s.size, j))
-            values.append(value)
-            forces.append(force)
-        return Pairs(self._tile.id, *(np.concatenate(one) for one in (times, sensors, values, forces)))
+            columns.append((time_s, np.full(time_s.size, j), value, force))
+        return Pairs(self._tile.id, *(np.concatenate(one) for one in zip(*columns, strict=True)))
 
     def _zero_n(self, tare: Readings, known_n: float) -> float:
         """Return the force that the unloaded load cell gives, 0 if that is noise; the known one where it changes.
@@ -467,10 +468,8 @@ class FsrProcedure(Procedure):
         if self._reference != LOAD_CELL:
             steady = [(readings.last(_STEADY_S) or readings, given["weight_n"]) for readings, given in loaded]
             loaded = [(replace(seen, force_n=np.full(seen.time_s.size, n)), {}) for seen, n in steady]
-        values = np.concatenate([readings.values for readings, _ in loaded])[::10]
-        load = np.concatenate([self._load_cell(readings) for readings, _ in loaded])[::10]
-        time_s = np.concatenate([readings.time_s for readings, _ in loaded])[::10]
-        return share_of_others(found.curves, j, time_s, values, load)
+        seen = reduce(Readings.followed_by, (readings for readings, _ in loaded))
+        return share_of_others(found.curves, j, seen.time_s[::10], seen.values[::10], self._load_cell(seen)[::10])
 
 
 def _setup_questions(reference: str) -> tuple[Parameter, ...]:

@@ -130,19 +130,23 @@ def require_weight(
     full_scale_n: float,
     before: tuple[float, float],
     apparent_n: float | None,
+    ways: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
 ) -> None:
     """Raise `BadMeasurement` for an implausible weight `given_n` over `sensor`, from 0.
 
     `readings` (4,) are the steady ones of all sensors and `rest` (4,) those of the empty tile; `before` has change of
     reading and newtons of the sensor's last weight, or its drift and 0; `apparent_n` is the load suggested by other
-    weights (`apparent_load_n`), None if unknown.
+    weights (`apparent_load_n`), None if unknown. `ways` (4,) are 1 or -1, as loads move the reading of each sensor, or
+    0 of one that had none: what goes the other way has crept under a load of before, and goes back.
     """
     reading = float(readings[sensor])
     change = abs(reading - float(rest[sensor]))
     if reading in _RAILS and change > _CLEAR_COUNTS:
         raise BadMeasurement(f"sensor {sensor + 1} clips at {given_n:g} N: its reading stays at {reading:.0f}")
     if given_n > 0.0:
-        _require_own(sensor, np.abs(readings - rest), "loaded")
+        moved = readings - rest
+        goes_back = (moved * np.array(ways) < 0.0) & (np.arange(moved.size) != sensor)
+        _require_own(sensor, np.where(goes_back, -1.0, 1.0) * np.abs(moved), "loaded")
         _require_other(sensor, given_n, change, before)
     if given_n >= _LOADED * full_scale_n and change < LEAST_COUNTS:
         raise BadMeasurement(
@@ -193,9 +197,12 @@ def _require_other(sensor: int, given_n: float, change: float, before: tuple[flo
 
 
 def _require_own(sensor: int, change: Floats, is_what: str) -> None:
-    """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all or two are alike."""
+    """Refuse changes of reading (4,) if that of another sensor is by far the largest, or if all or two are alike.
+
+    Those of sensors that go back from loads of before are below 0.
+    """
     strongest, own = int(np.argmax(change)), float(change[sensor])
-    others = float(np.median(np.delete(change, sensor)))
+    others = float(np.median(np.abs(np.delete(change, sensor))))
     if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * own:
         dead = f", or does sensor {sensor + 1} give no signal? Then {LOOK}" if own < LEAST_COUNTS else "?"
         raise BadMeasurement(
@@ -207,7 +214,7 @@ def _require_own(sensor: int, change: Floats, is_what: str) -> None:
             f"all sensors respond when sensor {sensor + 1} is {is_what}; is the load over it, and was the tile empty "
             "before? If not, go back to the page with nothing on it"
         )
-    twin = int(np.argmax(np.where(np.arange(change.size) == sensor, -1.0, change)))
+    twin = int(np.argmax(np.where(np.arange(change.size) == sensor, -np.inf, change)))
     if change[twin] > max(_TWIN * own, _CLEAR_COUNTS):
         raise BadMeasurement(
             f"sensor {twin + 1} responds nearly as sensor {sensor + 1} does when it is {is_what}; is the load between "
