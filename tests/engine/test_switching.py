@@ -236,6 +236,16 @@ def test_a_preview_shows_what_comes_after_what():
     assert longest_s(patch.connect("event-delay.out", "attack-decay.strike", REGISTRY)) == pytest.approx(3.5 + 1.1)
 
 
+def test_a_preview_shows_what_comes_after_a_time_that_a_wire_brings():
+    """A strike that a wire delayed by 2 s was "silent in this step", as the time that was set is 0.1 s."""
+    late = Patch().add("event-delay", REGISTRY).add("value", REGISTRY, low=-1.0, high=2.0)
+    assert longest_s(late.connect("value.out", "event-delay.time", REGISTRY)) == pytest.approx(2.0 + 1.1)
+    turned = Patch().add("event-delay", REGISTRY).add("map", REGISTRY, out_low=30.0, out_high=1.0)
+    assert longest_s(turned.connect("map.out", "event-delay.time", REGISTRY)) == 10.0
+    unknown = late.add("random-walk", REGISTRY).connect("random-walk.out", "event-delay.time", REGISTRY)
+    assert longest_s(unknown) == longest_s(late)
+
+
 def test_a_preview_without_an_end_lasts_a_step_and_one_that_was_chosen_as_long_as_was_said():
     assert longest_s(hum()) == 0.9
     assert len(previewed(hum(), ("tone.out",), FLOOR.tiles[0], 0.0, RATE)[0]) == round(0.9 * RATE)

@@ -16,7 +16,7 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.wiring import node_id
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
-from underfoot.widgets.design.patch_editing import drivers, ends_of, snapped
+from underfoot.widgets.design.patch_editing import drivers, snapped
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.rewiring import known_range
 from underfoot.widgets.design.scene import PatchScene
@@ -78,10 +78,10 @@ def with_driver(
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
     else:
-        ends = dict(zip(ends_of(registry[type], "out"), (low, high), strict=True))
+        ends = dict(zip(registry[type].ends("out"), (low, high), strict=True))
     for port in followed:
         known = known_range(patch, registry, source) if source else [0.0, FULL_FORCE_N]
-        ends |= dict(zip(ends_of(registry[type], port), known, strict=False))
+        ends |= dict(zip(registry[type].ends(port), known, strict=False))
     left, top = beside or node.at
     at = _free_place(patch, left - _WIDTH - _GAP, top)
     after = patch.add(type, registry, at, **ends)

@@ -11,7 +11,7 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import FilePath, Number, Parameter, ask
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.groups import LONGEST_LABEL
-from underfoot.patch.node import NodeType, Port, Registry, can_connect
+from underfoot.patch.node import Port, Registry, can_connect
 from underfoot.patch.patch import FORMAT, Patch, PlacedNode
 from underfoot.patch.wiring import Wire, downstream, node_id, port_name, upstream
 from underfoot.quantities import counted, pretty_text, pretty_unit
@@ -217,18 +217,6 @@ def with_wired_unit(patch: Patch, registry: Registry, id: str, parameter: Parame
         return parameter
     unit = _wired_unit(patch, registry, f"{id}.{parameter.unit_of}")
     return ask(parameter.name, replace(parameter, unit=unit)) if unit else parameter
-
-
-def ends_of(type: NodeType, port: str) -> list[str]:
-    """Return the two parameters between which the signal of a port lies; none where a type has no such.
-
-    >>> from underfoot.nodes import REGISTRY
-    >>> ends_of(REGISTRY["lfo"], "out"), ends_of(REGISTRY["map"], "signal"), ends_of(REGISTRY["map"], "out")
-    (['low', 'high'], ['low', 'high'], ['out_low', 'out_high'])
-    """
-    of_port = [name for name, one in type.parameters.items() if getattr(one, "unit_of", "") == port]
-    ends = [name for name in of_port if name.removeprefix("out_") in ("low", "high")]
-    return ends if len(ends) == 2 else []
 
 
 def outputs_with_wired_units(patch: Patch, registry: Registry, id: str) -> tuple[Port, ...]:

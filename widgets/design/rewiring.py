@@ -13,7 +13,7 @@ from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry, can_connect
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import Wire, node_id, port_name, renamed_end, sources
-from underfoot.widgets.design.patch_editing import ends_of, port_of, refusal, unit_hint, wire_at
+from underfoot.widgets.design.patch_editing import port_of, refusal, unit_hint, wire_at
 
 _, AT_EVENTS = STARTS
 
@@ -169,7 +169,7 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
         return patch
     wires = tuple((f"{id}.{ports.output}", wire[1]) if other == wire else other for other in patch.wires)
     node, known = patch.node(id), known_range(patch, registry, wire[0])
-    into, out = (ends_of(registry[node.type], port) for port in ports)
+    into, out = map(registry[node.type].ends, ports)
     if known and into and out and not node.parameters:
         to = [0.0, 1.0] if unit_hint(patch, registry, *wire) else known
         patch = patch.with_item(replace(node, parameters=dict(zip([*into, *out], [*known, *to], strict=True))))
@@ -183,7 +183,7 @@ def known_range(patch: Patch, registry: Registry, source: str) -> list[float]:
     if type.output_ports[port_name(source)].unit == "N":
         return [0.0, FULL_FORCE_N]
     values = type.values(node.parameters)
-    return [values[name] for name in ends_of(type, port_name(source))]
+    return [values[name] for name in type.ends(port_name(source))]
 
 
 def fed_alike(patch: Patch, registry: Registry, copies: Mapping[str, str]) -> Patch:

@@ -14,8 +14,9 @@ from underfoot.engine.simulated_step import FORCE_HZ, STEP_S, adult_step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.nodes import REGISTRY
+from underfoot.parameters import Number
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import node_id
+from underfoot.patch.wiring import node_id, port_name
 
 ONE_TILE = default_floor(1, 1).tiles[0]
 """The thesis's tile, where no other is said."""
@@ -98,11 +99,28 @@ def longest_s(patch: Patch) -> float:
     """
     ends_s: dict[str, float] = {}
     for id in patch.order():
-        node, before = patch.node(id), [node_id(source) for source, target in patch.wires if node_id(target) == id]
-        type = REGISTRY[node.type]
-        ends_s[id] = max((ends_s[one] for one in before), default=0.0) + type.lasting_s(type.values(node.parameters))
+        before = [node_id(source) for source, target in patch.wires if node_id(target) == id]
+        ends_s[id] = max((ends_s[one] for one in before), default=0.0) + _lasting_s(patch, id)
     seconds = max(ends_s.values(), default=0.0)
     return min(round(seconds + _RINGING_S + 2 * STEP_S, 3), LONGEST_S) if seconds else WHOLE_STEP_S
+
+
+def _lasting_s(patch: Patch, id: str) -> float:
+    """Return the seconds for which a node lasts, each parameter that a wire drives at the end, of the two between which
+    the wire moves it, with which it lasts longer; where these are not known, at its own value.
+    """
+    node = patch.node(id)
+    type = REGISTRY[node.type]
+    values = type.values(node.parameters)
+    for source, target in patch.wires:
+        driven = type.parameters.get(port_name(target)) if node_id(target) == id else None
+        if isinstance(driven, Number):
+            driver = patch.node(node_id(source))
+            of_driver = REGISTRY[driver.type]
+            given = of_driver.values(driver.parameters)
+            ends = [min(max(given[end], driven.low), driven.high) for end in of_driver.ends(port_name(source))]
+            values = max((values | {driven.name: end} for end in ends), key=type.lasting_s, default=values)
+    return type.lasting_s(values)
 
 
 def one_step(seconds: float, rate_hz: float, tile: Tile = ONE_TILE) -> tuple[NDArray[np.float32], Replay]:

@@ -188,6 +188,17 @@ class NodeType(Struct, frozen=True, dict=True):
             found = self.lasts(values) if self.lasts else 0.0
         return number(f"lasts of {self.type}", found, 0.0, math.inf, "seconds, 0 or more")
 
+    def ends(self, port: str) -> list[str]:
+        """Return the two parameters between which the signal of a port lies; none where there are no such.
+
+        >>> from underfoot.nodes import REGISTRY
+        >>> REGISTRY["lfo"].ends("out"), REGISTRY["map"].ends("signal"), REGISTRY["map"].ends("out")
+        (['low', 'high'], ['low', 'high'], ['out_low', 'out_high'])
+        """
+        of_port = [name for name, one in self.parameters.items() if getattr(one, "unit_of", "") == port]
+        ends = [name for name in of_port if name.removeprefix("out_") in ("low", "high")]
+        return ends if len(ends) == 2 else []
+
     def values(self, given: Values) -> dict[str, Any]:
         """Return every parameter's value: the given ones checked, the others at their defaults."""
         return {
