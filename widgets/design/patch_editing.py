@@ -136,22 +136,22 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
 
 
 def unit_hint(patch: Patch, registry: Registry, source: str, target: str) -> str:
-    """Return what to put into a wire that brings a force to a parameter without a unit, or to one unit what drives a
-    parameter of another; "" for any other wire.
+    """Return what to put into a wire that brings a force, a place or a speed to a parameter without a unit, or to one
+    unit what drives a parameter of another; "" for any other wire, as that of a sound, which may be a factor.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tile-force", REGISTRY).add("tone", REGISTRY)
-    >>> unit_hint(patch, REGISTRY, "tile-force.force", "tone.amplitude")[:25]
-    'Tile force brings newtons'
+    >>> unit_hint(patch, REGISTRY, "tile-force.force", "tone.amplitude").partition(". ")[0]
+    'Tile force brings N; amplitude is a plain number'
     >>> patch = patch.add("value", REGISTRY).connect("value.out", "tone.frequency", REGISTRY)
     >>> patch = patch.connect("value.out", "tone.amplitude", REGISTRY)
     >>> unit_hint(patch, REGISTRY, "value.out", "tone.amplitude").partition(". ")[0]
     'Value brings Hz, for frequency; amplitude is a plain number'
     """
     parameter, own = _driven(patch, registry, target), port_of(patch, registry, source, "out").unit
-    if parameter is None or (own and (own, parameter.unit) != ("N", "")):
+    if parameter is None or own == "m/s^2" or (own and parameter.unit):
         return ""
-    brings, remedy = "newtons", "Force envelope or a Map"
+    brings, remedy = pretty_unit(own), "Force envelope or a Map" if own == "N" else "Map"
     if not own:
         driven = [_driven(patch, registry, end) for start, end in patch.wires if start == source]
         other = next((one for one in driven if one is not None and one.unit != parameter.unit), None)

@@ -373,7 +373,7 @@ def test_a_wire_that_brings_newtons_to_a_plain_number_says_what_to_put_between(q
     drag(workspace, port(workspace, "tile-force", "out", "force"), middle(workspace, "noise"))
     (wire,) = workspace.patch().wires
     assert wire == ("tile-force.force", "noise.amplitude")
-    assert canvas.message.startswith("Tile force brings newtons")
+    assert canvas.message.startswith("Tile force brings N; ")
     assert canvas.findChild(Message).findChild(QTimer).interval() > VISIBLE_MS, "it takes longer to read"
     steps = workspace.document.stack.count()
     ends = port(workspace, "tile-force", "out", "force"), port(workspace, "noise", "in", "amplitude")
@@ -385,6 +385,16 @@ def test_a_wire_that_brings_newtons_to_a_plain_number_says_what_to_put_between(q
     QTest.keyClicks(canvas.search.field, "force envelope")
     QTest.keyClick(canvas.search.field, Qt.Key.Key_Return)
     assert ("force-envelope.out", "noise.amplitude") in workspace.patch().wires
+
+
+def test_so_does_one_that_brings_metres_but_not_a_sound_that_is_a_factor(qtbot, workspace):
+    canvas = workspace.canvas
+    patch = Patch().add("tile-place", REGISTRY).add("tone", REGISTRY, (0, 200)).add("gain", REGISTRY, (240, 0))
+    workspace.set_patch(patch)
+    canvas.connect_ports("tile-place.distance", "gain.gain")
+    assert canvas.message == "Tile place brings m; gain is a plain number. Double-click the wire for a Map between"
+    canvas.connect_ports("tone.out", "gain.gain")
+    assert canvas.message == ""
 
 
 @pytest.mark.parametrize(
