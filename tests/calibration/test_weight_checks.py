@@ -49,7 +49,9 @@ def test_a_weight_that_is_another_once_is_named_with_sensor_and_way():
 
 
 def test_whoever_calibrates_with_weights_is_told():
+    """Of five on sensors that are all alike two explain the readings, and the last digit chose one of them."""
     hand = Hand(force=False, load=lambda press, force: force * (1.3 if press.force_n == 100.0 else 1.0))
     values = {"reference": "known weights", "weights_n": (25.0, 50.0, 100.0, 200.0, 300.0)}
     (said,) = run(FsrProcedure(default_floor(1, 1).tiles[0]), hand, values).warnings
-    assert said.startswith("the weight of 100 N reads as 130 N by the other weights: is it, or one beside it, as heavy")
+    assert said.startswith("the weight of 100 N reads as 130 N, or the one of 200 N reads as 1")
+    assert "N by the other weights: is it, or one beside it, as heavy as was typed?" in said

@@ -12,12 +12,17 @@ _LEAST_SHIFT, _LEAST_SCATTER = 0.12, 0.005
 share by which readings scatter at least, by creep alone, with the time until they are taken."""
 _BY_CHANCE = 1e-4
 """Chance that one of the weights of a good series is named."""
+_ALIKE = 100.0
+"""Factor between the chances of two weights that readings do not tell apart: of simulated tiles' sensors 2000 or more,
+and 1 of sensors that are all alike, as of five weights a cubic leaves one deviation, which is any weight's."""
 _OWN = 0.3
 """Share of a weight's own deviation that the curve must leave to it: near the ends it goes through nearly any."""
 
 
 def weight_warnings(pairs: Pairs) -> tuple[str, ...]:
     """Return a line on the weight that does not fit the others best, if it is no chance; `pairs` has one a weight.
+
+    Where several would explain the readings alike, it names all of them.
 
     The logarithm of force is a polynomial in that of the reading, for each sensor; on the way down, hysteresis and what
     has crept under the largest weight come to it. Each weight, on one sensor or on all, is tested as an outlier of mean
@@ -38,14 +43,16 @@ def weight_warnings(pairs: Pairs) -> tuple[str, ...]:
     every = [(force == weight_n).astype(np.float64) for weight_n in np.unique(force)[1:-1]]
     shifts = np.array([*every, *np.eye(force.size)])
     chance, times = _chances(basis, np.log(force), shifts)
-    k = int(np.argmin(chance))
-    if chance[k] * len(shifts) > _BY_CHANCE:
+    if chance.min() * len(shifts) > _BY_CHANCE:
         return ()
-    named = int(np.argmax(shifts[k]))
-    where = "" if k < len(every) else f" on sensor {sensor[named] + 1}, {'falling' if falls[named] else 'rising'},"
+    found = []
+    for k in np.flatnonzero(chance <= _ALIKE * chance.min()):
+        at = int(np.argmax(shifts[k]))
+        where = "" if k < len(every) else f" on sensor {sensor[at] + 1}, {'falling' if falls[at] else 'rising'},"
+        found.append(f"of {force[at]:g} N{where} reads as {force[at] / times[k]:.0f} N")
     return (
-        f"the weight of {force[named]:g} N{where} reads as {force[named] / times[k]:.0f} N by the other weights: is "
-        "it, or one beside it, as heavy as was typed? Weigh them, and measure again",
+        f"the weight {', or the one '.join(found)} by the other weights: is it, or one beside it, as heavy as was "
+        "typed? Weigh them, and measure again",
     )
 
 
