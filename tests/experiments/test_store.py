@@ -17,13 +17,16 @@ import pytest
 from made_patches import patch_of
 from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
 
+from underfoot.engine.target import Target
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.excerpts import Excerpt
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
+from underfoot.studies.set_up import set_up_of
 
 WRITER = """
 import sys, time
@@ -74,7 +77,6 @@ def test_the_file_holds_all_that_is_needed_to_read_it_alone(tmp_path):
     file = made(tmp_path / "a.session")
     assert set(file.patches()) == {"stimulus-wc", *(f"tacton-it{i}" for i in range(1, 9))}
     assert file.about["participant"] == "P1"
-    assert file.about["software"].startswith("Underfoot ")
     file.add_note("heel, not sole")
     file.close()
     again = SessionFile.open(tmp_path / "a.session")
@@ -326,9 +328,10 @@ def test_a_session_that_is_shared_shows_no_folder_of_the_computer(tmp_path):
     study, sessions = tmp_path / "anna" / "study", tmp_path / "anna" / "sessions"
     for folder in (study, sessions):
         folder.mkdir(parents=True)
-    equipment = {"target": f"replay:{study / 'walk.csv'}", "profiles": str(study / "profiles")}
+    target = Target(default_floor(), "replay", str(study / "walk.csv"), profiles=str(study / "profiles"))
     protocol = Protocol.loads(protocol_text(), "", study)
-    SessionFile.create(sessions / "a.session", protocol, "P1", study, equipment).close()
+    with closing(SessionFile.create(sessions / "a.session", protocol, "P1", study)) as session:
+        session.set_up(set_up_of(target))
     assert str(tmp_path).encode() not in (sessions / "a.session").read_bytes()
     moved = (tmp_path / "anna").rename(tmp_path / "ben")  # both folders together
     with closing(SessionFile.open(moved / "sessions" / "a.session")) as session:

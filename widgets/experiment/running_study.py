@@ -11,7 +11,6 @@ from PySide6.QtGui import QGuiApplication
 
 from underfoot.engine.commands import PressTile, Walk
 from underfoot.engine.reports import Report, SensorFaults
-from underfoot.engine.target import Target
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
@@ -88,7 +87,7 @@ class RunningStudy(QObject):
                 if path.exists():
                     file = SessionFile.open(path)
                 else:
-                    file = _created(path, study, participant, controller.target)
+                    file = SessionFile.create(path, study.protocol, participant, study.folder)
                     unless_begun.callback(remove_file, path)
                 unless_begun.callback(file.close)
                 if file.participant != participant:  # as where folders of two computers were put together
@@ -302,8 +301,3 @@ class _Waiting(NamedTuple):
     study: StudyFile
     run: Callable[[Equipment], Runner]
     unless_begun: ExitStack
-
-
-def _created(path: Path, study: StudyFile, participant: str, target: Target) -> SessionFile:
-    about = {"target": f"{target.kind}:{target.source}", "profiles": target.profiles}
-    return SessionFile.create(path, study.protocol, participant, study.folder, about)

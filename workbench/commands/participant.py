@@ -125,8 +125,7 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
         alike = next((p.name for p in _beside(path) if p.name.casefold() == path.name.casefold()), "")
         if alike:  # some file systems would take one for the other
             raise BadValue(f"{path} differs from {alike} in letter case only; go on with that, or choose another name")
-        about = {"target": options.target, "profiles": str(options.profiles or "")}
-        return SessionFile.create(path, protocol, person, folder, about)
+        return SessionFile.create(path, protocol, person, folder)
     file = SessionFile.open(path)
     if file.participant != person:
         kept = file.participant

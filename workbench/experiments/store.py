@@ -7,8 +7,6 @@ page.
 """
 
 import os
-import platform
-import re
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -33,7 +31,6 @@ from underfoot.patch import preset_files
 from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import installed_nodes
 from underfoot.sqlite_files import created, is_gone, numbers_of, opened, require_whole, version_of
-from underfoot.version import __version__
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -60,17 +57,6 @@ class Note:
     at: str
     entry: int
     text: str
-
-
-def _without_folders(text: str) -> str:
-    """Return a target or a file by its name.
-
-    >>> _without_folders("serial:/dev/ttyUSB0"), _without_folders("study/profiles/"), _without_folders("udp:[::1]:9000")
-    ('serial:ttyUSB0', 'profiles', 'udp:[::1]:9000')
-    >>> _without_folders("C:\\\\study\\\\profiles"), _without_folders("simulator:C:\\\\study\\\\soft.json")
-    ('profiles', 'simulator:soft.json')
-    """
-    return re.sub(r"(?:\b[A-Za-z]:)?[^:]*[/\\]", "", text.rstrip("/\\"))
 
 
 def _way_to(folder: Path | None, beside: Path) -> dict[str, str]:
@@ -105,17 +91,11 @@ class SessionFile:
         self._held: BaseFileLock | None = None
 
     @staticmethod
-    def create(
-        path: str | Path,
-        protocol: Protocol,
-        participant: str,
-        folder: Path | None = None,
-        about: Mapping[str, str] | None = None,
-    ) -> "SessionFile":
+    def create(path: str | Path, protocol: Protocol, participant: str, folder: Path | None = None) -> "SessionFile":
         """Return a new session file, which is held, for a checked protocol, whose patches are in `folder`.
 
-        `about` is further metadata: target, profiles. The file may be shared, so no folder of this computer is kept.
-        Raises `BadFile` if the file exists, and `BadValue` if a package that a method needs is not installed.
+        The file may be shared, so no folder of this computer is kept. Raises `BadFile` if the file exists, and
+        `BadValue` if a package that a method needs is not installed.
         """
         path = Path(path)
         require_id(participant)
@@ -125,14 +105,10 @@ class SessionFile:
         if os.path.exists(path):
             raise BadFile(f"{path} is there already; go on with it, or choose another name for the session")
         known = {
-            **{key: _without_folders(text) for key, text in (about or {}).items()},
             **_way_to(folder, path.parent),
             "protocol": protocol.dumps().decode(),
             "participant": participant,
             "begun": time_of_day(),
-            "software": f"Underfoot {__version__}",
-            "python": platform.python_version(),
-            "system": platform.platform(),
         }
         try:
             with created(path, APPLICATION_ID, VERSION, _TABLES, known, is_new=True) as base:
@@ -431,12 +407,20 @@ class SessionFile:
         require_id(id)
         self.add_note(f"id corrected to {id}; begun as {self.participant}", {"corrected_id": id})
 
+    def set_up(self, now: Mapping[str, str]) -> None:
+        """Keep in `about` what the session is made with from now on, such as its target; a note has what changed."""
+        known = self.about
+        before = {key: known[key] for key, text in now.items() if known.get(key, text) != text}
+        changed = "; ".join(f"{key} {now[key] or 'none'} (before: {was or 'none'})" for key, was in before.items())
+        self.add_note(f"went on with another set-up: {changed}" if changed else "", now)
+
     def add_note(self, text: str, about: Mapping[str, str] | None = None) -> None:
-        """Store a note of the experimenter, and with it what it changes of `about`."""
+        """Store a note of the experimenter, if it has text, and with it what it changes of `about`."""
         self._await_felt()
         with self._transaction():
-            row = (time_of_day(), self._last, text)
-            self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
+            if text:
+                row = (time_of_day(), self._last, text)
+                self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
             self._base.executemany("insert or replace into about values (?, ?)", (about or {}).items())
 
     def close(self) -> None:

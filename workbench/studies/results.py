@@ -27,6 +27,7 @@ from underfoot.experiments.trial_files import columns_of_study, read_csv, write_
 from underfoot.experiments.trials import NOTHING
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
+from underfoot.studies.set_up import is_without_hardware
 
 FORMS = ("CSV", "estimates", "BIDS", "report")
 """Forms in which trials of sessions, and what came of them, can be written."""
@@ -39,9 +40,10 @@ class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
     `left_out` names sessions of another version of the protocol, and `reworded` those that differ in words, preferred
-    foot or blinding alone, which count; `unfinished` those that lack answers, and count as far as they go; `notes`
-    those of the experimenter: participant, time, number of the entry before, text. `excluded` are the participants whom
-    the experimenter has left out, with why; their rows are spoiled. `unread` says of damaged sessions what is wrong.
+    foot or blinding alone, which count; `unfinished` those that lack answers, and count as far as they go; `simulated`
+    those whose forces are simulated or replayed; `notes` those of the experimenter: participant, time, number of the
+    entry before, text. `excluded` are the participants whom the experimenter has left out, with why; their rows are
+    spoiled. `unread` says of damaged sessions what is wrong.
     """
 
     title: str
@@ -51,6 +53,7 @@ class Results:
     left_out: tuple[str, ...] = ()
     reworded: tuple[str, ...] = ()
     unfinished: tuple[str, ...] = ()
+    simulated: tuple[str, ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
     excluded: tuple[tuple[str, str], ...] = ()
     unread: tuple[str, ...] = ()
@@ -68,6 +71,7 @@ class Results:
             ("Begun with another version of the protocol, left out", self.left_out),
             ("Begun with other titles, texts or words of questions, blinding, or foot, and counted", self.reworded),
             ("Not finished, and counted as far as they go", self.unfinished),
+            ("Without hardware, so with simulated or replayed forces, and counted", self.simulated),
         ):
             if labels:
                 found.append(f"{how}: {', '.join(labels)}.")
@@ -89,8 +93,8 @@ class Results:
         found[0].remarks += self.remarks
         if self.notes:
             told = (
-                "Entries are numbered as in the table of trials. Stops, and calibrations in use with day and digest, "
-                "are noted by the program."
+                "Entries are numbered as in the table of trials. Stops, calibrations in use with day and digest, and "
+                "another set-up than before, are noted by the program."
             )
             columns = ("participant", "time", "after entry", "note")
             found.append(Findings("What was noted", [Table("Notes of the sessions", columns, self.notes, told)]))
@@ -184,6 +188,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         left_out=tuple(one.label for one in read if not one.is_of_study),
         reworded=tuple(one.label for one in of_study if one.text != text),
         unfinished=tuple(one.label for one in of_study if one.is_unfinished and not one.left_out),
+        simulated=tuple(one.label for one in of_study if one.is_simulated and not one.left_out),
         notes=tuple(note for one in of_study for note in one.notes),
         excluded=tuple(excluded),
         unread=tuple(map(str, unread)),
@@ -260,6 +265,7 @@ class _Session:
     left_out: str
     rows: Sequence[Row]
     is_unfinished: bool
+    is_simulated: bool
     notes: Sequence[tuple[str, str, int, str]]
 
 
@@ -276,7 +282,9 @@ def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
         if left_out:
             rows = as_left_out(rows, left_out)
         notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
-        return _Session(path, of, known, is_of_study, participant, file.label, left_out, rows, lacks_answers, notes)
+        is_simulated = is_without_hardware(file.about.get("target", ""))
+        whose, states = (participant, file.label, left_out), (lacks_answers, is_simulated)
+        return _Session(path, of, known, is_of_study, *whose, rows, *states, notes)
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:

@@ -43,6 +43,7 @@ from underfoot.studies.page_run import (
 )
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
+from underfoot.studies.set_up import set_up_of
 from underfoot.studies.stimulus_patches import StimulusPatches
 from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 from underfoot.studies.trial_run import TrialRun
@@ -87,6 +88,7 @@ class Runner:
         if self.study.was_interrupted and self.page.trial is not None:
             number = f"trial {self.page.trial.number} of {self.page.stage}"
             self.messages.append(f"{number} was felt and not answered when the session ended; it comes again")
+        file.set_up(set_up_of(target))
         self._note_calibrations()
         if lacking:
             self.note(lacking)

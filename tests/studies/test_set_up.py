@@ -1,0 +1,47 @@
+"""What a session is made with: kept in its file, with what has changed, and told where it is no hardware."""
+
+from contextlib import closing
+from importlib.metadata import version
+
+from made_studies import made_protocol
+from people import taking_part
+
+from underfoot.engine.target import Target
+from underfoot.experiments.store import SessionFile
+from underfoot.floor.layout import default_floor
+from underfoot.studies.results import results_of
+from underfoot.studies.set_up import set_up_of
+
+HARDWARE = Target(default_floor(1, 1), "serial", "/dev/ttyACM0", sound="hw:1")
+
+
+def test_a_session_that_goes_on_with_another_set_up_says_what_has_changed(session, until, tmp_path):
+    """Of another target, card, computer or version its file told nothing."""
+    path, protocol = tmp_path / "a.session", made_protocol("rating", {"blocks": 1}, start="step")
+    software = f"Underfoot {version('underfoot')}"
+    with closing(SessionFile.create(path, protocol, "P1")) as file:
+        for _ in range(2):
+            file.set_up(set_up_of(HARDWARE) | {"software": "Underfoot 0.0"})
+            assert file.notes() == []
+    for _ in range(2):
+        with taking_part(session, protocol, path, until) as person:
+            known, notes = person.runner.file.about, [note.text for note in person.runner.file.notes()]
+        changed = "target simulator (before: serial:ttyACM0); sound none (before: hw:1)"
+        assert notes == [f"went on with another set-up: {changed}; software {software} (before: Underfoot 0.0)"]
+        assert (known["target"], known["sound"], known["software"]) == ("simulator", "none", software)
+
+
+def test_sessions_without_hardware_are_named(tmp_path):
+    """Who forgot to choose the floor had forces of the simulator analysed as a participant's, without a word."""
+    protocol, floor = made_protocol("rating", {"blocks": 1, "rated": ["TD"]}), default_floor()
+    for person, target in {"P1": HARDWARE, "P2": Target(floor), "P3": Target(floor, "replay", "walk.csv")}.items():
+        with closing(SessionFile.create(tmp_path / f"{person}.session", protocol, person)) as file:
+            file.set_up(set_up_of(target))
+            file.add(file.study(protocol).answer({"rating": 40.0}))
+    told = "Without hardware, so with simulated or replayed forces, and counted: P2, P3."
+    assert results_of(sorted(tmp_path.glob("*.session"))).remarks == [told]
+    with closing(SessionFile.open(tmp_path / "P2.session")) as file:
+        file.leave_out("a trial of ours")
+    assert "hardware, so with simulated or replayed forces, and counted: P3." in " ".join(
+        results_of(sorted(tmp_path.glob("*.session"))).remarks
+    )
