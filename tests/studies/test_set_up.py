@@ -1,5 +1,6 @@
 """What a session is made with: kept in its file, with what has changed, and told where it is no hardware."""
 
+import re
 from contextlib import closing
 from importlib.metadata import version
 
@@ -7,9 +8,10 @@ from made_studies import made_protocol
 from people import taking_part
 
 from underfoot.engine.target import Target
+from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.store import SessionFile
 from underfoot.floor.layout import default_floor
-from underfoot.studies.results import results_of
+from underfoot.studies.results import results_of, written_files
 from underfoot.studies.set_up import set_up_of
 
 HARDWARE = Target(default_floor(1, 1), "serial", "/dev/ttyACM0", sound="hw:1")
@@ -45,3 +47,30 @@ def test_sessions_without_hardware_are_named(tmp_path):
     assert "hardware, so with simulated or replayed forces, and counted: P3." in " ".join(
         results_of(sorted(tmp_path.glob("*.session"))).remarks
     )
+
+
+def test_the_report_says_with_what_each_session_was_made_and_what_each_column_of_the_table_holds(tmp_path):
+    """With a plain CSV nothing said what its columns are; versions, floors and cards were in the session files alone."""
+    path, protocol = tmp_path / "P1.session", made_protocol("rating", {"blocks": 1, "rated": ["TD"]})
+    with closing(SessionFile.create(path, protocol, "P1")) as file:
+        file.set_up(set_up_of(HARDWARE) | {"system": "a computer", "python": "3.99"})
+        file.add(file.study(protocol).answer({"rating": 40.0}, {"most_force_n": 700.0}))
+        begun = file.about["begun"][:19].replace("T", " ")
+    written_files([path], "report", tmp_path, Settings(bootstrap=0), protocol)
+    written_files([path], "CSV", tmp_path / "trials.csv", Settings(), protocol)
+    page = (tmp_path / "analysis.html").read_text()
+    made = (
+        "P1",
+        begun,
+        f"Underfoot {version('underfoot')}",
+        "3.99",
+        "a computer",
+        "serial:ttyACM0",
+        "1 x 1 tiles",
+        "",
+        "hw:1",
+    )
+    assert "".join(f"<td>{cell}</td>" for cell in made) in page
+    header = (tmp_path / "trials.csv").read_text().splitlines()[0].split(",")
+    assert [re.search(f"<td>{column}</td><td>[A-Z0-9][^<]{{9,}}</td>", page) for column in header].count(None) == 0
+    assert "<td>most_force_n</td><td>Largest force on one tile during the presentation, in N.</td>" in page

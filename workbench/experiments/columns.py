@@ -4,6 +4,7 @@ FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block",
 """The columns that every trial has, in their order."""
 RESPONSE_S = "response_s"
 DESCRIPTIONS = {
+    "participant": "The participant's id.",
     "stage": "Stage of the protocol.",
     "method": "Method of the stage.",
     "practice": "Whether the trial is practice, and left out of the analysis.",
@@ -23,7 +24,7 @@ DESCRIPTIONS = {
     "judged_more": "Of the question: more of what the factors count has the interval that is chosen, or not chosen.",
     "gain_db": "Level of the stimulus re its level in the protocol, in dB.",
     "level_m_s2": "Peak acceleration of the stimulus, in m/s^2; empty where it is not known.",
-    "level_db": "The same, without what was set in a stage before: of the method, or the answer of an adjustment.",
+    "level_db": "Level that the method chose, or the participant set, in dB: gain_db without what a level stage set.",
     "series": "Of an adjustment: ascending, from below what is sought, or descending, from above.",
     "start_at": "Where the adjustment began, on the scale of the answer.",
     "standard_at": "Where the standard is on the scale of the answer, where the protocol says it.",
@@ -66,5 +67,5 @@ DESCRIPTIONS = {
     "most_force_n": "Largest force on one tile during the presentation, in N.",
 }
 """What each column holds, for people who get the table alone."""
-NOT_FACTORS = frozenset(("participant", "frames", "software", *DESCRIPTIONS)) - {"level_m_s2"}
+NOT_FACTORS = frozenset(("frames", "software", *DESCRIPTIONS)) - {"level_m_s2"}
 """Columns that are not factors of stimuli: identification, answers and measurements of a trial."""

@@ -76,6 +76,16 @@ def columns_of_study(rows: Sequence[Row], protocol: Protocol | None) -> list[str
     return list(dict.fromkeys([*FIRST_COLUMNS, *own, *there]))
 
 
+def described_columns(rows: Sequence[Row], protocol: Protocol | None) -> tuple[tuple[str, str], ...]:
+    """Return the columns of a study's table, each with what it holds and its unit.
+
+    >>> described_columns([{"participant": "P1", "plays": 2}], None)[-1]
+    ('plays', 'How often the trial was presented.')
+    """
+    described = {column: _described(column, protocol) for column in columns_of_study(rows, protocol)}
+    return tuple((column, " ".join(told.values())) for column, told in described.items())
+
+
 def read_csv(path: str | Path) -> list[Row]:
     """Return the trials of a CSV, for the analysis; raise `BadFile` if it is not a table of trials.
 

@@ -23,11 +23,11 @@ from underfoot.experiments.table import (
     why_left_out,
     with_levels,
 )
-from underfoot.experiments.trial_files import columns_of_study, read_csv, write_bids, write_csv
+from underfoot.experiments.trial_files import columns_of_study, described_columns, read_csv, write_bids, write_csv
 from underfoot.experiments.trials import NOTHING
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
-from underfoot.studies.set_up import is_without_hardware
+from underfoot.studies.set_up import COLUMNS, is_without_hardware
 
 FORMS = ("CSV", "estimates", "BIDS", "report")
 """Forms in which trials of sessions, and what came of them, can be written."""
@@ -41,9 +41,10 @@ class Results:
 
     `left_out` names sessions of another version of the protocol, and `reworded` those that differ in words, preferred
     foot or blinding alone, which count; `unfinished` those that lack answers, and count as far as they go; `simulated`
-    those whose forces are simulated or replayed; `notes` those of the experimenter: participant, time, number of the
-    entry before, text. `excluded` are the participants whom the experimenter has left out, with why; their rows are
-    spoiled. `unread` says of damaged sessions what is wrong.
+    those whose forces are simulated or replayed; `set_ups` say whose each is, when it was begun, and with what it was
+    made; `notes` are those of the experimenter: participant, time, number of the entry before, text. `excluded` are
+    the participants whom the experimenter has left out, with why; their rows are spoiled. `unread` says of damaged
+    sessions what is wrong.
     """
 
     title: str
@@ -54,6 +55,7 @@ class Results:
     reworded: tuple[str, ...] = ()
     unfinished: tuple[str, ...] = ()
     simulated: tuple[str, ...] = ()
+    set_ups: tuple[tuple[str, ...], ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
     excluded: tuple[tuple[str, str], ...] = ()
     unread: tuple[str, ...] = ()
@@ -129,15 +131,24 @@ class Results:
         return unread
 
     def write_report(self, folder: Path, findings: Sequence[Findings]) -> None:
-        """Write a page with these findings, `analysis.html`."""
+        """Write a page with these findings, how they were measured, and what the columns are: `analysis.html`."""
         people = dict.fromkeys(str(row["participant"]) for row in self.rows if not why_left_out(row))
         left_out = [("left out", self._excluded_text)] if self.excluded else []
         write_page(
             folder / "analysis.html",
             self.title,
-            findings,
+            [*findings, self._measured()],
             [("participants", f"{len(people)}: {', '.join(people)}"), *left_out],
         )
+
+    def _measured(self) -> Findings:
+        """Return what a reader of the report asks of the sessions, and of the table of trials."""
+        described = described_columns(self.rows, self.protocol)
+        tables = [Table("Columns of the table of trials", ("column", "what it holds"), described)]
+        if self.protocol is not None and self.set_ups:
+            told = f"Orders follow from the protocol's seed, {self.protocol.seed}, and the id that each was begun with."
+            tables.insert(0, Table("Sessions", ("participant", "begun", *COLUMNS), self.set_ups, told))
+        return Findings("How it was measured", tables)
 
 
 def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
@@ -189,6 +200,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         reworded=tuple(one.label for one in of_study if one.text != text),
         unfinished=tuple(one.label for one in of_study if one.is_unfinished and not one.left_out),
         simulated=tuple(one.label for one in of_study if one.is_simulated and not one.left_out),
+        set_ups=tuple((one.label, *one.set_up) for one in of_study),
         notes=tuple(note for one in of_study for note in one.notes),
         excluded=tuple(excluded),
         unread=tuple(map(str, unread)),
@@ -266,6 +278,7 @@ class _Session:
     rows: Sequence[Row]
     is_unfinished: bool
     is_simulated: bool
+    set_up: Sequence[str]
     notes: Sequence[tuple[str, str, int, str]]
 
 
@@ -282,9 +295,10 @@ def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
         if left_out:
             rows = as_left_out(rows, left_out)
         notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
-        is_simulated = is_without_hardware(file.about.get("target", ""))
-        whose, states = (participant, file.label, left_out), (lacks_answers, is_simulated)
-        return _Session(path, of, known, is_of_study, *whose, rows, *states, notes)
+        about, whose = file.about, (participant, file.label, left_out)
+        set_up = (about.get("begun", "")[:19].replace("T", " "), *(about.get(name, "") for name in COLUMNS))
+        is_simulated = is_without_hardware(about.get("target", ""))
+        return _Session(path, of, known, is_of_study, *whose, rows, lacks_answers, is_simulated, set_up, notes)
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:

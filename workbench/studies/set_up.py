@@ -12,8 +12,12 @@ if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
 
+COLUMNS = ("software", "python", "system", "target", "floor", "profiles", "sound")
+"""What a session is made with, by its names in a session file."""
+
+
 def set_up_of(target: "Target") -> dict[str, str]:
-    """Return what a session on a target is made with, by its names in a session file, without folders.
+    """Return what a session on a target is made with, by `COLUMNS`, without folders.
 
     >>> from underfoot.engine.target import Target
     >>> from underfoot.floor.layout import default_floor
