@@ -50,7 +50,7 @@ def test_sessions_without_hardware_are_named(tmp_path):
 
 
 def test_the_report_says_with_what_each_session_was_made_and_what_each_column_of_the_table_holds(tmp_path):
-    """With a plain CSV nothing said what its columns are; versions, floors and cards were in the session files alone."""
+    """With a plain CSV nothing said what its columns are; versions, floors and cards were in session files alone."""
     path, protocol = tmp_path / "P1.session", made_protocol("rating", {"blocks": 1, "rated": ["TD"]})
     with closing(SessionFile.create(path, protocol, "P1")) as file:
         file.set_up(set_up_of(HARDWARE) | {"system": "a computer", "python": "3.99"})
