@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -66,8 +66,7 @@ class CostDialog(Dialog):
         column.addLayout(top)
         column.addWidget(self.summary)
         column.addWidget(self.table)
-        room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
-        self.resize(QSize(128 * theme.GRID, 72 * theme.GRID).boundedTo(room))
+        self.resize(128 * theme.GRID, 72 * theme.GRID)
         self._start_or_stop()
 
     def done(self, result: int) -> None:

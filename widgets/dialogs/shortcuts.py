@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterable, Sequence
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QDialogButtonBox, QGridLayout, QScrollArea, QVBoxLayout, QWidget
 
@@ -40,14 +39,14 @@ class ShortcutsDialog(Dialog):
         area = QScrollArea()
         area.setWidget(inside)
         area.setWidgetResizable(True)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setMinimumWidth(inside.sizeHint().width() + 2 * theme.GRID)
+        area.setAccessibleName(self.windowTitle())
         buttons = self.button_row(QDialogButtonBox.StandardButton.Close)
         layout = QVBoxLayout(self)
         layout.addWidget(area)
         layout.addWidget(buttons)
         room = parent.height() if parent is not None else 100 * theme.GRID
-        self.resize(0, min(inside.sizeHint().height() + 10 * theme.GRID, room - 4 * theme.GRID))
+        size = inside.sizeHint()
+        self.resize(size.width() + 6 * theme.GRID, min(size.height() + 10 * theme.GRID, room - 4 * theme.GRID))
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialogButtonBox,
@@ -102,8 +102,7 @@ class SessionsDialog(Dialog):
         column.addLayout(row)
         column.addWidget(self.note)
         column.addWidget(self.buttons)
-        room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
-        self.resize(QSize(104 * theme.GRID, 60 * theme.GRID).boundedTo(room))
+        self.resize(104 * theme.GRID, 60 * theme.GRID)
 
     def _show_lines(self, lines: list[SessionLine]) -> None:
         self.lines = lines

@@ -1,0 +1,78 @@
+"""Dialogs on a screen of 1280 x 800 at 200 %, which has 640 x 400 points: their buttons can be reached."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+from on_screen import show
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QWidget
+
+from underfoot.floor.layout import default_floor
+from underfoot.network.server import Counts
+from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.dialogs.audio_dialog import AudioDialog
+from underfoot.widgets.dialogs.network_dialog import NetworkDialog
+from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
+
+
+def audio():
+    return AudioDialog(list, lambda: None, default_floor())
+
+
+def network():
+    return NetworkDialog(lambda *_: None, Counts, str, DEFAULT_ADDRESSES, [])
+
+
+def keys():
+    return ShortcutsDialog([("EVERYWHERE", [("What a key does, told in a line of ordinary length", "F1")] * 90)])
+
+
+def shown(qtbot, made: Dialog):
+    made.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
+    qtbot.addWidget(made)
+    show(qtbot, made)
+    return made
+
+
+def place_in(dialog: QWidget, part: QWidget):
+    return QRect(part.mapTo(dialog, part.rect().topLeft()), part.size())
+
+
+@pytest.mark.parametrize("make", [audio, network, keys])
+def test_the_buttons_of_a_dialog_are_in_sight_on_a_low_screen(qtbot, make: Callable[[], Dialog]):
+    dialog = shown(qtbot, make())
+    dialog.resize(608, 336)
+    qtbot.waitUntil(lambda: dialog.size().toTuple() == (608, 336))
+    buttons = dialog.findChild(QDialogButtonBox)
+    assert dialog.rect().contains(place_in(dialog, buttons))
+
+
+def test_what_tab_comes_to_is_scrolled_to_and_nothing_overlaps(qtbot):
+    dialog = shown(qtbot, network())
+    dialog.resize(608, 336)
+    inside = dialog.addresses["tuio"].parentWidget()
+    parts = [part for part in inside.findChildren(QWidget) if part.isVisible()]
+    rows = sorted((place for place in (place_in(inside, part) for part in parts) if place.left() == 0), key=QRect.top)
+    assert len(rows) >= len(dialog.check_boxes)
+    assert all(above.bottom() < below.top() for above, below in pairwise(rows))
+    stops = {part for kind in (QCheckBox, QLineEdit) for part in inside.findChildren(kind)}
+    dialog.check_boxes["tuio"].setFocus()
+    passed = set()
+    for _ in stops:
+        part = dialog.focusWidget()
+        assert dialog.rect().contains(place_in(dialog, part))
+        passed.add(part)
+        qtbot.keyClick(part, Qt.Key.Key_Tab)
+    assert passed == stops
+    assert dialog.buttons.isAncestorOf(dialog.focusWidget())
+
+
+def test_a_dialog_is_no_larger_than_the_screen(qtbot):
+    made = Dialog("Wide", None)
+    made.column().addWidget(QWidget())
+    made.resize(4000, 3000)
+    room = shown(qtbot, made).screen().availableGeometry()
+    assert made.width() < room.width()
+    assert made.height() < room.height()
