@@ -35,6 +35,29 @@ def test_what_ends_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, fo
     until(lambda: not members(process.pid))
 
 
+LEAVES = """
+import os, signal, sys
+def hear(event, given):
+    if event == "os.rename" and os.path.basename(given[1]) == "plate.json":
+        os.kill(os.getpid(), signal.SIGTERM)
+sys.addaudithook(hear)
+sys.argv = ["underfoot", "plate", "--footsteps", "steps.csv", "-o", "plate.json"]
+from underfoot.start import main
+main()
+"""
+
+
+def test_every_command_that_is_ended_leaves_no_part_of_a_file(folder):
+    """Those that did not ask for it left `.plate.json.47ea30d3`, or a recording that came through a pipe."""
+    lines = [
+        f"{at},1,{force},{force / stiffness}" for at, stiffness in ((0, 40), (1, 90)) for force in range(0, 600, 5)
+    ]
+    (folder / "steps.csv").write_text("\n".join(["position,footstep,force_n,displacement_mm", *lines]))
+    run = subprocess.run([sys.executable, "-c", LEAVES], check=False, capture_output=True)
+    assert (run.returncode, run.stdout, run.stderr.strip()) == (143, b"", b"")
+    assert os.listdir(folder) == ["steps.csv"]
+
+
 EXPORTED = """
 import os, signal, sys
 def hear(event, given):

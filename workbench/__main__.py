@@ -21,6 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import click
 
 from underfoot.commands import CommandGroup
+from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.files import (
     FILE,
     FileOrPreset,
@@ -77,6 +78,7 @@ def cli(
     """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
     if context.invoked_subcommand is None:
         context.exit(open_window(target, floor, patch, recording, screenshot, _scene(scene, settings)))
+    context.obj.enter_context(raised_at_signals())  # so that a command leaves no part of a file; the window ends itself
 
 
 def main() -> None:

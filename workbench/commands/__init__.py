@@ -5,6 +5,7 @@ several commands share.
 """
 
 import os
+from contextlib import ExitStack
 from difflib import get_close_matches
 from importlib import import_module
 from pkgutil import iter_modules
@@ -53,6 +54,11 @@ class CommandGroup(SentenceGroup):
         if args and args[0] not in _modules() and _names_file(args[0]):
             args = ["--patch" if args[0].lower().endswith(".json") else "--recording", *args]
         return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command, or the window. What `ctx.obj` is given ends with it, and hears what it raises."""
+        with ExitStack() as ctx.obj:
+            return super().invoke(ctx)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem]":
         """Return the commands and options that begin so or, if none does, that the shell has the files."""

@@ -11,7 +11,6 @@ import click
 
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.options import command, require_only
 from underfoot.commands.telling import tell
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
@@ -81,7 +80,7 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
-    with report_compiling(), raised_at_signals():
+    with report_compiling():
         setup = MeasurementSetup(tile, known, options.seed, sensors=rig.sensors)
         found = _measured(calibration, rig, floor, setup, options)
     options.conclude(found, known)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import ended_by_signals, raised_at_signals
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.options import SECONDS, command, require_seconds, two_numbers
 from underfoot.commands.telling import tell
 from underfoot.devices.transport import Sender, made
@@ -91,7 +91,6 @@ SenderOptions = make_dataclass(
 
 
 @command(SenderOptions, EmulateOptions)
-@raised_at_signals()
 def emulate(of_senders: object, options: EmulateOptions) -> None:
     """Emulate tiles, until Ctrl-C or for --seconds.
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.files import FILE, OUTPUT, require_outputs_writable
 from underfoot.commands.telling import tell_share
 
@@ -32,7 +31,6 @@ class _Formats(click.Command):
 )
 @click.option("--from", "from_s", type=float, metavar="S", help="Export from this second; by default the first.")
 @click.option("--to", "to_s", type=float, metavar="S", help="Export up to this second; by default the last.")
-@raised_at_signals()
 def export(recording: Path, output: Path, vibration: str, from_s: float | None, to_s: float | None) -> None:
     """Write RECORDING for other programs."""
     from underfoot.records.exports import ExportSource, format_of, write_export

@@ -51,15 +51,12 @@ def _kept(pipe: str, ctx: click.Context) -> str:
     from shutil import copyfileobj
     from tempfile import TemporaryDirectory
 
-    from underfoot.commands.ending import raised_at_signals
-
     folder = ctx.with_resource(TemporaryDirectory(prefix="underfoot-pipe-"))
     copy = os.path.join(folder, os.path.basename(pipe))
     try:  # to open it in the usual way would wait for somebody who writes
         with open(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb") as source, open(copy, "wb") as target:
             os.set_blocking(source.fileno(), True)
-            with raised_at_signals():  # so that the folder is removed
-                copyfileobj(source, target)
+            copyfileobj(source, target)
     except OSError as error:
         raise BadFile(f"{pipe} cannot be read: {reason_of(error)}") from None
     if not os.path.getsize(copy):

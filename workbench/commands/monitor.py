@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import ended_by_signals, raised_at_signals
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, complete_sources, require_outputs_writable
 from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import RECORD, SessionOptions
@@ -53,7 +53,6 @@ class MonitorOptions(SessionOptions):
     impulse, rate of loading, person, and length.
     """,
 )
-@raised_at_signals()
 def monitor(options: MonitorOptions) -> None:
     """Print footsteps as they happen."""
     from underfoot import monitoring

@@ -10,7 +10,6 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.files import require_outputs_writable
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
@@ -74,7 +73,6 @@ def go_on_as_begun(options: "ExperimentOptions") -> None:
     _run(options, lambda: SessionFile.open(path))
 
 
-@raised_at_signals()
 def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", beside: Path | None = None) -> None:
     """Run or go on with a session; ends with it, at "stop", at a signal, or where standard input ends."""
     from underfoot.engine.card_process import CardProcess

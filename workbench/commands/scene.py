@@ -11,7 +11,7 @@ import click
 
 from underfoot.arguments import choice
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import ended_by_signals, raised_at_signals
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import complete_names, require_outputs_writable, scene_names
 from underfoot.commands.options import command, require_only
 from underfoot.commands.session_target import LEVEL, RECORD, TargetOptions
@@ -49,7 +49,6 @@ class SceneOptions(TargetOptions):
 
 
 @command(SceneOptions)
-@raised_at_signals()
 def scene(options: SceneOptions) -> None:
     """Play the scene NAME on the floor, and print what happens. Without NAME, list the scenes.
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from underfoot.clock import once_in
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import ended_by_signals, raised_at_signals
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FORCES_FLOOR, RUN_CODE, complete_sources, require_outputs_writable
 from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import LEVEL, RECORD, SessionOptions
@@ -63,7 +63,6 @@ class ServeOptions(SessionOptions):
     an IPv4 address or localhost.
     """,
 )
-@raised_at_signals()
 def serve(options: ServeOptions) -> None:
     """Send contacts and steps to other programs, and play what they request."""
     from underfoot.engine.session import Session
