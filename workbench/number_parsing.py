@@ -16,7 +16,7 @@ _IN_NO_UNIT = ("+", "-", "*", "/", "^", "_", "'", "’", "(", ")")
 """What a unit does not begin with: by such a sign a number or a calculation goes on in a way that is not read."""
 _SIGNS = str.maketrans("μ⋅∙•−", "µ···-")
 """Signs that mean the same; keyboards, word processors and other programs differ."""
-_STANDARD_GRAVITY = 9.80665
+STANDARD_GRAVITY = 9.80665
 """m/s^2 (CGPM 1901); that of a place is within 0.3 % of it."""
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
 
@@ -83,7 +83,7 @@ def _in_si(value: float, given: str, unit: str) -> float:
             factors |= {name.replace("µ", "u"): exact for name in (prefix, prefix + unit) if "µ" in prefix}
         factors |= {name.replace(" ", ""): 1.0 for name in (unit, pretty_unit(unit))}
     factors |= {"K": factors["k"]} if "k" in factors else {}  # alone; before a unit it is found below
-    factors |= {"kg": _STANDARD_GRAVITY} if unit == "N" else {}
+    factors |= {"kg": STANDARD_GRAVITY} if unit == "N" else {}
     in_other_case = {factors[name] for name in factors if unit in name and name.lower() == given.lower()}
     meant = {factors[given]} if given in factors else in_other_case
     if len(meant) != 1:

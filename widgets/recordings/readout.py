@@ -2,16 +2,20 @@
 
 import math
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
-from underfoot.errors import BadValue
+from underfoot.errors import UnderfootError
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile_parts import PARTS, lines_of
 from underfoot.quantities import counted, fixed, quantity
+from underfoot.records.jumps import jumps_in
+from underfoot.records.recording import Recording
+from underfoot.records.survey import Survey
 from underfoot.records.sway import sway_of
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker
@@ -28,9 +32,9 @@ class CursorReadout(QObject):
     def __init__(self, axis: Axis, reader: RecordingReader, parent: QObject) -> None:
         super().__init__(parent)
         self._axis, self._reader = axis, reader
-        self._values, self._sway = "", ""
-        self._sways = BackgroundWorker(self)
-        self._sways.found.connect(lambda found: self._show_sway(*found))
+        self._values, self._found = "", ""
+        self._looks = BackgroundWorker(self)
+        self._looks.found.connect(lambda found: self._show_found(*found))
         self.text = ElidedLabel("small")
         self.text.setFixedHeight(4 * theme.GRID)
         self.text.setContentsMargins(2 * theme.GRID, 0, 0, 0)
@@ -49,14 +53,15 @@ class CursorReadout(QObject):
 
     def close_down(self) -> None:
         """Wait for what is being computed."""
-        self._sways.join()
+        self._looks.join()
 
     def describe_selection(self) -> None:
-        """Compute the sway in the selected stretch, if somebody stands there, and show the rest meanwhile."""
-        self._sway = ""
+        """Compute the sway in the selected stretch, if somebody stands there, or the jumps, and show the rest
+        meanwhile."""
+        self._found = ""
         self._describe()
-        if (asked := self._of_sway()) is not None:
-            self._sways.compute(lambda _: [asked, _sway_text(*asked)])
+        if (asked := self._of_stretch()) is not None:
+            self._looks.compute(lambda _: [asked, _stretch_text(*asked)])
 
     def choose_tile(self, row: int) -> None:
         """Show the vibration of a tile, by its row of the floor."""
@@ -96,16 +101,18 @@ class CursorReadout(QObject):
         self.map.set_contacts(contacts, time_s)
         self.map.update()
 
-    def _of_sway(self) -> tuple[bytearray, tuple[float, float]] | None:
-        """Return what the sway is told of: what is known of the loads, and the selected stretch."""
+    def _of_stretch(self) -> tuple[Path, Survey, tuple[float, float]] | None:
+        """Return what sway and jumps are told of: the recording, what is known of its loads, the selected stretch."""
         content, stretch = self._axis.content, self._axis.selection
-        return None if content is None or stretch is None else (content.balance, stretch)
+        if content is None or stretch is None:
+            return None
+        return content.opened.path, Survey([*content.contacts], balance=content.balance), stretch
 
-    def _show_sway(self, asked: tuple[bytearray, tuple[float, float]], text: str) -> None:
-        if asked != self._of_sway():
+    def _show_found(self, asked: tuple[Path, Survey, tuple[float, float]], text: str) -> None:
+        if asked != self._of_stretch():
             self.describe_selection()  # another one was selected meanwhile, or more is known
             return
-        self._sway = text
+        self._found = text
         self._describe()
 
     def _describe(self) -> None:
@@ -113,7 +120,7 @@ class CursorReadout(QObject):
         parts = [self._values]
         if (stretch := self._axis.selection) is not None:
             begin, end, length = (time_text(time_s) for time_s in (*stretch, stretch[1] - stretch[0]))
-            parts[:0] = [f"{begin} to {end} selected, {length}", self._sway]
+            parts[:0] = [f"{begin} to {end} selected, {length}", self._found]
         self.text.set_full_text("  ·  ".join(filter(None, parts)))
         self._axis.setAccessibleDescription(self.text.full_text)
 
@@ -135,10 +142,14 @@ def facts_of(opened: OpenedRecording) -> tuple[str, str]:
     return "  ·  ".join(filter(None, facts)), "\n".join([*details, *lines_of(opened.calibrations)])
 
 
-def _sway_text(balance: bytearray, stretch: tuple[float, float]) -> str:
-    """Return the sway in a stretch as text; "" if nobody stands there throughout."""
-    with suppress(BadValue):
-        return str(sway_of(balance, *stretch))
+def _stretch_text(path: Path, surveyed: Survey, stretch: tuple[float, float]) -> str:
+    """Return the sway in a stretch as text, or else its jumps, of several the highest; "" where there is neither."""
+    with suppress(UnderfootError):
+        return str(sway_of(surveyed.balance, *stretch))
+    with suppress(UnderfootError), Recording(path) as recording:
+        if found := jumps_in(recording, surveyed, *stretch):
+            highest = str(max(found, key=lambda one: one.flight_height_mm))
+            return highest if len(found) == 1 else f"{counted(len(found), 'jump')}, the highest: {highest}"
     return ""
 
 
