@@ -175,6 +175,7 @@ class DesignWorkspace(Workspace):
     def _update_nodes(self) -> None:
         self.node_palette.list.filter_by(self.node_palette.field.text())
         self.canvas.patch_scene.forget_descriptions()
+        self.previews.request_all()  # the patch may be the same, and what its nodes do another
 
     def save_for_restart(self, folder: Path) -> None:
         try:

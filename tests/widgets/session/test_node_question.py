@@ -51,6 +51,18 @@ def test_a_node_is_run_and_offered_once_the_person_has_agreed(qtbot, own_node):
     assert len(Settings.load(own_node.folder).run_code) == 1
 
 
+def test_the_preview_of_a_patch_that_is_opened_again_is_of_its_node_as_it_is_now(qtbot, own_node):
+    """Mended and opened again, what was said of the mistake stayed there."""
+    window = quiet_window(qtbot, own_node.folder / "kept")
+    window.open_patch.open(own_node.patch)
+    with qtbot.waitSignal(design(window).previews.preview_requested):
+        answer(qtbot, window, "Run it")
+    own_node.write(sign="-1.0")
+    window.open_patch.open(own_node.patch)
+    with qtbot.waitSignal(design(window).previews.preview_requested):
+        answer(qtbot, window, "Run it")
+
+
 def test_another_file_is_asked_about_again_and_is_what_is_run_then(qtbot, own_node):
     with started_patch(own_node.folder / "kept") as (open_patch, _):
         open_patch.open(own_node.patch)
