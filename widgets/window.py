@@ -92,7 +92,7 @@ class MainWindow(QMainWindow):
             REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self, engine
         )
         self.bridge = self.controller.bridge
-        self.network = NetworkLink(self.controller, self.settings, self.panic)
+        self.network = NetworkLink(self.controller, self.settings, self.panic, folder / "presets")
         self.marking = Marking(self.controller, self)
         self.target_selection = TargetSelection(self.controller, self.settings)
         file_chooser = FileChooser(self, lambda: self.settings.folder, self.show_message, self.show_file_error)

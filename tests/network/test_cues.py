@@ -19,6 +19,7 @@ from underfoot.network.plan import NetworkPlan
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
+from underfoot.records.wav import write_wav
 
 FLOOR = default_floor(2, 2)
 GRAVEL = Patch.load(preset_files.patches()["gravel"], REGISTRY)
@@ -93,6 +94,19 @@ def test_every_preset_can_be_played_on_some_tiles(preset):
     patch = with_cues(GRAVEL, cued, FLOOR.ids, REGISTRY)
     assert patch.check(REGISTRY)
     assert with_cues(GRAVEL, cued.stopped(FLOOR.ids), FLOOR.ids, REGISTRY) == GRAVEL
+
+
+def test_patches_of_a_folder_are_played_by_the_names_of_their_files_before_presets_of_the_same_name(tmp_path):
+    write_wav(tmp_path / "knock.wav", np.full((480, 1), 0.5, np.float32), 48_000)
+    own = Patch().add("wav-player", REGISTRY, file="knock.wav").add("tile-output", REGISTRY)
+    own = own.connect("wav-player.out", "tile-output.acceleration", REGISTRY)
+    for name in ("my knock 2", "wood"):
+        own.save(tmp_path / f"{name}.json")
+        patch = with_cues(GRAVEL, CuedChanges().playing(["t1"], name, 0.0), FLOOR.ids, REGISTRY, tmp_path)
+        (player,) = [node for node in patch.nodes if node.type == "wav-player"]
+        assert player.parameters["file"] == (tmp_path / "knock.wav").as_posix()  # the floor's patch has another folder
+    with pytest.raises(BadValue, match="preset is 'other'; allowed: the presets of Underfoot, and of "):
+        with_cues(GRAVEL, CuedChanges().playing(["t1"], "other", 0.0), FLOOR.ids, REGISTRY, tmp_path)
 
 
 def test_each_preset_is_for_its_own_tiles_and_the_floor_s_outputs_for_what_is_left_of_theirs():

@@ -121,6 +121,7 @@ def test_what_cannot_be_served_is_one_line(refused):
     assert "--level" in refused("serve", "simulator", "--level", "6")
     assert "there.json" in refused("serve", "simulator", "--patch", "there.json")
     assert "no such file or preset" in refused("serve", "simulator", "--patch", "there")
+    assert "--patches is there; allowed: a folder" in refused("serve", "simulator", "--patches", "there")
     for folder in ("missing", "missing/"):  # one was made a file, which the next start of a service refused
         said = refused("serve", "simulator", "--seconds", "1", "--record", folder)
         assert "--record is missing; allowed: a folder that is there, or a file NAME.underfoot" in said

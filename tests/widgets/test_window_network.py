@@ -54,6 +54,17 @@ def answer(client, qtbot, address, number):
     return next(rest for n, *rest in client.received(address) if n == number)
 
 
+def test_a_preset_of_ones_own_is_played_by_a_cue(window, served, client, qtbot):
+    folder = window.workspaces["Design"].browsing.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    noise_patch().save(folder / "hiss of mine.json")
+    client.send_message(served, "/underfoot/play", "hiss of mine", "t1", -6.0, 4)
+    answer(client, qtbot, "/underfoot/played", 4)
+    assert any(node.id.endswith("--hiss-of-mine") for node in window.controller.session.patch.nodes)
+    client.send_message(served, "/underfoot/stop", "all", 7)
+    answer(client, qtbot, "/underfoot/played", 7)
+
+
 def test_a_press_on_a_tile_is_a_cursor(window, served, client, qtbot):
     decoder, session = CursorDecoder(), window.controller.session
 

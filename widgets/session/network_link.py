@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
@@ -36,10 +37,12 @@ class NetworkLink(QObject):
     values_set = Signal(object)
     """What other programs have set, by node and parameter, whenever that changes; once a tick, however many came."""
 
-    def __init__(self, controller: SessionController, settings: Settings, panic: Callable[[], None]) -> None:
-        """Create the link; `panic` silences all output of the window."""
+    def __init__(
+        self, controller: SessionController, settings: Settings, panic: Callable[[], None], presets: Path
+    ) -> None:
+        """Create the link; `panic` silences all output of the window, `presets` is the user's own folder of presets."""
         super().__init__(controller)
-        self._controller, self._settings, self._panic = controller, settings, panic
+        self._controller, self._settings, self._panic, self._presets = controller, settings, panic, presets
         self._server: NetworkServer | None = None
         self._player: CuePlayer | None = None
         self._counts: Counts | None = None
@@ -134,7 +137,7 @@ class NetworkLink(QObject):
             self._player.server = server
             return
         self._reports.clear()
-        self._player = CuePlayer(session, server, self._controller.patch, self._panic)
+        self._player = CuePlayer(session, server, self._controller.patch, self._panic, self._presets)
         self._controller.transform_patch = self._player.set_base_patch
 
     def _end_cues(self) -> None:

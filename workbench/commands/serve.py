@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 from msgspec.structs import replace
 
 from underfoot.clock import once_in
@@ -17,7 +18,7 @@ from underfoot.commands.options import SECONDS, command, require_seconds
 from underfoot.commands.session_target import LEVEL, RECORD, SessionOptions
 from underfoot.commands.telling import tell
 from underfoot.devices.transports import target_forms
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, BadValue
 from underfoot.options import argument, option, shared
 from underfoot.quantities import counted
 
@@ -32,6 +33,12 @@ if TYPE_CHECKING:
 _WAIT_S, _HEALTH_S = 0.005, 0.5
 
 
+def _there(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    if value is not None and not value.is_dir():
+        raise BadValue(f"--patches is {value}; allowed: a folder that is there")
+    return value
+
+
 @dataclass(frozen=True)
 class ServeOptions(SessionOptions):
     """Options of the command; None if not given."""
@@ -40,6 +47,9 @@ class ServeOptions(SessionOptions):
     floor: Path | None = shared(FORCES_FLOOR)
     patch: Path | None = option(
         "The floor's own patch: a file, or a preset's name; by default none.", presets="patches"
+    )
+    patches: Path | None = option(
+        "Folder of patches that cues can play, too, by the names of their files.", callback=_there
     )
     run_code: bool = shared(RUN_CODE)
     record: Path | None = shared(RECORD)
@@ -122,7 +132,7 @@ def _run(
             tell("panic, by a cue: nothing plays until serve is started again")
         session.panic()
 
-    player = CuePlayer(session, server, patch, panic)
+    player = CuePlayer(session, server, patch, panic, options.patches)
     stopped: list[bool] = []
     stack.enter_context(ended_by_signals(lambda: stopped.append(True)))
     session.send(Level(options.level))

@@ -4,8 +4,10 @@ It is a patch like any other, so the effect of a cue is swapped in, recorded and
 it once, for all tiles that play it; each gain has an output of its own.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -14,6 +16,7 @@ from underfoot.errors import BadValue, require
 from underfoot.network.cues import ALL
 from underfoot.parameters import Tiles
 from underfoot.patch import preset_files
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import port_name, renamed_end
@@ -48,8 +51,13 @@ class CuedChanges:
         return replace(self, values={end: value for end, value in self.values.items() if end not in gone})
 
 
-def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry: Registry) -> Patch:
-    """Return the patch to play on a floor of these `tiles`. Values of nodes that no longer exist are ignored."""
+def with_cues(
+    patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry: Registry, own: Path | None = None
+) -> Patch:
+    """Return the patch to play on a floor of these `tiles`. Values of nodes that no longer exist are ignored.
+
+    Presets are those of the program, and the patches in the folder `own`.
+    """
     if cued.presets:
         patch = _on_tiles(patch, [tile for tile in tiles if tile not in cued.presets], tiles, registry)
         for preset in dict.fromkeys(preset for preset, _ in cued.presets.values()):
@@ -58,7 +66,7 @@ def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry:
                 name, gain_db = cued.presets.get(tile, ("", 0.0))
                 if name == preset:
                     by_gain.setdefault(gain_db, []).append(tile)
-            patch = _joined(patch, _preset_on(preset, by_gain, tiles, registry), registry)
+            patch = _joined(patch, _preset_on(_named(preset, registry, own), by_gain, tiles, registry), registry)
     for (node, parameter), value in cued.values.items():
         if any(one.id == node for one in patch.nodes):
             patch = patch.set(node, parameter, value, registry)
@@ -73,19 +81,24 @@ def require_settable(patch: Patch, node: str, parameter: str, value: object, reg
     return parameters[parameter].check(value)
 
 
-def _preset_on(preset: str, by_gain: Mapping[float, list[str]], tiles: tuple[str, ...], registry: Registry) -> Patch:
-    """Return a preset with an output for the tiles of each gain; its nodes' ids begin with its name."""
-    known = preset_files.patches()
-    require(preset in known, "preset", preset, "the presets of Underfoot")
-    loaded = Patch.load(known[preset], registry)
-    names = {node.id: f"{node.id}--{preset}" for node in loaded.nodes}
+def _named(preset: str, registry: Registry, own: Path | None) -> Patch:
+    """Return the preset of this name; its nodes' ids end with it, and its files are found from everywhere."""
+    known = preset_files.patches(own)
+    require(preset in known, "preset", preset, "the presets of Underfoot" + (f", and of {own}" if own else ""))
+    loaded = with_files_kept(Patch.load(known[preset], registry), registry, known[preset].parent, None)
+    suffix = re.sub(r"[^A-Za-z0-9_-]", "-", preset)
+    names = {node.id: f"{node.id}--{suffix}" for node in loaded.nodes}
     nodes = [msgspec.structs.replace(node, id=names[node.id]) for node in loaded.nodes]
     wires = [tuple(renamed_end(end, names) for end in wire)
              for wire in loaded.wires]  # fmt: skip
-    renamed = msgspec.structs.replace(loaded, nodes=tuple(nodes), wires=tuple(wires))
-    parts = _listening(renamed, [tile for some in by_gain.values() for tile in some], tiles, registry)
+    return msgspec.structs.replace(loaded, nodes=tuple(nodes), wires=tuple(wires))
+
+
+def _preset_on(preset: Patch, by_gain: Mapping[float, list[str]], tiles: tuple[str, ...], registry: Registry) -> Patch:
+    """Return a preset with an output for the tiles of each gain."""
+    parts = _listening(preset, [tile for some in by_gain.values() for tile in some], tiles, registry)
     for gain_db, some in by_gain.items():
-        parts = _with_outputs(parts, renamed, gain_db, some, tiles, registry)
+        parts = _with_outputs(parts, preset, gain_db, some, tiles, registry)
     return parts
 
 

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
+from pathlib import Path
 
 from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
 from underfoot.engine.reports import CommandApplied, PatchRefused, Report, SensorFaults, Started
@@ -42,14 +43,20 @@ class _Pending:
 class CuePlayer:
     """Plays the cues that a server received. `tick` never waits; call it with all reports of the session.
 
-    `panic` silences the output; the default silences the session, and a window also displays it.
+    `panic` silences the output; the default silences the session, and a window also displays it. Cues play the
+    presets of Underfoot, and the patches in the folder `own`.
     """
 
     def __init__(
-        self, session: Session, server: NetworkServer, base: Patch, panic: Callable[[], None] | None = None
+        self,
+        session: Session,
+        server: NetworkServer,
+        base: Patch,
+        panic: Callable[[], None] | None = None,
+        own: Path | None = None,
     ) -> None:
         self.session, self.server, self._base = session, server, base
-        self._panic = panic or session.panic
+        self._panic, self._own = panic or session.panic, own
         self.cued = CuedChanges()
         """The changes that cues have requested so far."""
         self._made: tuple[CuedChanges, Patch] | None = None  # composed last: with a preset, it was read from its file
@@ -170,7 +177,7 @@ class CuePlayer:
 
     def _composed(self, cued: CuedChanges) -> Patch:
         if self._made is None or self._made[0] is not cued:
-            self._made = cued, with_cues(self._base, cued, self._tiles, self.session.registry)
+            self._made = cued, with_cues(self._base, cued, self._tiles, self.session.registry, self._own)
         return self._made[1]
 
     def _restore(self, cued: CuedChanges) -> None:

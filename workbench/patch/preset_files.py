@@ -23,13 +23,15 @@ def presets_folder() -> Path:
     return Path(presets.__file__).parent
 
 
-def patches() -> dict[str, Path]:
-    """Return the patch files by name, in alphabetical order.
+def patches(own: Path | None = None) -> dict[str, Path]:
+    """Return the patch files by name, in alphabetical order; behind them those in the folder `own`, by the names of
+    their files, which replace others of the same name.
 
     >>> "gravel" in patches()
     True
     """
-    return _files("patches")
+    mine = sorted(own.glob("*.json")) if own is not None else []
+    return {**_files("patches"), **{path.stem: path for path in mine}}
 
 
 def open_patch(name: str | Path) -> Patch:
