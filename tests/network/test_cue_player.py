@@ -183,6 +183,16 @@ def test_a_value_is_set_and_stop_undoes_it(stage):
     assert stage.playing.session.patch == hum()
 
 
+def test_a_value_of_what_a_cue_plays_is_set_by_the_name_that_the_page_says(stage):
+    stage.send_message("/underfoot/play", "tacton-impact", "t3", -80.0, 43)
+    stage.answer("/underfoot/played", 43)
+    stage.send_message("/underfoot/set", "knock--tacton-impact", "stiffness", 2e5, 44)
+    frame, _, _ = stage.answer("/underfoot/played", 44)
+    assert frame == stage.frame_of(lambda command: command == Set("knock--tacton-impact", "stiffness", 2e5))
+    stage.send_message("/underfoot/stop", "all", 45)
+    stage.answer("/underfoot/played", 45)
+
+
 def test_a_mark_is_told_and_recorded_at_its_frame(stage):
     stage.send_message("/underfoot/mark", "trial 1", 51)
     frame, _, _ = stage.answer("/underfoot/played", 51)
