@@ -1,11 +1,12 @@
 """A study goes from page to page, and stands where it stood when it is given its entries again."""
 
 import pytest
-from made_studies import first_answers, made_protocol, preset_protocol, walked
+from made_studies import first_answers, made_protocol, preset_protocol, trials, walked
 from msgspec.structs import replace
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.experiments.study import Study
+from underfoot.experiments.study import Study, is_over
+from underfoot.experiments.table import rows_of
 from underfoot.patch import preset_files
 
 
@@ -77,9 +78,9 @@ def test_the_last_answer_can_be_taken_back_for_a_reason():
     before = study.without_last("pressed the wrong key")
     assert (before.page.trial, before.page.attempt) == (trial, 2)
     assert before.entries[-1].spoiled == "pressed the wrong key"
-    with pytest.raises(BadValue, match="only such can be repeated"):
+    with pytest.raises(BadValue, match="cannot be repeated; allowed: an answered trial"):
         before.without_last("again")
-    with pytest.raises(BadValue, match="why the trial is repeated"):
+    with pytest.raises(BadValue, match="why it is repeated"):
         study.without_last(" ")
 
 
@@ -139,3 +140,39 @@ def test_the_level_of_a_participant_is_never_above_the_protocols():
         study.answer({"gain_db": 1.0})
     study.answer({"gain_db": -6.0})
     assert study.gain_db == -6.0
+
+
+def test_answers_to_questions_can_be_taken_back():
+    """Who typed a wrong age, or the wrong foot, from which buttons follow, had to begin anew under another id."""
+    protocol = preset_protocol("target-selection")
+    study, at_once = (Study(protocol, "P1") for _ in range(2))
+    for one in (study, at_once):
+        one.answer({"agreed": "yes"})
+        with pytest.raises(BadValue, match="cannot be repeated"):
+            one.without_last("who agrees can stop instead")
+    study.answer({"age": 52, "foot": "right"})
+    at_once.answer({"age": 25, "foot": "left"})
+    back = study.without_last("it is 25, and the left one")
+    assert ([one.name for one in back.page.questions], back.page.attempt) == (["age", "foot"], 2)
+    back.answer({"age": 25, "foot": "left"})
+    again = Study(protocol, "P1", back.entries)
+    pages = walked(again, most=5)
+    assert trials(pages, "practice") == trials(walked(at_once, most=5), "practice") != []
+    row = rows_of(protocol, "P1", again.entries)[0]
+    assert (row["participant.age"], row["participant.foot"]) == (25, "left")
+
+
+def test_a_level_and_last_answers_that_were_taken_back_count_no_more():
+    """A level that was kept too early held for the whole session."""
+    protocol = preset_protocol("identification-impact")
+    study = Study(protocol, "P1")
+    while study.page.kind != "level":
+        study.answer(first_answers(study.page))
+    study.answer({"gain_db": -3.0})
+    assert study.without_last("kept too early").gain_db == 0.0
+    while study.page.kind != "questions":
+        study.answer(first_answers(study.page))
+    study.answer({**first_answers(study.page), "comfort": 5})
+    back = study.without_last("it was 4")
+    assert (is_over(protocol, "P1", study.entries), is_over(protocol, "P1", back.entries)) == (True, False)
+    assert not any("participant.after.comfort" in row for row in rows_of(protocol, "P1", back.entries))

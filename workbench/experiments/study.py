@@ -30,6 +30,8 @@ PARTICIPANT = "participant"
 AGREED = "agreed"
 INTERRUPTED = "interrupted before the answer"
 """Why a trial is spoiled that was felt when the session ended."""
+_ASKED_AGAIN = ("questions", "level")
+"""Kinds of pages beside trials whose answer can be taken back."""
 CALIBRATIONS = "calibrations in use: "
 """Words with which the program's own note of them begins; it holds for the entries after it."""
 GAIN_DB = "gain_db"
@@ -41,7 +43,7 @@ _AS_BEGUN = "go on with the protocol, the participant and the version that it wa
 class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One answered page of `stage`, of a `kind`; in trials also the `trial` and the `attempt`.
 
-    `spoiled` is the reason for which the trial does not count, else "". `facts` come from the runner: times, levels.
+    `spoiled` is the reason for which it does not count, else "". `facts` come from the runner: times, levels.
     """
 
     stage: str
@@ -56,7 +58,7 @@ class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 class Page(msgspec.Struct, frozen=True):
     """The current page. `kind` is the stage's, or "end"; `questions` are to be answered.
 
-    In trials, `trial` is presented at its `attempt`, at most `plays` times, started by `start`. `seconds` is the
+    It is at its `attempt`; in trials, `trial` is presented at most `plays` times, started by `start`. `seconds` is the
     duration of a pause or of learning. `feedback` is the feedback on the previous answer. `share` is the completed
     share of the study, 0 to 1.
     """
@@ -182,19 +184,19 @@ class Study:
 
     @property
     def can_repeat(self) -> bool:
-        """Whether the previous page was an answered trial, which can be repeated."""
+        """Whether the previous page was answered, and can be repeated: a trial, questions, or the level."""
         last = self.entries[-1] if self.entries else None
-        return last is not None and last.trial is not None and not last.spoiled
+        return last is not None and not last.spoiled and (last.trial is not None or last.kind in _ASKED_AGAIN)
 
     def without_last(self, reason: str) -> "Study":
         """Return the study before its last answer, which is marked as spoiled.
 
         The last entry of the new study is the spoiled one; it replaces the stored one. Raises `BadValue` if the last
-        entry is not a trial.
+        page cannot be repeated.
         """
         if not self.can_repeat:
-            raise BadValue("the last page was no trial that was answered; only such can be repeated")
-        require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
+            raise BadValue("the last page cannot be repeated; allowed: an answered trial, questions, or the level")
+        require(bool(reason.strip()), "reason", reason, "why it is repeated")
         changed = replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
 
@@ -257,13 +259,22 @@ class Study:
     @property
     def _asked(self) -> Answers:
         """The answers about the participant."""
-        return next((entry.answers for entry in self.entries if entry.stage == PARTICIPANT), {})
+        mine = (entry.answers for entry in self.entries if entry.stage == PARTICIPANT and not entry.spoiled)
+        return next(mine, {})
 
     def _made(self) -> Page:
         if self._at >= len(self._stages):
             return Page("", "end", "The end", "Every answer is kept.", feedback=self._feedback)
         stage = self._stages[self._at]
-        page = Page(stage.id, stage.kind, stage.title, stage.text, feedback=self._feedback, practice=stage.practice)
+        page = Page(
+            stage.id,
+            stage.kind,
+            stage.title,
+            stage.text,
+            attempt=self._attempt,
+            feedback=self._feedback,
+            practice=stage.practice,
+        )
         match stage.kind:
             case "consent":
                 return replace(page, questions=(yes_or_no(AGREED, "Do you agree to take part?"),))
@@ -277,9 +288,7 @@ class Study:
                 return replace(page, kind="pause", title="Pause", text="", seconds=self._pause)
             case "trials" if self._method is not None:
                 trial, questions = self._method.trial, self._method.questions
-                return replace(
-                    page, questions=questions, trial=trial, attempt=self._attempt, plays=stage.plays, start=stage.start
-                )
+                return replace(page, questions=questions, trial=trial, plays=stage.plays, start=stage.start)
         return replace(page, seconds=stage.seconds)
 
     def _checked(self, values: Answers) -> dict[str, Any]:
@@ -337,7 +346,12 @@ def is_over(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> b
     """
     order, last = protocol.order_of(participant), entries[-1] if entries else None
     for at, stage in enumerate(order):
-        if last is not None and (last.stage, last.kind) == (stage.id, stage.kind) and stage.kind != "trials":
+        if (
+            last is not None
+            and not last.spoiled
+            and (last.stage, last.kind) == (stage.id, stage.kind)
+            and stage.kind != "trials"
+        ):
             return _are_read(order[at + 1 :])
     return False
 

@@ -37,6 +37,8 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
         person["stages_row"] = number_of_row(participant, size)
     for number, entry in enumerate(entries, 1):
         try:
+            if entry.trial is None and entry.spoiled:
+                continue
             if entry.stage == PARTICIPANT:
                 person |= {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
             if entry.kind == "questions" and entry.stage in stages:
