@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from live import live
 from made_patches import hum, patch_of, rough_step, stepped_bank
+from scipy.io import wavfile
 from wired import ends
 
 from underfoot.clock import FADE
@@ -312,6 +313,26 @@ def test_an_engine_that_dies_while_a_patch_is_compiled_is_back_with_the_numbers_
     assert np.argmax(np.abs(np.fft.rfft(sounding))) == 10
     assert np.abs(sounding).max() == pytest.approx(0.1, rel=0.05)
     playing.done(Swap)
+
+
+def test_after_a_patch_that_the_engine_refuses_the_next_engine_plays_what_played(until, tmp_path):
+    """The next one was given the patch that was refused, and was silent."""
+    sound = tmp_path / "crackle.wav"
+    wavfile.write(sound, 48_000, np.full(4_800, 0.5, np.float32))
+    with live(hum(tone=SINE), until, folder=tmp_path) as playing:
+        session = playing.session
+        playing.complete()
+        os.kill(session.pids["engine"], signal.SIGSTOP)  # so that the file is gone before the engine reads it
+        session.edit(patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": sound.name}))
+        playing.until(lambda: session.is_compiled, "its kernels are compiled")
+        sound.unlink()
+        os.kill(session.pids["engine"], signal.SIGCONT)
+        playing.until(lambda: playing.of(PatchRefused), "it is refused")
+        os.kill(session.pids["engine"], signal.SIGKILL)
+        playing.started(2)
+        assert len(playing.of(PatchRefused)) == 1
+        playing.play(4_800)
+        assert np.abs(playing.played(playing.end - 2_400, 2_400)).max() > 0.01
 
 
 def test_a_level_that_is_set_while_the_engine_loads_is_the_one_it_begins_with(until):

@@ -108,7 +108,7 @@ class Session:
         self._setup: Setup | None = None  # the program last sent to the engine; the first waits for a recorder's file
         self._started = False  # whether the engine plays it
         self._standby_due = math.inf
-        self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what plays, with numbers set since
+        self._plays: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # as reported, with numbers set since
         self.is_compiled = True
         """Whether the present patch is not being compiled; the engine compiles the first one itself."""
         self._anew, self._settle_s = False, 0.0  # how it will be played, by all edits since what plays
@@ -233,7 +233,7 @@ class Session:
                     self._request_compile()
                     return
                 with suppress(BadValue):  # of a node that is only in the patch that is being compiled
-                    self._compiled = self._compiled[0].set(node, name, value, self.registry), self._compiled[1]
+                    self._plays = self._plays[0].set(node, name, value, self.registry), self._plays[1]
         if self._started:
             self._engine.send(command)
 
@@ -261,7 +261,6 @@ class Session:
         """Silence at once, past everything that waits in buffers, until `play`."""
         self._require_open()
         self.memory.status.panic = True
-        self.playing = False
         self.send(Play(False))
 
     def preview(
@@ -277,9 +276,7 @@ class Session:
         )
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: Tile | None = None) -> int:
-        """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
-        request cancels it.
-        """
+        """Request small pictures of nodes' responses, until a preview is requested; return the ticket of `Outlines`."""
         self._require_open()
         on = tile or self.target.floor.tiles[0]
         ticket, rate = self._compiler.new_ticket(), self.target.rate
@@ -362,8 +359,7 @@ class Session:
             self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
     def _compile_request(self, ticket: int, *, from_end: bool = False) -> CompileRequest:
-        plates = plates_of(self.target)
-        return CompileRequest(ticket, self.patch.dumps(), self.target, self.folder, plates, from_end)
+        return CompileRequest(ticket, self.patch.dumps(), self.target, self.folder, plates_of(self.target), from_end)
 
     def _handle_compiler_answers(self) -> None:
         for message in self._compiler.receive():
@@ -384,10 +380,12 @@ class Session:
 
     def _play_compiled(self) -> None:
         """Play the present patch, whose kernels are compiled now."""
-        self._compiled, self.is_compiled, self._is_refused = (self.patch, self.scopes), True, False
+        self.is_compiled, self._is_refused = True, False
         if self._started:
             self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._anew, settle_s=self._settle_s))
             self.repeats.resend()
+        else:
+            self._plays = self.patch, self.scopes
         self._anew, self._settle_s = False, 0.0
 
     def _restart_compiler(self) -> None:
@@ -395,8 +393,7 @@ class Session:
             return
         self._handle_compiler_answers()
         if self._may_restart("compiler", self._compiler.reap()):
-            restart = self._compiler.start if self.is_compiled else self._request_compile
-            restart()
+            (self._compiler.start if self.is_compiled else self._request_compile)()
 
     # --- the engine ---
 
@@ -404,7 +401,7 @@ class Session:
         """Send the waiting engine its configuration, after a requested recording has started."""
         if self._setup is None and self._recorder.awaits_file:
             return
-        self._compiled = patch, scopes = self._playable
+        self._plays = patch, scopes = self._playable
         if self._setup is None:
             self._recorder.send(RecordAbout("patch", patch.dumps().decode()))
             for key, text in calibration_texts(self._equalisers, self.calibrations).items():
@@ -436,21 +433,26 @@ class Session:
         for equaliser in self._equalisers.values():
             if equaliser not in setup.equalisers:
                 self._engine.send(equaliser)
-        self._compiled = patch, scopes = self._playable
+        self._plays = patch, scopes = self._playable
         if (patch.dumps(), scopes) != (setup.patch, setup.scopes):
             self._engine.send(Swap(patch.dumps(), scopes))
 
     @property
     def _playable(self) -> tuple[Patch, tuple[str, ...]]:
-        """The patch and scopes that can be played at once: while another patch is compiled, what plays until then."""
-        return (self.patch, self.scopes) if self.is_compiled else self._compiled
+        """The patch and scopes to play at once: what plays, while the present patch is compiled or if it is refused."""
+        return (self.patch, self.scopes) if self.is_compiled and not self._is_refused else self._plays
 
     def _handle_engine_reports(self) -> None:
         for message in self._engine.receive():
             self.repeats.take_report(message)
             match message:
-                case CommandApplied(frame, command) if self.recording is not None:
-                    self._recorder.send(record_of(frame, command, self.target.rate))
+                case CommandApplied(frame, command):
+                    if isinstance(command, Swap):
+                        is_present = self.is_compiled and not self._is_refused  # then with numbers set since
+                        patch = self.patch if is_present else Patch.loads(command.patch, self.registry)
+                        self._plays = patch, command.scopes
+                    if self.recording is not None:
+                        self._recorder.send(record_of(frame, command, self.target.rate))
                 case Compiling():
                     if not self._compiler.is_started:
                         self._compiler.start(self._compile_request(SHARED, from_end=True))
@@ -460,10 +462,9 @@ class Session:
                     self._is_refused = True
                 case Started(channels=channels) as started:
                     self._recorder.send(RecordAbout("channels", json.dumps(channels)))
-                    if self._setup is not None:
-                        self._catch_up(self._setup, started)
-                    took_over = self._setup is not None and self._setup.since is not None
-                    self._standby_due = time.perf_counter() + (0.0 if took_over else STANDBY_AFTER_S)
+                    assert self._setup is not None
+                    self._catch_up(self._setup, started)
+                    self._standby_due = time.perf_counter() + (STANDBY_AFTER_S if self._setup.since is None else 0.0)
                     if self._compiler.awaits_picture:
                         self._compiler.start()
             self._reports.append(message)
@@ -482,8 +483,7 @@ class Session:
         has_died = self._recorder.has_died  # asked first: what it reported before it ended is then received
         self._reports.extend(Notice(text) for text in self._recorder.receive())
         if has_died:
-            reason = self._recorder.reap()
-            if reason and self._may_restart("recorder", reason):
+            if (reason := self._recorder.reap()) and self._may_restart("recorder", reason):
                 self._recorder.restart()
             else:
                 self._recorder.give_up()
