@@ -14,6 +14,8 @@ from underfoot.drawing import look
 
 GRID = 8
 """Pixels. Sizes, margins and gaps are multiples of this or of its half."""
+HIT_PX = 3 * GRID
+"""Least height of what is clicked (WCAG 2.5.8)."""
 MARGINS = QMargins(2 * GRID, 2 * GRID, 2 * GRID, 2 * GRID)
 """Of a dialog, and of a page of its own."""
 
@@ -328,7 +330,8 @@ QPushButton[role="tab"]:hover, QToolButton[role="tab"]:hover {{ color: {TEXT}; }
 QPushButton[role="tab"]:disabled, QToolButton[role="tab"]:disabled {{ color: {FAINT}; }}
 QToolButton[role="chip"], QPushButton[role="chip"] {{
     background: transparent; border-color: transparent; color: {MUTED}; padding: 1px 2px; font-size: {SMALL_PX}px; }}
-QPushButton[role="chip"] {{ padding: 1px 6px; }}
+QToolButton[role="chip"], QPushButton[role="chip"], QComboBox[role="chip"] {{ min-height: {HIT_PX - 4}px; }}
+QPushButton[role="chip"] {{ padding: 1px 6px; min-width: {HIT_PX - 14}px; }}
 QToolButton[role="chip"]:hover, QPushButton[role="chip"]:hover {{ color: {TEXT}; }}
 QToolButton[role="chip"]:checked, QPushButton[role="chip"]:checked {{ background: {RAISED}; color: {TEXT}; }}
 QToolButton[role="chip"]:disabled, QPushButton[role="chip"]:disabled {{ color: {FAINT}; }}
@@ -350,10 +353,11 @@ QLineEdit, QPlainTextEdit, QAbstractSpinBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px;
     selection-background-color: {PALETTE["selected"]}; placeholder-text-color: {MUTED}; }}
 QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
-QLineEdit[role="value"] {{ background: transparent; border-color: transparent; padding: 1px 3px; }}
+QLineEdit[role="value"] {{
+    background: transparent; border-color: transparent; padding: 1px 3px; min-height: {HIT_PX - 4}px; }}
 QLineEdit[role="value"]:hover {{ background: {RAISED}; }}
 QLineEdit[role="value"]:focus {{ background: {RAISED}; border: 1px solid {VIBRATION}; }}
-QLineEdit[role="bad"] {{ border: 1px solid {ALARM}; padding: 1px 3px; }}
+QLineEdit[role="bad"] {{ border: 1px solid {ALARM}; padding: 1px 3px; min-height: {HIT_PX - 4}px; }}
 QComboBox::drop-down {{ border: none; width: 16px; }}
 QComboBox::down-arrow {{
     width: 0; height: 0; margin-right: 6px;
@@ -390,6 +394,7 @@ QMenu::item {{ padding: 4px 24px 4px 12px; border-radius: 4px; }}
 QMenu::item:selected {{ background: {HOVER}; }}
 QMenu::item:disabled {{ color: {FAINT}; background: transparent; }}
 QMenu::separator {{ height: 1px; background: {LINE}; margin: 4px 8px; }}
+QCheckBox, QRadioButton {{ min-height: {HIT_PX}px; }}
 QCheckBox::indicator, QRadioButton::indicator, QAbstractItemView::indicator {{
     width: 13px; height: 13px; border: 1px solid {FAINT}; border-radius: 3px; background: {RAISED}; }}
 QRadioButton::indicator {{ border-radius: 7px; }}

@@ -56,7 +56,7 @@ class ParameterEditor(QWidget):
         self.reset_button = QToolButton(self)
         self.reset_button.setText("↺")
         self.reset_button.setProperty("role", "flat")
-        self.reset_button.setFixedSize(20, 20)
+        self.reset_button.setFixedSize(theme.HIT_PX, theme.HIT_PX)
         self.reset_button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.reset_button.setToolTip(f"Back to {value_text(parameter, parameter.initial)}")
         self.reset_button.setAccessibleName(self.reset_button.toolTip())
