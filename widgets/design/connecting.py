@@ -122,16 +122,16 @@ class WireDrag:
         is_legible = self._scene.zoom >= MIN_LEGIBLE_SCALE
         if is_legible and (named := over.geometry.port_named_at(at, side)) is not None:
             return over, named
-        y = at.y()
-        near = sorted((p for p in over.geometry.ports if p.side == side), key=lambda port: abs(y - port.at.y()))
-        meant = self._meant(over, near, y) or near
+        near = sorted((p for p in over.geometry.ports if p.side == side), key=lambda port: abs(at.y() - port.at.y()))
+        pointed_at = [p for p in near[:1] if is_legible and abs(at.y() - p.at.y()) <= ROW / 2]
+        meant = self._meant(over, near, pointed_at) or near
         return (over, meant[0]) if meant else None
 
-    def _meant(self, over: NodeItem, near: list[PlacedPort], y: float) -> list[PlacedPort]:
-        """Return the ports that a position at height `y` on a node selects, the best of the nearest first.
+    def _meant(self, over: NodeItem, near: list[PlacedPort], pointed_at: list[PlacedPort]) -> list[PlacedPort]:
+        """Return the ports that a position on a node selects, the best of the nearest first.
 
         A free input is before an occupied one, and before parameters. Of those it is the one whose row is pointed at,
-        else a loudness that an envelope can drive, else one of the wire's unit.
+        also if its unit is another, else a loudness that an envelope can drive, else one of the wire's unit.
         """
         fits = [p for p in near if can_connect(*self._source_and_target(p))]
         if self.placed.side == "in":
@@ -146,7 +146,6 @@ class WireDrag:
         loud = [p for p in parameters if p.name == loudness]
         if occupied:
             return [*inputs, *loud, *occupied]
-        pointed_at = [p for p in parameters if abs(y - p.at.y()) <= ROW / 2]
         same_unit = [p for p in parameters if p.port.unit == self.placed.port.unit]
         return [*pointed_at, *loud, *same_unit, *parameters]
 

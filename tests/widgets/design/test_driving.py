@@ -331,6 +331,22 @@ def test_a_modulator_dropped_on_a_node_drives_the_row_that_is_pointed_at_or_the_
     assert workspace.patch().wires == ((f"{source}.out", to),)
 
 
+def test_a_wire_of_another_unit_dropped_on_a_row_goes_nowhere_else(workspace):
+    """A force on a frequency's row, beside its name, drove the loudness."""
+    workspace.set_patch(Patch().add("tile-force", REGISTRY).add("tone", REGISTRY, (320, 0)))
+    canvas, item = workspace.canvas, workspace.canvas.patch_scene.nodes["tone"]
+    canvas.zoom_to(1.0)
+    item.set_ports(item.driven, shows_all=True)
+    beside = item.mapToScene(item.geometry.width - 24.0, item.geometry.port("in", "frequency").at.y())
+    item.set_ports(item.driven, shows_all=False)
+    force = port(workspace, "tile-force", "out", "force")
+    drag(workspace, force, canvas.mapFromScene(beside))
+    assert workspace.patch().wires == ()
+    assert canvas.message.startswith("Tile force brings N; frequency is in Hz")
+    drag(workspace, force, canvas.mapFromScene(beside), modifiers=Qt.KeyboardModifier.ShiftModifier)
+    assert workspace.patch().wires == (("tile-force.force", "map.signal"), ("map.out", "tone.frequency"))
+
+
 def test_a_parameter_of_a_node_in_a_group_can_be_driven_and_shown_on_the_sub_patch(qtbot, workspace):
     workspace.canvas.group()
     workspace.canvas.patch_scene.select(["low-pass"])
