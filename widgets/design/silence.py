@@ -2,16 +2,15 @@
 
 from collections.abc import Callable, Mapping
 
-from underfoot.parameters import FilePath, Number, Tiles
+from underfoot.parameters import Choice, FilePath, Number, Tiles
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.patch.wiring import downstream, node_id, sources
 from underfoot.widgets.controls.fields import value_text
+from underfoot.widgets.design.rewiring import AT_EVENTS
 
 ASLEEP_REPORTS = 8
 """Number of consecutive reports of costs, at 2 Hz, in which every node is asleep."""
-_ALONE = {"begin": "at once", "pace": "at its frequency", "mode": "loop"}
-"""Choices by which a node needs no events to run."""
 _OPTIONAL = ("restart",)
 """Inputs without which a node runs."""
 
@@ -56,11 +55,13 @@ def _why_alone(node: PlacedNode, registry: Registry, wired: Mapping[str, str], t
         is_factor = one.name in type.muted_by or (isinstance(one, Number) and one.scale == "gain" and one.low == 0.0)
         if is_factor and value == 0.0 and f"{node.id}.{one.name}" not in wired:
             return f"{one.label.lower()}{of} is {value_text(one, value)}"
-    runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
+    begins = [one for one in type.parameters.values() if isinstance(one, Choice) and AT_EVENTS in one.options]
+    runs_alone = any(values[one.name] != AT_EVENTS for one in begins)
     inputs = [port.name for port in type.inputs if port.name not in _OPTIONAL]
     free = [name for name in inputs if f"{node.id}.{name}" not in wired]
     missing = free if free == inputs and not runs_alone else [name for name in free if name in type.muted_by]
-    return f"no wire leads to {' or '.join(missing)}{of}" if missing else ""
+    waits = "".join(f", and {one.label.lower()} is {AT_EVENTS}" for one in begins if not runs_alone)
+    return f"no wire leads to {' or '.join(missing)}{of}{waits}" if missing else ""
 
 
 class SilenceHint:

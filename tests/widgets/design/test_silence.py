@@ -22,6 +22,7 @@ ONCE = patch_of(
 )
 AT_EVENTS = ONCE.set("rhythm", "begin", "at events", REGISTRY)
 SOUND = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "hiss.wav"})
+UNSTARTED = SOUND.set("wav-player", "mode", "at events", REGISTRY)
 SHAPED = patch_of(
     ("tile-force.force", "strain-rate-envelope.force"),
     ("strain-rate-envelope.out", "noise.amplitude"),
@@ -37,9 +38,10 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
     [
         (STEPPED, "tile-output", ""),
         (ONCE, "tile-output", ""),
-        (AT_EVENTS, "tile-output", "no wire leads to start of Rhythm"),
+        (AT_EVENTS, "tile-output", "no wire leads to start of Rhythm, and begin is at events"),
         (SOUND, "tile-output", ""),
-        (SOUND.set("wav-player", "mode", "at events", REGISTRY), "tile-output", "no wire leads to start of WAV player"),
+        (UNSTARTED, "tile-output", "no wire leads to start of WAV player, and mode is at events"),
+        (UNSTARTED, "wav-player", "no wire leads to start, and mode is at events"),
         (SOUND.set("wav-player", "file", "", REGISTRY), "tile-output", "WAV player has no file"),
         (UNFED, "modal-bank", "no wire leads to strike"),
         (UNFED, "tile-output", "no wire leads to strike of Modal bank"),
