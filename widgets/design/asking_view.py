@@ -67,10 +67,12 @@ class AskingView(NodeDropView):
         """The menus of what can drive a parameter."""
         return DriverMenus(self.document, self.patch_scene, self)
 
-    def connect_by_map(self, source: str, target: str) -> None:
-        """Drive a parameter by what this output gives, through a new Map, and select it: its range is set next."""
+    def connect_by_map(self, source: str, target: str, old: Wire | None = None) -> None:
+        """Drive a parameter by what this output gives, through a new Map, in place of its `old` wire if there is one,
+        and select the Map: its range is set next.
+        """
         before = self.document.patch
-        self.driver_menus.drive(node_id(target), port_name(target), "map", source)
+        self.driver_menus.drive(node_id(target), port_name(target), "map", source, old)
         self.patch_scene.select([node.id for node in self.document.patch.nodes[len(before.nodes) :]])
 
     def _made(self, search: _Search) -> _Search:

@@ -324,7 +324,7 @@ class Canvas(AskingView):
             self.add_up(*wire, drag.old)
             return
         if result is None:
-            self.connect_by_map(*wire)
+            self.connect_by_map(*wire, drag.old)
         else:
             self._connect(result, *wire)
         if displaced and displaced not in self.document.patch.wires:

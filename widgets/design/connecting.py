@@ -158,7 +158,7 @@ class WireDrag:
         if wire not in self._verdicts:
             patch, registry = self._scene.patch, self._scene.registry
             why = refusal(patch.disconnect([self.old]) if self.old else patch, registry, *wire)
-            hint = map_hint(patch, registry, *wire) if why and not self.old and "map" in registry else ""
+            hint = map_hint(patch, registry, *wire) if why and "map" in registry else ""
             self._verdicts[wire] = hint or why, bool(hint)
         return self._verdicts[wire]
 

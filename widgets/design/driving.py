@@ -13,7 +13,7 @@ from underfoot.parameters import Number
 from underfoot.patch.grouping import put_into
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.patch.wiring import node_id
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, snapped
@@ -135,9 +135,11 @@ class DriverMenus:
             menu.insertMenu(before, into)
         menu.insertSeparator(before)
 
-    def drive(self, id: str, name: str, by: str, source: str = "") -> None:
-        """Drive a parameter by a new node of type `by`; what follows a signal follows the output `source`, if given."""
-        patch, registry = self._document.patch, self._scene.registry
+    def drive(self, id: str, name: str, by: str, source: str = "", old: Wire | None = None) -> None:
+        """Drive a parameter by a new node of type `by`; what follows a signal follows the output `source`, if given, in
+        place of that output's `old` wire.
+        """
+        patch, registry = self._document.patch.disconnect([old] if old else []), self._scene.registry
         self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
         label = registry[patch.node(id).type].parameters[name].label.lower()
         shown_as = self._scene.group_view.shown_as

@@ -140,6 +140,22 @@ def test_a_wire_to_a_parameter_in_another_unit_gets_a_map_between_with_shift(wor
     assert (canvas.message, workspace.patch()) == ("Frequency would follow itself", before)
 
 
+def test_a_wire_that_is_pulled_off_its_input_gets_a_map_between_too(workspace):
+    """It was refused, and Shift did nothing."""
+    canvas, patch = workspace.canvas, Patch().add("tile-force", REGISTRY).add("tone", REGISTRY, (480, 0))
+    patch = patch.add("noise", REGISTRY, (480, 300)).connect("tile-force.force", "noise.amplitude", REGISTRY)
+    workspace.set_patch(patch)
+    canvas.zoom_to(1.0)
+    amplitude, frequency = port(workspace, "noise", "in", "amplitude"), name_of(workspace, "tone", "frequency")
+    drag(workspace, amplitude, frequency)
+    assert canvas.message.endswith("Let it go with Shift, and a Map goes between")
+    assert workspace.patch() == patch
+    drag(workspace, amplitude, frequency, modifiers=Qt.KeyboardModifier.ShiftModifier)
+    assert workspace.patch().wires == (("tile-force.force", "map.signal"), ("map.out", "tone.frequency"))
+    workspace.undo_action.trigger()
+    assert workspace.patch() == patch, "it is one step"
+
+
 def test_a_map_to_what_is_outside_of_the_open_sub_patch_goes_beside_what_it_follows(workspace):
     canvas, patch = workspace.canvas, Patch().add("tile-force", REGISTRY).add("gain", REGISTRY, (240, 0))
     workspace.set_patch(patch.add("tone", REGISTRY, (960, 400)))
