@@ -33,20 +33,25 @@ def test_a_session_that_goes_on_with_another_set_up_says_what_has_changed(sessio
         assert (known["target"], known["sound"], known["software"]) == ("simulator", "none", software)
 
 
-def test_sessions_without_hardware_are_named(tmp_path):
-    """Who forgot to choose the floor had forces of the simulator analysed as a participant's, without a word."""
-    protocol, floor = made_protocol("rating", {"blocks": 1, "rated": ["TD"]}), default_floor()
-    for person, target in {"P1": HARDWARE, "P2": Target(floor), "P3": Target(floor, "replay", "walk.csv")}.items():
-        with closing(SessionFile.create(tmp_path / f"{person}.session", protocol, person)) as file:
-            file.set_up(set_up_of(target))
-            file.add(file.study(protocol).answer({"rating": 40.0}))
-    told = "Without hardware, so with simulated or replayed forces, and counted: P2, P3."
-    assert results_of(sorted(tmp_path.glob("*.session"))).remarks == [told]
-    with closing(SessionFile.open(tmp_path / "P2.session")) as file:
+def test_who_has_trials_without_hardware_is_named(session, until, tmp_path):
+    """Who forgot to choose the floor, if only at first, had the simulator's forces analysed as a participant's."""
+    path, protocol = tmp_path / "P1.session", made_protocol("rating", {"blocks": 2, "rated": ["TD"]}, start="step")
+    with closing(SessionFile.create(path, protocol, "P1")) as file:
+        file.set_up(set_up_of(HARDWARE))
+        file.add(file.study(protocol).answer({"rating": 40.0}))
+    told = "With simulated or replayed forces, in all trials or some, and counted: P1."
+    assert told not in results_of([path]).remarks
+    with taking_part(session, protocol, path, until) as person:
+        person.finish_study()
+    with closing(SessionFile.open(path)) as file:
+        file.set_up(set_up_of(HARDWARE))
+    assert [row.get("force_from") for row in results_of([path]).rows] == [None, "simulator"]
+    assert results_of([path]).remarks == [told]
+    results_of([path]).write_csv(tmp_path / "trials.csv")
+    assert results_of([tmp_path / "trials.csv"]).remarks == [told]
+    with closing(SessionFile.open(path)) as file:
         file.leave_out("a trial of ours")
-    assert "hardware, so with simulated or replayed forces, and counted: P3." in " ".join(
-        results_of(sorted(tmp_path.glob("*.session"))).remarks
-    )
+    assert told not in results_of([path]).remarks
 
 
 def test_the_report_says_with_what_each_session_was_made_and_what_each_column_of_the_table_holds(tmp_path):

@@ -3,6 +3,7 @@
 FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block", "attempt", "spoiled")
 """The columns that every trial has, in their order."""
 RESPONSE_S = "response_s"
+FORCE_FROM = "force_from"
 DESCRIPTIONS = {
     "participant": "The participant's id.",
     "stage": "Stage of the protocol.",
@@ -64,6 +65,7 @@ DESCRIPTIONS = {
     "answered_by": "foot, where the answer was given by stepping on the floor.",
     "foot_after_s": "From the end of the presentation to the foot on the field of the answer, in s.",
     "stiffness_set": "Whether a plate was set to the stiffness of what is felt; false where none was there.",
+    "force_from": "simulator or replay, where no tile measured the force; empty where tiles did.",
     "most_force_n": "Largest force on one tile during the presentation, in N.",
 }
 """What each column holds, for people who get the table alone."""

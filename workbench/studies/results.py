@@ -10,6 +10,7 @@ from underfoot.experiments.analysis.analyses import analysed, estimates_of_peopl
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.report import write_page
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.columns import FORCE_FROM
 from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
@@ -23,11 +24,12 @@ from underfoot.experiments.table import (
     why_left_out,
     with_levels,
 )
+from underfoot.experiments.table import counted as those_that_count
 from underfoot.experiments.trial_files import columns_of_study, described_columns, read_csv, write_bids, write_csv
 from underfoot.experiments.trials import NOTHING
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
-from underfoot.studies.set_up import COLUMNS, is_without_hardware
+from underfoot.studies.set_up import COLUMNS
 
 FORMS = ("CSV", "estimates", "BIDS", "report")
 """Forms in which trials of sessions, and what came of them, can be written."""
@@ -40,11 +42,10 @@ class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
     `left_out` names sessions of another version of the protocol, and `reworded` those that differ in words, preferred
-    foot or blinding alone, which count; `unfinished` those that lack answers, and count as far as they go; `simulated`
-    those whose forces are simulated or replayed; `set_ups` say whose each is, when it was begun, and with what it was
-    made; `notes` are those of the experimenter: participant, time, number of the entry before, text. `excluded` are
-    the participants whom the experimenter has left out, with why; their rows are spoiled. `unread` says of damaged
-    sessions what is wrong.
+    foot or blinding alone, which count; `unfinished` those that lack answers, and count as far as they go; `set_ups`
+    say whose each is, when it was begun, and with what it was made; `notes` are those of the experimenter: participant,
+    time, number of the entry before, text. `excluded` are the participants whom the experimenter has left out, with
+    why; their rows are spoiled. `unread` says of damaged sessions what is wrong.
     """
 
     title: str
@@ -54,7 +55,6 @@ class Results:
     left_out: tuple[str, ...] = ()
     reworded: tuple[str, ...] = ()
     unfinished: tuple[str, ...] = ()
-    simulated: tuple[str, ...] = ()
     set_ups: tuple[tuple[str, ...], ...] = ()
     notes: tuple[tuple[str, str, int, str], ...] = ()
     excluded: tuple[tuple[str, str], ...] = ()
@@ -66,6 +66,12 @@ class Results:
         return ", ".join(f"{person} ({why})" for person, why in self.excluded)
 
     @property
+    def _without_hardware(self) -> Sequence[str]:
+        """Who has trials that count, in which nobody's force was measured."""
+        found = (str(row["participant"]) for row in those_that_count(self.rows) if row.get(FORCE_FROM))
+        return list(dict.fromkeys(found))
+
+    @property
     def remarks(self) -> list[str]:
         """What the user should know about these trials, a line each."""
         found = [f"Cannot be read, and does not count: {why}." for why in self.unread]
@@ -73,7 +79,7 @@ class Results:
             ("Begun with another version of the protocol, left out", self.left_out),
             ("Begun with other titles, texts or words of questions, blinding, or foot, and counted", self.reworded),
             ("Not finished, and counted as far as they go", self.unfinished),
-            ("Without hardware, so with simulated or replayed forces, and counted", self.simulated),
+            ("With simulated or replayed forces, in all trials or some, and counted", self._without_hardware),
         ):
             if labels:
                 found.append(f"{how}: {', '.join(labels)}.")
@@ -199,7 +205,6 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
         left_out=tuple(one.label for one in read if not one.is_of_study),
         reworded=tuple(one.label for one in of_study if one.text != text),
         unfinished=tuple(one.label for one in of_study if one.is_unfinished and not one.left_out),
-        simulated=tuple(one.label for one in of_study if one.is_simulated and not one.left_out),
         set_ups=tuple((one.label, *one.set_up) for one in of_study),
         notes=tuple(note for one in of_study for note in one.notes),
         excluded=tuple(excluded),
@@ -277,7 +282,6 @@ class _Session:
     left_out: str
     rows: Sequence[Row]
     is_unfinished: bool
-    is_simulated: bool
     set_up: Sequence[str]
     notes: Sequence[tuple[str, str, int, str]]
 
@@ -297,8 +301,7 @@ def _session(path: Path, shared: Protocol | None, text: str) -> _Session:
         notes = [(participant, one.at[:19].replace("T", " "), one.entry, one.text) for one in file.notes()]
         about, whose = file.about, (participant, file.label, left_out)
         set_up = (about.get("begun", "")[:19].replace("T", " "), *(about.get(name, "") for name in COLUMNS))
-        is_simulated = is_without_hardware(about.get("target", ""))
-        return _Session(path, of, known, is_of_study, *whose, rows, lacks_answers, is_simulated, set_up, notes)
+        return _Session(path, of, known, is_of_study, *whose, rows, lacks_answers, set_up, notes)
 
 
 def _differs_in_words(file: SessionFile, protocol: Protocol) -> bool:

@@ -4,7 +4,6 @@ import platform
 import re
 from typing import TYPE_CHECKING
 
-from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.quantities import counted
 from underfoot.version import __version__
 
@@ -34,15 +33,6 @@ def set_up_of(target: "Target") -> dict[str, str]:
         "python": platform.python_version(),
         "system": platform.platform(),
     }
-
-
-def is_without_hardware(target: str) -> bool:
-    """Return whether the target of a session file has no tiles: nobody's force was measured.
-
-    >>> is_without_hardware("simulator:people=2"), is_without_hardware("serial:ttyACM0")
-    (True, False)
-    """
-    return target.partition(":")[0] in WITHOUT_HARDWARE
 
 
 def _without_folders(text: str) -> str:

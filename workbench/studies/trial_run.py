@@ -4,6 +4,8 @@ import math
 import time
 from typing import Any
 
+from underfoot.devices.force_source import WITHOUT_HARDWARE
+from underfoot.experiments.columns import FORCE_FROM
 from underfoot.experiments.questions import Adjusted
 from underfoot.experiments.study import Page
 from underfoot.experiments.trials import NOTHING, Presentation
@@ -148,6 +150,8 @@ class TrialRun(PageRun):
         self.phase, self.hint, self.foot = Phase.PRESENTING, "", None
         if self.interval == 0:
             self.record.begin_anew()
+            if (kind := self._apparatus.session.target.kind) in WITHOUT_HARDWARE:
+                self.record.facts[FORCE_FROM] = kind
             if any(self._stiffness_of(one) > 0.0 for one in self._intervals):
                 self.record.facts["stiffness_set"] = self._apparatus.equipment.plate is not None
         self.record.first_s, self.record.onset_s = first_s, math.nan
