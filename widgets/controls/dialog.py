@@ -11,6 +11,11 @@ FRAME_PX = 4 * theme.GRID
 """What a screen has around a dialog: its frame, and a bar."""
 
 
+def room_for(dialog: QWidget) -> QSize:
+    """Return the largest size that a dialog may have on its screen."""
+    return dialog.screen().availableSize() - QSize(FRAME_PX, FRAME_PX)
+
+
 class Dialog(QDialog):
     """A dialog with this title, no larger than the screen, which is deleted when it closes."""
 
@@ -47,5 +52,5 @@ class Dialog(QDialog):
         return row
 
     def showEvent(self, event: QShowEvent) -> None:
-        self.resize(self.size().boundedTo(self.screen().availableSize() - QSize(FRAME_PX, FRAME_PX)))
+        self.resize(self.size().boundedTo(room_for(self)))
         super().showEvent(event)

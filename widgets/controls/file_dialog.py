@@ -4,10 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import platformdirs
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.dialog import room_for
 
 _BUTTON_ICONS = {
     "backButton": "arrow-left",
@@ -68,6 +69,6 @@ def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "")
             button.setIcon(theme.icon(icon, theme.TEXT))
     splitter = dialog.findChild(QSplitter, "splitter")
     if isinstance(splitter, QSplitter):  # wide enough for folders and dates
-        dialog.resize(100 * theme.GRID, 60 * theme.GRID)
+        dialog.resize(QSize(100 * theme.GRID, 60 * theme.GRID).boundedTo(room_for(dialog)))
         splitter.setSizes([18 * theme.GRID, 80 * theme.GRID])
     return dialog

@@ -77,11 +77,13 @@ class NetworkDialog(Dialog):
         column = self.column()
         inside = self.scrolled(column)
         inside.addLayout(grid)
-        for widget in (self.note, self.trouble, self.counters, self.refusal):
-            inside.addWidget(widget)
+        for line in (self.counters, self.refusal):
+            inside.addWidget(line)
         inside.addStretch(1)
+        for note in (self.note, self.trouble):
+            column.addWidget(note)
         column.addWidget(self.buttons)
-        self.resize(80 * theme.GRID, 60 * theme.GRID)
+        self.resize(80 * theme.GRID, 66 * theme.GRID)
         self._timer = QTimer(self, interval=_POLL_MS)
         self._timer.timeout.connect(self._poll)
         self._timer.start()

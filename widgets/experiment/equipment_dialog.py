@@ -209,11 +209,12 @@ class EquipmentDialog(Dialog):
             grid.setRowMinimumHeight(row + 1, theme.GRID)
             row += 2
         column = self.column()
-        column.addLayout(grid)
+        inside = self.scrolled(column)
+        inside.addLayout(grid)
+        inside.addStretch(1)
         column.addWidget(self.note)
-        column.addStretch(1)
         column.addWidget(self.buttons)
-        self.resize(72 * theme.GRID, 48 * theme.GRID)
+        self.resize(72 * theme.GRID, 54 * theme.GRID)
 
 
 def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:

@@ -43,7 +43,7 @@ class PeopleDialog(Dialog):
         use: Callable[[SimulatedPeople], object],
         protocol: Protocol,
         people: SimulatedPeople,
-        parent: QWidget,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__("Simulated people", parent)
         self._use = use
@@ -59,12 +59,14 @@ class PeopleDialog(Dialog):
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         self.use_button.setDefault(True)
         column = self.column()
-        words = theme.label("What is true of everybody who is simulated; estimates are held against it.", "muted")
-        for part in (words, self.rows, self.note):
-            column.addWidget(part)
-        column.addStretch(1)
+        inside = self.scrolled(column)
+        words = theme.paragraph("What is true of everybody who is simulated; estimates are held against it.", "muted")
+        for part in (words, self.rows):
+            inside.addWidget(part)
+        inside.addStretch(1)
+        column.addWidget(self.note)
         column.addWidget(self.buttons)
-        self.resize(100 * theme.GRID, 0)
+        self.resize(100 * theme.GRID, 48 * theme.GRID)
         self.defaults_button.clicked.connect(self._show_defaults)
 
     def accept(self) -> None:

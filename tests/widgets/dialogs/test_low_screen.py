@@ -4,16 +4,21 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
+from made_studies import preset_protocol
 from on_screen import show
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLabel, QLineEdit, QWidget
 
 from underfoot.floor.layout import default_floor
 from underfoot.network.server import Counts
+from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog
+from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPeople
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
 
 
@@ -29,6 +34,14 @@ def keys():
     return ShortcutsDialog([("EVERYWHERE", [("What a key does, told in a line of ordinary length", "F1")] * 90)])
 
 
+def people():
+    return PeopleDialog(lambda _: None, preset_protocol("identification-impact"), SimulatedPeople())
+
+
+def equipment():
+    return EquipmentDialog(lambda _: None, EquipmentChoice())
+
+
 def shown(qtbot, made: Dialog):
     made.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     qtbot.addWidget(made)
@@ -40,13 +53,16 @@ def place_in(dialog: QWidget, part: QWidget):
     return QRect(part.mapTo(dialog, part.rect().topLeft()), part.size())
 
 
-@pytest.mark.parametrize("make", [audio, network, keys])
+@pytest.mark.parametrize("make", [audio, network, keys, people, equipment])
 def test_the_buttons_of_a_dialog_are_in_sight_on_a_low_screen(qtbot, make: Callable[[], Dialog]):
     dialog = shown(qtbot, make())
     dialog.resize(608, 336)
     qtbot.waitUntil(lambda: dialog.size().toTuple() == (608, 336))
     buttons = dialog.findChild(QDialogButtonBox)
     assert dialog.rect().contains(place_in(dialog, buttons))
+    lines = [line for line in dialog.findChildren(QLabel) if line.isVisible() and line.wordWrap()]
+    assert [line.text() for line in lines if line.height() < line.heightForWidth(line.width())] == []
+    dialog.close()
 
 
 def test_what_tab_comes_to_is_scrolled_to_and_nothing_overlaps(qtbot):
@@ -69,6 +85,15 @@ def test_what_tab_comes_to_is_scrolled_to_and_nothing_overlaps(qtbot):
     assert dialog.buttons.isAncestorOf(dialog.focusWidget())
 
 
+def test_what_is_wrong_is_said_beside_the_buttons(qtbot):
+    dialog = shown(qtbot, network())
+    dialog.resize(608, 336)
+    dialog.addresses["tuio"].setText("nowhere")
+    dialog.check_boxes["tuio"].setChecked(True)
+    assert "nowhere" in dialog.note.text()
+    qtbot.waitUntil(lambda: dialog.rect().contains(place_in(dialog, dialog.note)))
+
+
 def test_a_dialog_is_no_larger_than_the_screen(qtbot):
     made = Dialog("Wide", None)
     made.column().addWidget(QWidget())
@@ -76,3 +101,10 @@ def test_a_dialog_is_no_larger_than_the_screen(qtbot):
     room = shown(qtbot, made).screen().availableGeometry()
     assert made.width() < room.width()
     assert made.height() < room.height()
+
+
+def test_the_dialog_for_files_of_desktops_without_one_is_no_larger(qtbot):
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    made = file_dialog(parent, "Open")
+    assert made.width() < made.screen().availableGeometry().width()
