@@ -74,6 +74,8 @@ class AskingView(NodeDropView):
         before = self.document.patch
         self.driver_menus.drive(node_id(target), port_name(target), "map", source, old)
         self.patch_scene.select([node.id for node in self.document.patch.nodes[len(before.nodes) :]])
+        if told := self._gave_way(before, target):
+            self.show_message(told)
 
     def _made(self, search: _Search) -> _Search:
         search.closed.connect(self.setFocus)

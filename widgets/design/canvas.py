@@ -24,7 +24,6 @@ from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, 
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.note_width import NoteWidth
-from underfoot.widgets.design.patch_editing import with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.rewiring import sum_of
 from underfoot.widgets.design.spoken_selection import spoken_selection
@@ -318,19 +317,12 @@ class Canvas(AskingView):
         """Edit the patch to the result of a drag, or without one by a Map. If the input has a wire, that gives way,
         unless the drag `adds`.
         """
-        displaced = drag.displaced(self.document.patch)
-        adding = sum_of(self.registry, drag.placed.port.kind) if displaced and result else ""
-        if adding and adds:
-            self.add_up(*wire, drag.old)
-            return
         if result is None:
             self.connect_by_map(*wire, drag.old)
+        elif adds and drag.displaced(self.document.patch) and sum_of(self.registry, drag.placed.port.kind):
+            self.add_up(*wire, drag.old)
         else:
             self._connect(result, *wire)
-        if displaced and displaced not in self.document.patch.wires:
-            source = with_names(self.document.patch, self.registry, displaced[0])
-            way = f" Let it go with Shift, and {self.registry[adding].label} adds both." if adding else ""
-            self.show_message(f"The wire from {source} gave way: an input takes one.{way}")
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene

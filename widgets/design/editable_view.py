@@ -26,10 +26,13 @@ from underfoot.widgets.design.patch_editing import (
     disconnection,
     name_of_file,
     pasted,
+    port_of,
     readers,
     refusal,
     snapped,
     unit_hint,
+    wire_at,
+    with_names,
 )
 from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import GAP_BESIDE, Box, backwards
@@ -39,6 +42,7 @@ from underfoot.widgets.design.rewiring import (
     inserted,
     removed_and_bridged,
     replaced,
+    sum_of,
     waiting_hint,
     wired,
 )
@@ -316,8 +320,21 @@ class EditableView(PatchView):
         """Set the patch, which has this wire now, and say what that brings if it may not be what is wanted."""
         before = self.document.patch
         self.document.edit(after, "Connect")
+        adding = sum_of(self.registry, port_of(after, self.registry, source, "out").kind)
+        gave_way = self._gave_way(before, target, adding)
         hint = unit_hint(after, self.registry, source, target)
-        self.show_message(hint or waiting_hint(before, after, self.registry, node_id(target)), alarm=False)
+        hint = hint or waiting_hint(before, after, self.registry, node_id(target))
+        self.show_message(gave_way or hint, alarm=bool(gave_way))
+
+    def _gave_way(self, before: Patch, target: str, adding: str = "") -> str:
+        """Return what to say of the wire that an input had before, and how a node of type `adding` would keep it; "" if
+        it had none, or has it still.
+        """
+        old = wire_at(before, target)
+        if old is None or old in self.document.patch.wires:
+            return ""
+        way = f" With Shift, or by C, {self.registry[adding].label} adds both." if adding else ""
+        return f"The wire from {with_names(before, self.registry, old[0])} gave way: an input takes one.{way}"
 
     def align(self, side: str) -> None:
         """Align the selected items: "left", "right", "top", "bottom", or distribute them "across" or "down"."""

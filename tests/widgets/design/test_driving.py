@@ -409,6 +409,7 @@ def test_so_does_one_that_brings_metres_but_not_a_sound_that_is_a_factor(qtbot, 
     workspace.set_patch(patch)
     canvas.connect_ports("tile-place.distance", "gain.gain")
     assert canvas.message == "Tile place brings m; gain is a plain number. Double-click the wire for a Map between"
+    workspace.undo_action.trigger()
     canvas.connect_ports("tone.out", "gain.gain")
     assert canvas.message == ""
 

@@ -31,7 +31,15 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
     for source in ("gain", "gain1"):
         drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
     assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
-    assert "gave way" in workspace.canvas.message
+    said = "The wire from Gain (gain).out gave way: an input takes one. With Shift, or by C, Mix adds both."
+    assert workspace.canvas.message == said
+    workspace.undo_action.trigger()
+    workspace.canvas.patch_scene.select(["gain1"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_C)
+    QTest.keyClicks(workspace.canvas.connection_search.field, "acceleration")
+    QTest.keyClick(workspace.canvas.connection_search.field, Qt.Key.Key_Return)
+    assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
+    assert workspace.canvas.message == said, "by keys it gave way without a word"
 
 
 def name_of(workspace, id, name):
