@@ -73,14 +73,20 @@ class _ConnectionList(NamedList):
         self._shown: Sequence[_Row] = ()
 
     def filter_by(self, text: str) -> None:
-        """Show the rows that have all words of the text; those that begin with them come first.
+        """Show the rows that have all words of the text; those that begin with them come first, then those that have
+        them in their name, before those of an output of the asking node that has them.
 
         Enter takes no wire away unless it was stepped to, or asked for by its first word: it may be there already.
         """
         super().filter_by(text)
         sought = text.lower().split()
         found = [row for row in self.rows() if all(word in f"{row.name} {row.own_port}".lower() for word in sought)]
-        self._shown = sorted(found, key=lambda row: not row.name.lower().startswith(text.strip().lower()))
+
+        def rank(row: _Row) -> tuple[bool, bool]:
+            name = row.name.lower()
+            return not name.startswith(text.strip().lower()), not all(word in name for word in sought)
+
+        self._shown = sorted(found, key=rank)
         for i, row in enumerate(self._shown):
             self.add(str(i), row.name, row.colour, row.own_port, row.name)
         if not found:

@@ -1,9 +1,11 @@
 """What a hand does on the canvas by keys alone: nodes are selected, connected and disconnected."""
 
 from design_samples import REGISTRY
+from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.patch import Patch
 
 
@@ -67,3 +69,17 @@ def test_an_input_of_a_large_patch_is_found_by_words_to_be_connected_to(workspac
     QTest.keyClick(search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("through.out", "shaker42.acceleration"),)
     assert canvas.hasFocus()
+
+
+def test_words_mean_an_input_before_an_output_of_the_same_name(qtbot, all_nodes):
+    """As an Impact has an acceleration, these words and Enter asked for a new node."""
+    show(qtbot, all_nodes)
+    canvas, patch = all_nodes.canvas, Patch().add("impact", NODES).add("tile-output", NODES, (300, 0))
+    all_nodes.set_patch(patch)
+    canvas.patch_scene.select(["impact"])
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    search = canvas.connection_search
+    QTest.keyClicks(search.field, "acceleration")
+    assert search.list.item(1).text() == "A new node…", "of that output"
+    QTest.keyClick(search.field, Qt.Key.Key_Return)
+    assert all_nodes.patch().wires == (("impact.acceleration", "tile-output.acceleration"),)
