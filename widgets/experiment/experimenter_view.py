@@ -19,7 +19,7 @@ from underfoot.widgets.experiment.answer_form import AnswerForm, PageButton, is_
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
-WHY_FIRST = "Type first why the trial is repeated, and press again."
+WHY_FIRST = "Type first why it is repeated, and press again."
 _LIVE_S = 0.1
 """Display time of measured values, in seconds."""
 _READOUT_TICKS = 6
@@ -78,7 +78,7 @@ class ExperimenterView(QWidget):
         self.next.setProperty("role", "primary")
         self.pause.setProperty("role", "alarm")
         self.note_field = QLineEdit()
-        self.note_field.setPlaceholderText("A note, or why a trial is repeated")
+        self.note_field.setPlaceholderText("A note, or a reason to repeat")
         self.note_field.setAccessibleName("Note or reason")
         self.note_button, self.spoil, self.repeat = (
             QPushButton("Keep note"),

@@ -344,14 +344,11 @@ def is_over(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> b
 
     `Study.has_all_answers` knows it of these, too, but goes through all of them, which takes seconds of QUEST+.
     """
-    order, last = protocol.order_of(participant), entries[-1] if entries else None
+    if not entries or entries[-1].spoiled:
+        return False
+    order, last = protocol.order_of(participant), entries[-1]
     for at, stage in enumerate(order):
-        if (
-            last is not None
-            and not last.spoiled
-            and (last.stage, last.kind) == (stage.id, stage.kind)
-            and stage.kind != "trials"
-        ):
+        if (last.stage, last.kind) == (stage.id, stage.kind) and stage.kind != "trials":
             return _are_read(order[at + 1 :])
     return False
 
