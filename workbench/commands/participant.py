@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from underfoot.commands.files import require_outputs_writable
 from underfoot.commands.typed_lines import TypedLines
 from underfoot.devices.sound import require_card
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.questions import Adjusted, asked, typed_answer
 from underfoot.files import make_folder, remove_file
 from underfoot.parameters import IDENTIFIER, Parameter
@@ -218,7 +218,10 @@ class _Terminal:
         elif line == "stop":
             runner.stop("by the participant")
         elif word == "note":
+            require(bool(rest.strip()), "note", rest, "words, as in: note shoes changed")
             runner.note(rest)
+            _say(f"Noted: {rest}")
+            self._shown.key = ""  # what is asked is asked still
         elif word == "repeat":
             runner.repeat_last(rest)
         elif runner.phase is Phase.PAUSE and word == "skip":
