@@ -15,6 +15,8 @@ from underfoot.widgets.pictures import paint_focus, paint_ground
 
 NEAR_PX = 9.0
 """Distance from a handle within which the mouse hits it, in pixels."""
+_STEPS = {Qt.Key.Key_N: 1, Qt.Key.Key_P: -1}
+_TURNS = {Qt.Key.Key_PageUp: 1.0, Qt.Key.Key_PageDown: -1.0}
 
 
 class HandlePad(QWidget):
@@ -165,16 +167,16 @@ class HandlePad(QWidget):
         key, count = Qt.Key(event.key()), len(self.handles())
         is_chosen = 0 <= self.chosen < count
         step = 0.1 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
-        if key in (Qt.Key.Key_N, Qt.Key.Key_P) and count:
-            first, by = (0, 1) if key == Qt.Key.Key_N else (count - 1, -1)
-            self.chosen = (self.chosen + by) % count if is_chosen else first
+        if key in _STEPS and count:
+            first = 0 if _STEPS[key] > 0 else count - 1
+            self.chosen = (self.chosen + _STEPS[key]) % count if is_chosen else first
         elif key in ARROWS and is_chosen:
             self.begin_edit(f"nudge {self.chosen}")
             across, up = ARROWS[key]
             self.nudge(self.chosen, step * across, step * up)
-        elif key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown) and is_chosen:
+        elif key in _TURNS and is_chosen:
             self.begin_edit(f"turn {self.chosen}")
-            self.turn_wheel(self.chosen, step if key == Qt.Key.Key_PageUp else -step)
+            self.turn_wheel(self.chosen, step * _TURNS[key])
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._edit_alone("add", partial(self.add, None))
         elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and is_chosen:

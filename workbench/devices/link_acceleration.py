@@ -74,12 +74,14 @@ class LinkAcceleration:
 
     def receive(self, samples: NDArray[np.void]) -> None:
         """Queue frames of the wire, records of `wire_format.SAMPLE` of kind `ACCELERATION`. In the reading thread."""
-        samples = samples[self._scale[samples["tile"]] > 0.0][: _QUEUE - (self._queued - self._taken)]
+        is_heard = self._scale[samples["tile"]] > 0.0
+        samples = samples[is_heard][: _QUEUE - (self._queued - self._taken)]
         places = (self._queued + np.arange(len(samples))) % _QUEUE
         for name in ("tile", "epoch", "sequence"):
             self._queue[name][places] = samples[name]
         self._queue["time_us"][places] = samples["microseconds"]
-        self._queue["m_s2"][places] = (samples["readings"] - REST) * self._scale[samples["tile"]][:, None]
+        scale = self._scale[samples["tile"], None]
+        self._queue["m_s2"][places] = (samples["readings"] - REST) * scale
         self._queued += len(samples)
 
     def fill(self, rows: NDArray[np.float32], frame: int, n: int) -> None:

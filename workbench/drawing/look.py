@@ -76,7 +76,8 @@ def heat_table(name: str = "dark") -> NDArray[np.uint8]:
     x = np.linspace(0.0, 1.0, 256)
     table = np.full((256, 4), 255, np.uint8)
     for channel in range(3):
-        table[:, channel] = np.round(np.interp(x, _HEAT_PLACES, colours[:, channel]))
+        shade = np.interp(x, _HEAT_PLACES, colours[:, channel])
+        table[:, channel] = np.round(shade)
     return table
 
 

@@ -30,6 +30,10 @@ def shaped(name: str, share: Floats) -> Floats:
     return np.where(share < 0.5, first, 0.5 + 0.5 * ease(np.maximum(2.0 * share - 1.0, 0.0)))
 
 
+def _smooth(power: int, *terms: float) -> Easing:
+    return lambda t: t**power * np.polyval(terms, t)
+
+
 def _power(exponent: int) -> Easing:
     return lambda t: 1.0 - (1.0 - t) ** exponent
 
@@ -61,9 +65,9 @@ _WHOLE: dict[str, Easing] = {
     "Instant": np.ones_like,
     "Delayed": lambda t: np.where(t < 1.0, 0.0, 1.0),
     "Linear": lambda t: t,
-    "Smoothstep": lambda t: t**2 * (3.0 - 2.0 * t),
-    "Smootherstep": lambda t: t**3 * (t * (6.0 * t - 15.0) + 10.0),
-    "Smootheststep": lambda t: t**4 * (t * (t * (70.0 - 20.0 * t) - 84.0) + 35.0),
+    "Smoothstep": _smooth(2, -2.0, 3.0),
+    "Smootherstep": _smooth(3, 6.0, -15.0, 10.0),
+    "Smootheststep": _smooth(4, -20.0, 70.0, -84.0, 35.0),
 }
 _OUT: dict[str, Easing] = {
     "Quadratic": _power(2),

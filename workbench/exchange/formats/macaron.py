@@ -70,7 +70,8 @@ def read(path: Path) -> Imported:
     loud, high = _curve(icon.parameters.amplitude.data), _curve(icon.parameters.frequency.data)
     inside = np.concatenate([loud[:, 0], high[:, 0], [0.0, end_s]])
     times = np.unique(inside[(inside >= 0.0) & (inside <= end_s)])
-    points = np.column_stack([times, *(np.interp(times, curve[:, 0], curve[:, 1]) for curve in (loud, high))])
+    level, pitch = (np.interp(times, curve[:, 0], curve[:, 1]) for curve in (loud, high))
+    points = np.column_stack([times, level, pitch])
     channels = [Channel([Voice(points)])]
     return Imported(patch_of(channels, path.stem), (*coarsened(channels), *unread(raw, Icon, _SILENT)))
 
