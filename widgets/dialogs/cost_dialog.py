@@ -7,6 +7,7 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QComboBox,
+    QDialogButtonBox,
     QHBoxLayout,
     QHeaderView,
     QPushButton,
@@ -51,6 +52,7 @@ class CostDialog(Dialog):
         self.table = QTreeWidget()
         self.table.setAccessibleName("Run time of stages and nodes")
         self.table.setHeaderLabels(_COLUMNS)
+        self.table.setHeaderHidden(True)  # until there is something below it
         for figure in _FIGURES:
             self.table.headerItem().setTextAlignment(figure, Qt.AlignmentFlag.AlignRight)
         self.table.setRootIsDecorated(False)
@@ -66,11 +68,12 @@ class CostDialog(Dialog):
         column.addLayout(top)
         column.addWidget(self.summary)
         column.addWidget(self.table)
+        column.addWidget(self.button_row(QDialogButtonBox.StandardButton.Close))
         self.resize(128 * theme.GRID, 72 * theme.GRID)
         self._start_or_stop()
 
     def done(self, result: int) -> None:
-        """Stop the measurement; Esc and the frame's button both end here."""
+        """Stop the measurement; Close, Esc and the frame's button end here."""
         self._stop("")
         super().done(result)
 
@@ -103,6 +106,7 @@ class CostDialog(Dialog):
             f"{found.whole_ms:.1f} ms a second of sound, {found.whole_ms / 10.0:.1f} % of a core"
         )
         self.table.clear()
+        self.table.setHeaderHidden(False)
         self._heading("STAGES")
         for stage in found.stages:
             self._row(stage.stage, stage.ms, found.whole_ms, STAGES[stage.stage])
@@ -117,6 +121,7 @@ class CostDialog(Dialog):
 
     def _heading(self, text: str) -> None:
         item = QTreeWidgetItem([text])
+        item.setFont(0, theme.font(theme.SMALL_PX, bold=True))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled)
         self.table.addTopLevelItem(item)
 

@@ -7,6 +7,7 @@ from made_patches import hum
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QDialogButtonBox
 
 from underfoot.bench.block_stages import BlockStages
 from underfoot.floor.layout import default_floor
@@ -39,8 +40,10 @@ def names_of(dialog):
 def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
     dialog = opened(hum().name("tone", "Low hum"))
     assert dialog.summary.text().startswith("Measuring")
+    assert not dialog.table.header().isVisible()  # over nothing
     qtbot.waitUntil(lambda: dialog.table.topLevelItemCount() > 0, timeout=LONG_MS)
     assert dialog.table.accessibleName() == "Run time of stages and nodes"
+    assert dialog.table.header().isVisible()
     names = names_of(dialog)
     assert names[0] == "STAGES"
     assert {"tracking", "safety", "NODES", "Low hum", "Tile output"} <= set(names)
@@ -77,8 +80,13 @@ def test_what_cannot_be_measured_is_said_in_one_line(opened, qtbot):
     assert dialog.table.topLevelItemCount() == 0
 
 
-def test_escape_closes_it_and_ends_the_measurement(opened, qtbot):
+@pytest.mark.parametrize("how", ["Esc", "Close"])
+def test_it_closes_and_ends_the_measurement(opened, qtbot, how):
     dialog = opened(hum())
-    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    if how == "Esc":
+        qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    else:
+        button = dialog.findChild(QDialogButtonBox).button(QDialogButtonBox.StandardButton.Close)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert not dialog.isVisible()
     assert not [child for child in multiprocessing.active_children() if "cost" in child.name]
