@@ -108,6 +108,11 @@ def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
     parts = (workspace.list, workspace.view, workspace.panel)
     assert not [pair for pair in combinations(parts, 2) if pair[0].geometry().intersects(pair[1].geometry())]
     assert all(area.widget().rect().contains(part.geometry()) for part in parts)
+    panel = workspace.panel
+    for row in range(workspace.list.list.count()):
+        workspace.list.list.setCurrentRow(row)
+        qtbot.waitUntil(lambda: panel.about.height() >= panel.about.heightForWidth(panel.about.width()))
+        assert panel.parameters.height() >= min(editor.sizeHint().height() for editor in panel.editors.values())
 
 
 def test_the_picture_of_a_scene_is_whole_on_a_screen_of_1280_x_800_at_150_percent(qtbot):

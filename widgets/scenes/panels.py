@@ -102,6 +102,7 @@ class ScenePanel(QWidget):
         self.log.setMaximumBlockCount(MAX_LOG_LINES)
         self.log.setAccessibleName("What happened")
         self.log.setPlaceholderText("What happens in the scene is listed here while it runs.")
+        self.parameters.setMinimumHeight(6 * theme.GRID)  # of one
         self.log.setMinimumHeight(5 * theme.GRID)
         for part in (self.parameters, self.log):  # they scroll; without this a low window would scroll the picture, too
             part.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
@@ -117,6 +118,7 @@ class ScenePanel(QWidget):
         self.log.clear()
         self.title.setText(kind.title)
         self.about.setText(kind.doc)
+        self.about.setMinimumHeight(self.about.heightForWidth(SIDE_PX - 4 * theme.GRID))  # or a low window cuts it
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
