@@ -205,7 +205,7 @@ class SerialTransport(Transport):
     title = "Tiles on a serial port"
     dialog_help = (
         "A port, or several with commas between; PORT@BAUD for another rate than 1,000,000 baud. "
-        "`underfoot emulate --pty` names one to try."
+        "One to try is named by: underfoot emulate --pty"
     )
     sender = PtySender
     doubt = "is the baud rate right?"

@@ -108,7 +108,7 @@ class TcpTransport(Transport):
     help = "a hub that listens at this address"
     label = "TCP"
     title = "Tiles over TCP"
-    dialog_help = "HOST:PORT of the hub to connect to. `underfoot emulate --tcp 9001` is one to try."
+    dialog_help = "HOST:PORT of the hub to connect to. One to try: underfoot emulate --tcp 9001"
     sender = TcpSender
 
     def __init__(self, host: str, port: int) -> None:
