@@ -85,7 +85,7 @@ class AudioDialog(Dialog):
         self.block.currentIndexChanged.connect(self._update_note)
         self.rate.currentIndexChanged.connect(self._update_note)
         self.cards.changed.connect(self._update_note)
-        self.resize(60 * theme.GRID, 60 * theme.GRID)
+        self.resize(72 * theme.GRID, 60 * theme.GRID)
         self.search.found.connect(self._show_devices)
         self.cards.search_again.clicked.connect(self.find_devices)
         self.find_devices()

@@ -7,7 +7,16 @@ import pytest
 from made_studies import preset_protocol
 from on_screen import show
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLabel, QLineEdit, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialogButtonBox,
+    QLabel,
+    QLineEdit,
+    QStyle,
+    QStyleOptionComboBox,
+    QWidget,
+)
 
 from underfoot.floor.layout import default_floor
 from underfoot.network.server import Counts
@@ -83,6 +92,19 @@ def test_what_tab_comes_to_is_scrolled_to_and_nothing_overlaps(qtbot):
         qtbot.keyClick(part, Qt.Key.Key_Tab)
     assert passed == stops
     assert dialog.buttons.isAncestorOf(dialog.focusWidget())
+
+
+def room_for_text(box: QComboBox):
+    option = QStyleOptionComboBox()
+    box.initStyleOption(option)
+    part = QStyle.SubControl.SC_ComboBoxEditField
+    return box.style().subControlRect(QStyle.ComplexControl.CC_ComboBox, option, part, box).width()
+
+
+def test_where_there_is_room_a_sound_card_is_named_whole(qtbot):
+    boxes = shown(qtbot, audio()).findChildren(QComboBox)
+    box = next(box for box in boxes if box.currentText() == "Default device of this computer")
+    assert room_for_text(box) >= box.fontMetrics().horizontalAdvance(box.currentText())
 
 
 def test_what_is_wrong_is_said_beside_the_buttons(qtbot):
