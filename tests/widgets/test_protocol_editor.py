@@ -123,6 +123,27 @@ def test_tab_goes_through_the_table_of_questions_and_out_of_it(made):
     assert not questions.table.hasFocus()
 
 
+def test_a_question_shows_only_what_its_kind_of_answer_has(made):
+    made.click(made.workspace.study_list.new)
+    made.page(1)
+    questions = made.protocol_editor.questions
+    made.click(questions.add)
+
+    def row():
+        items = [questions.table.item(0, column) for column in range(3, 7)]
+        return [item.text() if item.flags() & Qt.ItemFlag.ItemIsEditable else None for item in items]
+
+    for kind, shown in {
+        "count": ["0", "100", None, ""],
+        "choice": [None, None, "", None],
+        "number": ["0", "100", None, ""],
+        "text": [None] * 4,
+    }.items():
+        made.choose(questions.table.cellWidget(0, 2), kind)
+        assert row() == shown
+    assert questions.questions == [{"name": "q1", "text": "", "kind": "text"}]
+
+
 def test_tab_stops_only_at_what_can_be_set(made):
     made.click(made.workspace.study_list.new)
     for page in range(5):

@@ -26,6 +26,9 @@ _FIELDS = fields_of(Question, COLUMNS)
 _WIDTHS = {"name": 120, "kind": 96, "low": 56, "high": 56, "options": 200, "unit": 64}
 TEXT_PX, OPTIONS_PX = 20 * theme.GRID, 13 * theme.GRID
 """The least width of a question's text, and of its options where it is narrow."""
+_NUMBERS = ("number", "count")
+_KINDS = {"low": _NUMBERS, "high": _NUMBERS, "unit": _NUMBERS, "options": ("choice",)}
+"""The kinds of answers that a column is of use to; others, to all."""
 _TIPS = {
     "name": "Its column in the table of trials",
     "options": "Of a choice, separated by commas; by semicolons where one has a comma in it",
@@ -104,10 +107,21 @@ class QuestionTable(QWidget):
             name_control(box, column.capitalize())
             box.addItems(list(field.options))
             box.setCurrentText(str(question.get(column, field.default)))
-            box.activated.connect(lambda _: self._put(question, column, box.currentText()))
+            box.activated.connect(lambda _: self._put_kind(row, question, box.currentText()))
             self.table.setCellWidget(row, index, box)
             return
-        self.table.setItem(row, index, QTableWidgetItem(value_text(field, question.get(column, field.default))))
+        item = QTableWidgetItem(value_text(field, question.get(column, field.default)))
+        kind = question.get("kind", _FIELDS["kind"].default)
+        if kind not in _KINDS.get(column, (kind,)):
+            item = QTableWidgetItem("")
+            item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
+        self.table.setItem(row, index, item)
+
+    def _put_kind(self, row: int, question: dict[str, Any], kind: str) -> None:
+        self._put(question, "kind", kind)
+        with QSignalBlocker(self.table):
+            for column in _KINDS:
+                self._cell(row, COLUMNS.index(column), column, question)
 
     def _typed(self, item: QTableWidgetItem) -> None:
         column = COLUMNS[item.column()]
