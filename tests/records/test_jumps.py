@@ -45,6 +45,13 @@ def test_both_heights_are_those_of_the_take_off_velocity(listed, folder, rate_hz
     assert found["impulse_height_mm"] == pytest.approx(HEIGHT_MM, abs=error_mm)
 
 
+def test_who_lands_elsewhere_lands_with_both_feet(listed, folder):
+    """Two feet that land on tiles nobody stood on are contacts of their own; the load is that of both."""
+    (found,) = listed(jumped(folder / "further.underfoot", further=3))
+    assert found["flight_height_mm"] == pytest.approx(HEIGHT_MM, abs=2.0)
+    assert found["landing_peak_n"] == pytest.approx(LANDING_N, rel=0.05)
+
+
 def test_no_impulse_without_its_beginning(listed, folder):
     """Where samples are missing while somebody dips, or nobody stood still before, only the flight is known."""
     path = jumped(folder / "gap.underfoot", lost=lambda time_s: abs(time_s - 3.2) < 0.1)

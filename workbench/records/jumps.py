@@ -6,6 +6,7 @@ height from force platform data in men and women, Meas. Phys. Educ. Exerc. Sci. 
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
@@ -154,10 +155,13 @@ def _by_impulse(time_s: NDArray[np.float64], load_n: NDArray[np.float64]) -> tup
 def _flights(contacts: Sequence[ContactSpan]) -> list[tuple[float, float, float, list[int]]]:
     """Return when the load before a flight began, when it ended and the next one began, and the tiles of both."""
     found, begin_s, end_s, tiles = list[tuple[float, float, float, list[int]]](), math.nan, math.nan, set[int]()
-    for contact in sorted(contacts, key=lambda one: one.start_s):
+    contacts = sorted(contacts, key=lambda one: one.start_s)
+    for at, contact in enumerate(contacts):
         if not contact.start_s - end_s < SHORTEST_S:  # who dips fast bears nothing for a moment
             if contact.start_s - end_s <= LONGEST_S:
-                found.append((begin_s, end_s, contact.start_s, sorted(tiles | set(contact.tiles))))
+                landed = bisect_right(contacts, contact.start_s + LANDING_S, at, key=lambda one: one.start_s)
+                lands_on = {tile for one in contacts[at:landed] for tile in one.tiles}
+                found.append((begin_s, end_s, contact.start_s, sorted(tiles | lands_on)))
             begin_s, end_s, tiles = contact.start_s, contact.end_s, set()
         end_s = max(end_s, contact.end_s)
         tiles |= set(contact.tiles)
